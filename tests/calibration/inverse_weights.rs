@@ -110,3 +110,41 @@ fn a_position_counts_by_its_changes() {
         assert!(here[0] > 101e3, "both curves count: {here:?}");
     }
 }
+
+/// Five specimens whose levels scatter about that of the truth: equal weights give the truth, however many data points one of them has. Recorded 20 times as densely the first one had decided
+/// the constant, 12 % too low, with an interval from below zero; divided by their own measured size the even ones were 2 % too low.
+#[test]
+fn specimens_have_equal_weight_however_densely_they_were_recorded() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "3 mm", 2), &["E"], X, Y);
+    let e = truth.unknown[0].start;
+    let x: Vec<f64> = (1..=20).map(|k| 1.5e-4 * f64::from(k)).collect();
+    let found = |times: [usize; 5], levels: [f64; 5]| -> Calibration {
+        let mut noise = Random(3);
+        let one = |(times, level): (usize, f64)| {
+            let exact = made(&truth, x.iter().flat_map(|x| std::iter::repeat_n(*x, times)).collect());
+            let y = exact.y.iter().map(|y| level * y * (1.0 + 1e-4 * noise.normal())).collect();
+            curve(&truth, &Measured { y, ..exact })
+        };
+        let curves = times.into_iter().zip(levels).map(one).collect();
+        found_with(curves, &Settings { accuracy: 1e-4, ..Settings::new(Weighting::Absolute) })
+    };
+    let levels = [0.85, 0.95, 1.0, 1.05, 1.15];
+    let even = found([1; 5], levels).constants.remove(0);
+    let [low, high] = even.interval.expect("determined");
+    println!("{even:?}");
+    assert!((even.value / e - 1.0).abs() < 1e-3, "{even:?}");
+    // s/√5 · t of 4 degrees of freedom
+    assert!((0.5 * (high - low) / e / (0.111_803 / 5.0_f64.sqrt() * 2.776_445) - 1.0).abs() < 0.02, "{even:?}");
+    for dense in [[20, 1, 1, 1, 1], [1, 1, 1, 1, 20]] {
+        let c = found(dense, levels).constants.remove(0);
+        let ends = c.interval.expect("determined");
+        println!("{c:?}");
+        assert!((c.value / even.value - 1.0).abs() < 2e-3, "{c:?}");
+        assert!((ends[0] / low - 1.0).abs() < 1e-2 && (ends[1] / high - 1.0).abs() < 1e-2, "{c:?}");
+    }
+    // One specimen far above the others: the interval reaches below zero, and words say so
+    let apart = found([1; 5], [0.1, 0.1, 0.1, 0.1, 3.0]);
+    assert!(apart.constants[0].interval.is_some_and(|[low, _]| low < 0.0), "{apart:?}");
+    assert!(apart.unidentified.iter().any(|words| words.contains("reaches beyond its possible values")), "{apart:?}");
+}

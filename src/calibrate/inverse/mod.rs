@@ -146,8 +146,10 @@ pub fn calibrate(
     let constants = all[..unknown.len()].to_vec();
     let named = identified.directions.iter().filter(|_| open.is_empty());
     let doubts = open.iter().cloned().chain(words(named)).chain(constants.iter().filter_map(Found::open_end));
+    let beyond = constants.iter().zip(&unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
     let stayed = constants.iter().filter_map(Found::left_at_start);
-    let unidentified: Vec<String> = doubts.chain(stayed).chain(constants.iter().filter_map(Found::held)).collect();
+    let unidentified: Vec<String> =
+        doubts.chain(beyond).chain(stayed).chain(constants.iter().filter_map(Found::held)).collect();
     let covariance = (0..unknown.len()).all(is_sound).then(|| {
         let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
         (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
@@ -218,8 +220,8 @@ fn find(
         }
         found = rounds(objective, unknown, accuracy, found.point, until, &mut shares)?;
     }
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
-    let which = Searched::Told { accuracy, curves: &curves };
+    let (laws, curves) = (&objective.curves[0].model.spec.laws, &objective.origin.curves);
+    let which = Searched::Told { accuracy, curves };
     let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
@@ -252,10 +254,10 @@ fn judge(
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size();
-    let (origin, rounding) = (objective.origin(), point.residual.norm() <= ROUNDING * size);
+    let (origin, rounding) = (&objective.origin, point.residual.norm() <= ROUNDING * size);
     let errors = match origin.repeats().repeated.is_empty() {
         true => errors::of_curves(&jacobian, &point.residual, &origin.curves, rounding),
-        false => errors::of(&jacobian, &point.residual, &objective.changes(point), &origin, rounding),
+        false => errors::of(&jacobian, &point.residual, &objective.changes(point), origin, rounding),
     };
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
@@ -323,7 +325,7 @@ fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Foun
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
-            runs_p: if is_apart { None } else { few_runs(&point.residual, &objective.rows()[of], errors.rho) },
+            runs_p: if is_apart { None } else { few_runs(&point.residual, &objective.origin.curves[of], errors.rho) },
             offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
             stretch: [median, p95, largest],
             stability: certificate(&answer.scene, largest),

@@ -68,6 +68,8 @@ pub struct Point {
 pub struct Objective<'a> {
     pub curves: &'a [ObservedCurve],
     pub offsets: Vec<Offset>,
+    /// Specimen, test and curve of each data point
+    pub origin: Origin,
     /// Weights of the data points; 1 before the first answer
     pub weights: Rows,
     rule: Rule,
@@ -87,11 +89,22 @@ impl<'a> Objective<'a> {
         watch: &'a mut dyn SearchWatch,
     ) -> Result<Self, InverseError> {
         Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured)))?;
-        let rule = Rule::new(curves, weighting)?;
+        let (origin, rule) = (origin(curves), Rule::new(curves, weighting)?);
         let weights = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
-        Ok(Self { curves, offsets, weights, rule, size: None, watch, least: f64::INFINITY, solves: 0, failed: 0 })
+        Ok(Self {
+            curves,
+            offsets,
+            origin,
+            weights,
+            rule,
+            size: None,
+            watch,
+            least: f64::INFINITY,
+            solves: 0,
+            failed: 0,
+        })
     }
 
     /// Norm of the weighted changes of the data, which residuals are compared with.
@@ -122,7 +135,7 @@ impl<'a> Objective<'a> {
         }
         if self.size.is_none() {
             let changes = weights::measured(self.curves, &answers);
-            self.weights = self.rule.weights(&changes, &changes);
+            self.weights = self.rule.weights(&changes, &changes, &self.origin);
             self.size = Some(weights::norm(&self.weights, &changes));
         }
         Ok(self.point(values.to_vec(), answers))
@@ -181,20 +194,6 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// Specimen and test of each data point: curves of the same x and y of one scene file are one test.
-    pub fn origin(&self) -> Origin {
-        let place =
-            |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| self.curves[..k].iter().position(is_same).unwrap_or(k);
-        let one = |(k, c): (usize, &ObservedCurve)| {
-            let test =
-                |o: &ObservedCurve| (&o.model.file, &o.model.x, &o.model.y) == (&c.model.file, &c.model.x, &c.model.y);
-            let specimen = place(k, &|o| c.specimen.is_some() && o.specimen == c.specimen);
-            vec![(specimen, place(k, &test)); c.measured.x.len()]
-        };
-        let (specimen, test) = self.curves.iter().enumerate().flat_map(one).unzip();
-        Origin { specimen, test, curves: self.rows() }
-    }
-
     /// w(ŷ − ŷ₀) of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
     pub fn changes(&self, point: &Point) -> DVector<f64> {
         let one =
@@ -226,19 +225,6 @@ impl<'a> Objective<'a> {
         self.offsets.iter().position(|o| *o == Offset { of, axis })
     }
 
-    /// Data points of each curve in the order of its x.
-    pub fn rows(&self) -> Vec<Vec<usize>> {
-        let mut start = 0;
-        let one = |c: &ObservedCurve| {
-            let x = &c.measured.x;
-            let mut order: Vec<usize> = (0..x.len()).collect();
-            order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
-            start += x.len();
-            order.into_iter().map(|i| start - x.len() + i).collect()
-        };
-        self.curves.iter().map(one).collect()
-    }
-
     /// The point at which a search begins: only what is better is told.
     pub fn begin_at(&mut self, point: &Point) {
         self.least = self.least.min(point.residual.norm());
@@ -262,7 +248,7 @@ impl<'a> Objective<'a> {
     pub fn reweigh(&mut self, loss: Loss, point: &Point) -> f64 {
         self.least = f64::INFINITY;
         let measured = weights::measured(self.curves, &point.answers);
-        let base = self.rule.weights(&weights::simulated(&point.answers), &measured);
+        let base = self.rule.weights(&weights::simulated(&point.answers), &measured, &self.origin);
         let size = weights::norm(&base, &measured);
         self.size = Some(size);
         let p = self.constants();
@@ -282,4 +268,25 @@ impl<'a> Objective<'a> {
         }
         change
     }
+}
+
+/// Specimen and test of each data point: curves of the same x and y of one scene file are one test. Curves are in the order of their x.
+fn origin(curves: &[ObservedCurve]) -> Origin {
+    let place = |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| curves[..k].iter().position(is_same).unwrap_or(k);
+    let one = |(k, c): (usize, &ObservedCurve)| {
+        let test =
+            |o: &ObservedCurve| (&o.model.file, &o.model.x, &o.model.y) == (&c.model.file, &c.model.x, &c.model.y);
+        let specimen = place(k, &|o| c.specimen.is_some() && o.specimen == c.specimen);
+        vec![(specimen, place(k, &test)); c.measured.x.len()]
+    };
+    let (specimen, test) = curves.iter().enumerate().flat_map(one).unzip();
+    let mut start = 0;
+    let ordered = |c: &ObservedCurve| {
+        let x = &c.measured.x;
+        let mut order: Vec<usize> = (0..x.len()).collect();
+        order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        start += x.len();
+        order.into_iter().map(|i| start - x.len() + i).collect()
+    };
+    Origin { specimen, test, curves: curves.iter().map(ordered).collect() }
 }

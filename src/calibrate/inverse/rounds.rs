@@ -87,7 +87,7 @@ pub(super) fn rounds(
     until: Option<Instant>,
     shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
+    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.origin.curves.clone());
     objective.begin_at(&start);
     let mut which = Searched::Determined { accuracy };
     let mut found = search::Found { bound: vec![0; start.values.len()], point: start, end: End::Stuck };

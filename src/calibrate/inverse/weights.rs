@@ -3,11 +3,13 @@
 //! w = 1, or 1/|ŷ − ŷ₀| with a floor, ŷ of the scene and ŷ₀ that at rest: a position is as large as its changes, wherever the origin is. Of several curves each counts by its
 //! noise, or by its relative misfit, where w is divided by the rms of w(ŷ − ŷ₀). By the measured values both would prefer the data points and the curves whose errors are negative, as in
 //! direct fits ([`noise`]); they serve before there is an answer.
+//! Specimens that repeat a test have equal weight, whatever the number of their data points.
 
 use super::InverseError;
 use super::model::Answer;
 use super::objective::ObservedCurve;
 use crate::calibrate::Weighting;
+use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::noise;
 
 /// Changes from rest below this share of the values are rounding \[–\]
@@ -40,7 +42,7 @@ impl Rule {
     }
 
     /// Weights by `changes`, those of the scenes or the measured ones; neither these nor the size of a curve count below a share of what was `measured`.
-    pub fn weights(&self, changes: &Rows, measured: &Rows) -> Rows {
+    pub fn weights(&self, changes: &Rows, measured: &Rows, origin: &Origin) -> Rows {
         let is_alone = changes.len() == 1;
         let one = |(of, (changes, measured)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let least = noise::FLOOR * largest(measured);
@@ -54,9 +56,17 @@ impl Rule {
                 None if is_alone => 1.0,
                 None => rms(&weights, changes).max(noise::FLOOR * rms(&weights, measured)),
             };
-            weights.iter().map(|w| w / unit).collect()
+            weights.iter().map(|w| w / unit).collect::<Vec<f64>>()
         };
-        changes.iter().zip(measured).enumerate().map(one).collect()
+        let mut all: Vec<f64> = changes.iter().zip(measured).enumerate().flat_map(one).collect();
+        noise::share(&mut all, &origin.specimen, &origin.repeats());
+        let mut rest = all.as_slice();
+        let own = |c: &Vec<f64>| {
+            let (own, others) = rest.split_at(c.len());
+            rest = others;
+            own.to_vec()
+        };
+        changes.iter().map(own).collect()
     }
 }
 

@@ -435,8 +435,13 @@ pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
 fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     let mesh = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.mesh_verdict));
     let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
+    let may_be_zero = |c: &CalibratedConstant| {
+        c.interval.filter(|[low, high]| *low < 0.0 && 0.0 < *high)?;
+        Some(format!("{}, {}: its interval contains zero; it is hardly determined.", a.label, c.key))
+    };
     let corner = |c: &CalibratedConstant| c.corners.as_ref().map(|note| format!("{}, {}: {note}.", a.label, c.key));
-    mesh.into_iter().chain(errors).chain(a.constants.iter().filter_map(corner)).collect()
+    let of_constants = a.constants.iter().filter_map(may_be_zero).chain(a.constants.iter().filter_map(corner));
+    mesh.into_iter().chain(errors).chain(of_constants).collect()
 }
 
 /// Warnings of the answer of one variant, as its law file has them.
