@@ -33,6 +33,7 @@ pub use unknown::{Bounds, Unknown};
 use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
 use super::judgement::identify::{self, Identified};
+use super::solve::error_rows::ErrorRows;
 use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
@@ -117,7 +118,7 @@ pub fn calibrate(
         find(&mut objective, &unknown, settings, from, until)?;
     let (solves, failed) = (objective.solves, objective.failed);
     let search::Found { point, bound, end } = found;
-    let (errors, identified, places) = judge(&objective, &unknown, &point, &bound);
+    let Judged { errors, identified, places, pattern } = judge(&objective, &unknown, &point, &bound);
     let is_sound = |k: usize| {
         places[k].is_some_and(|i| identified.estimates[i].std_error.is_finite())
             && !coordinates.is_open(k, settings.accuracy)
@@ -160,7 +161,7 @@ pub fn calibrate(
         covariance,
         errors: errors.model,
         free: errors.free,
-        curves: fitted(&objective, &point, &errors, &all[unknown.len()..]),
+        curves: fitted(&objective, &point, (&errors, &pattern), &all[unknown.len()..]),
         constants,
         gauge,
         solves,
@@ -243,27 +244,31 @@ fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failur
     if values == point.values { Ok(point) } else { objective.at(&values) }
 }
 
-/// Errors and estimates of the unknowns that no bound holds, and the place of each unknown among them.
-fn judge(
-    objective: &Objective,
-    unknown: &[Unknown],
-    point: &Point,
-    bound: &[i8],
-) -> (Errors, Identified, Vec<Option<usize>>) {
+/// Errors and estimates of the unknowns that no bound holds.
+struct Judged {
+    errors: Errors,
+    identified: Identified,
+    /// Place of each unknown among them
+    places: Vec<Option<usize>>,
+    /// Residual over the sizes of its errors, in which a pattern is looked for
+    pattern: DVector<f64>,
+}
+
+fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[i8]) -> Judged {
     let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size();
     let (origin, rounding) = (&objective.origin, point.residual.norm() <= ROUNDING * size);
-    let errors = match origin.repeats().repeated.is_empty() {
-        true => errors::of_curves(&jacobian, &point.residual, &origin.curves, rounding),
-        false => errors::of(&jacobian, &point.residual, &objective.changes(point), origin, rounding),
-    };
+    let fitted = objective.changes(point);
+    let errors = errors::of(&jacobian, &point.residual, &fitted, origin, rounding);
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
     let identified =
         identify::identify(&parameters, &values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
-    (errors, identified, places)
+    let rows = ErrorRows { residual: point.residual.clone(), unlimited: point.residual.clone(), jacobian, fitted };
+    let pattern = rows.over(errors.sizes.as_ref()).residual;
+    Judged { errors, identified, places, pattern }
 }
 
 fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter {
@@ -293,7 +298,12 @@ fn one(
 }
 
 /// Every curve next to its scene at the answer.
-fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Found]) -> Vec<FittedCurve> {
+fn fitted(
+    objective: &Objective,
+    point: &Point,
+    (errors, pattern): (&Errors, &DVector<f64>),
+    offsets: &[Found],
+) -> Vec<FittedCurve> {
     // Each specimen has a level of its own, which is no pattern
     let is_apart = matches!(errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let one = |(of, curve): (usize, &ObservedCurve)| {
@@ -325,7 +335,7 @@ fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Foun
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
-            runs_p: if is_apart { None } else { few_runs(&point.residual, &objective.origin.curves[of], errors.rho) },
+            runs_p: if is_apart { None } else { few_runs(pattern, &objective.origin.curves[of], errors.rho) },
             offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
             stretch: [median, p95, largest],
             stability: certificate(&answer.scene, largest),

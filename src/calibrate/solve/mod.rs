@@ -1,6 +1,6 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
-mod error_rows;
+pub(super) mod error_rows;
 pub(super) mod linear;
 pub(super) mod noise;
 pub(super) mod offset;

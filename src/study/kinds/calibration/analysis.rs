@@ -178,7 +178,7 @@ fn answer(
         rms_relative: found.curves.iter().map(|c| c.rms_relative).collect(),
         formulation: record.formulation.clone(),
         locking,
-        errors: found.errors.to_string(),
+        errors: found.errors.words("responses"),
         without_constants,
         solves: found.solves,
         cost: found.wall_s / found.forward_s,
