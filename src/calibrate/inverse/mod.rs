@@ -13,6 +13,7 @@ mod gauge;
 mod measured;
 mod model;
 mod objective;
+mod observed;
 mod offset;
 mod profile;
 mod rounds;
@@ -25,7 +26,8 @@ pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel};
-pub use objective::{ObservedCurve, SearchWatch};
+pub use objective::SearchWatch;
+pub use observed::ObservedCurve;
 pub use offset::OffsetAxis;
 pub use search::End;
 pub use unknown::{Bounds, Unknown};
@@ -145,12 +147,8 @@ pub fn calibrate(
     };
     let all: Vec<Found> = (0..point.values.len()).map(found).collect();
     let constants = all[..unknown.len()].to_vec();
-    let named = identified.directions.iter().filter(|_| open.is_empty());
-    let doubts = open.iter().cloned().chain(words(named)).chain(constants.iter().filter_map(Found::open_end));
-    let beyond = constants.iter().zip(&unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
-    let stayed = constants.iter().filter_map(Found::left_at_start);
-    let unidentified: Vec<String> =
-        doubts.chain(beyond).chain(stayed).chain(constants.iter().filter_map(Found::held)).collect();
+    let directions = identified.directions.iter().filter(|_| open.is_empty());
+    let unidentified = doubts(open.iter().cloned().chain(words(directions)), &constants, &unknown);
     let covariance = (0..unknown.len()).all(is_sound).then(|| {
         let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
         (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
@@ -370,6 +368,14 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
 /// The directions as a fit names them.
 fn words<'a>(directions: impl Iterator<Item = &'a Direction>) -> Vec<String> {
     directions.map(|d| FitWarning::Unidentifiable { directions: vec![d.clone()] }.to_string()).collect()
+}
+
+/// All that the curves do not determine: these directions, and of the constants open ends, impossible ones, values of the start and bounds.
+fn doubts(directions: impl Iterator<Item = String>, constants: &[Found], unknown: &[Unknown]) -> Vec<String> {
+    let beyond = constants.iter().zip(unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
+    let of = |words: fn(&Found) -> Option<String>| constants.iter().filter_map(words);
+    let ends = of(Found::open_end).chain(beyond);
+    directions.chain(ends).chain(of(Found::left_at_start)).chain(of(Found::held)).collect()
 }
 
 /// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.

@@ -3,7 +3,8 @@
 //! The unknowns are the constants of the laws, which all curves share, and after them the offsets of single curves: the slack e of x, ŷ(x − e), and
 //! the zero b of y, ŷ(x) + b.
 
-use super::model::{Answer, Failure, SceneModel};
+use super::model::{Answer, Failure};
+use super::observed::{ObservedCurve, origin};
 use super::offset::OffsetAxis;
 use super::weights::{self, Rows, Rule};
 use super::{InverseError, Measured};
@@ -17,18 +18,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// Values of the slack that are tried at the start
 const GRID: u32 = 40;
-
-/// A scene with the curve that it is to reproduce.
-pub struct ObservedCurve {
-    /// In words, for messages
-    pub name: String,
-    pub model: SceneModel,
-    pub measured: Measured,
-    /// Specimen on which it was measured; without a name one of its own
-    pub specimen: Option<String>,
-    /// Coordinates whose offset is an unknown
-    pub offsets: Vec<OffsetAxis>,
-}
 
 /// A follower of a search: a closure of its progress, or more.
 pub trait SearchWatch {
@@ -268,25 +257,4 @@ impl<'a> Objective<'a> {
         }
         change
     }
-}
-
-/// Specimen and test of each data point: curves of the same x and y of one scene file are one test. Curves are in the order of their x.
-fn origin(curves: &[ObservedCurve]) -> Origin {
-    let place = |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| curves[..k].iter().position(is_same).unwrap_or(k);
-    let one = |(k, c): (usize, &ObservedCurve)| {
-        let test =
-            |o: &ObservedCurve| (&o.model.file, &o.model.x, &o.model.y) == (&c.model.file, &c.model.x, &c.model.y);
-        let specimen = place(k, &|o| c.specimen.is_some() && o.specimen == c.specimen);
-        vec![(specimen, place(k, &test)); c.measured.x.len()]
-    };
-    let (specimen, test) = curves.iter().enumerate().flat_map(one).unzip();
-    let mut start = 0;
-    let ordered = |c: &ObservedCurve| {
-        let x = &c.measured.x;
-        let mut order: Vec<usize> = (0..x.len()).collect();
-        order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
-        start += x.len();
-        order.into_iter().map(|i| start - x.len() + i).collect()
-    };
-    Origin { specimen, test, curves: curves.iter().map(ordered).collect() }
 }

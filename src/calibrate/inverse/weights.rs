@@ -7,7 +7,7 @@
 
 use super::InverseError;
 use super::model::Answer;
-use super::objective::ObservedCurve;
+use super::observed::ObservedCurve;
 use crate::calibrate::Weighting;
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::noise;
