@@ -585,6 +585,61 @@ fn a_law_is_not_blamed_for_a_constant_that_was_left() {
     assert!(summary.verdict.contains(left), "{}", summary.verdict);
 }
 
+/// Makes the scene of the study one in time, whose bar relaxes by this series.
+fn relaxing(folder: &Path, series: &str) {
+    let file = folder.join("scene.toml");
+    let series = format!(
+        "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\nprony = [{series}]\n"
+    );
+    let split = "\"neo_hookean_split\"\nvolumetric = \"quadratic\"";
+    let scene = std::fs::read_to_string(&file).expect("read").replace("\"neo_hookean\"", split);
+    let scene = scene.replace("\"static\"", "\"implicit_euler\"");
+    let fixed = "[[constraint]]\nkind = \"fixed\"";
+    std::fs::write(&file, scene.replace(fixed, &format!("{series}{fixed}"))).expect("written");
+}
+
+/// Of a scene in time the error of its steps is in the interval where a family of them tells it, twice the change to half of the step; without one a warning says that it is in none.
+#[test]
+fn the_error_of_the_time_steps_is_in_the_interval() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let steps = one.replace("\"mesh\"", "\"steps\"").replace("\"sizes\"", "\"time_step\"");
+    let steps = steps.replace("only = {}", "long = {}\nshort = { \"stage.0.dt\" = \"0.125 s\" }");
+    let found = |families: &str| {
+        let study = folder(&format!("{CALIBRATION}{families}"));
+        relaxing(study.path(), "{ g = 0.5, tau = \"0.2 s\" }");
+        run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+        let (summary, law) = told(study.path());
+        (summary, law, methods_of(study.path()))
+    };
+    let lacks = "depend on the time steps, whose error is in no interval";
+    let (summary, law, methods) = found(&one);
+    assert!(summary.warnings.iter().any(|w| w.contains(lacks)), "{:?}", summary.warnings);
+    assert!(
+        law["provenance"].to_string().contains(lacks) && methods.contains("The error of the time steps is not known")
+    );
+    assert!(summary.analysis["bend"]["constants"][0].get("steps").is_none());
+
+    let (summary, law, methods) = found(&format!("{one}{steps}"));
+    println!("{}\n{:?}", summary.verdict, summary.warnings);
+    assert!(!summary.warnings.iter().any(|w| w.contains(lacks)), "{:?}", summary.warnings);
+    assert!(
+        methods.contains("the error of the time steps, by runs with others") && methods.contains("by the time steps")
+    );
+    let found = &summary.analysis["bend"]["constants"][0];
+    let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+    let cases = found["cases"].as_array().expect("a list");
+    assert_eq!(cases.len(), 2, "the long steps are those of the mesh");
+    let of = |short: bool| cases.iter().find(|c| (c["member"] == "short") == short).expect("a case");
+    let (value, change) = (number(&found["value"]), (number(&of(true)["value"]) - number(&of(false)["value"])).abs());
+    let error = number(&found["steps"]) * value;
+    println!("{value}: {change} to half of the step");
+    assert!(change > 1e-4 * value && (error - 2.0 * change).abs() < 1e-9 * value, "{error} {change}");
+    let ends = |v: &serde_json::Value| [0, 1].map(|k| number(&v["interval"][k]));
+    let ([a, b], [low, high]) = (ends(of(false)), ends(found));
+    assert!((a - error - low).abs() < 1e-9 * value && (b + error - high).abs() < 1e-9 * value, "{found}");
+    assert!(law["provenance"]["mu_step_error_relative"].as_float().is_some());
+}
+
 /// Shares that add up to one less 1e-12 have no derivatives: the case that starts there has a status and a reason that names it, and the other one its
 /// constants.
 #[test]
@@ -593,17 +648,7 @@ fn a_case_whose_start_is_refused_has_a_status_and_the_others_go_on() {
     let set = "\"mesh.grid.divisions\" = [6, 1, 1], \"laws.rubber.mu\" = \"200 kPa\"";
     let edge = "sound = {}\nedge = { \"effect.viscoelastic.prony.1.g\" = 0.699999999999 }\n";
     let study = folder(&format!("{keys}{}", sizes(set, edge)));
-    let file = study.path().join("scene.toml");
-    let series = "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\n\
-        prony = [{ g = 0.3, tau = \"0.5 s\" }, { g = 0.1, tau = \"5 s\" }]\n";
-    let split = "\"neo_hookean_split\"\nvolumetric = \"quadratic\"";
-    let scene = std::fs::read_to_string(&file).expect("read").replace("\"neo_hookean\"", split);
-    let scene = scene.replace("\"static\"", "\"implicit_euler\"");
-    std::fs::write(
-        &file,
-        scene.replace("[[constraint]]\nkind = \"fixed\"", &format!("{series}[[constraint]]\nkind = \"fixed\"")),
-    )
-    .expect("written");
+    relaxing(study.path(), "{ g = 0.3, tau = \"0.5 s\" }, { g = 0.1, tau = \"5 s\" }");
     let records = run(study.path()).unwrap_or_else(|e| panic!("{e}"));
     let of = |id: &str| records.iter().find(|r| r.id.ends_with(id)).unwrap_or_else(|| panic!("{id}"));
     println!("{:?} {:?}", of("sound").status, of("edge").status_detail);

@@ -20,6 +20,7 @@ mod inverse;
 mod inverse_keys;
 mod inverse_start;
 mod inverse_study;
+mod inverse_weights;
 mod law_library;
 mod neo_hookean;
 mod prony;

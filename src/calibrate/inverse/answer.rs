@@ -149,6 +149,17 @@ impl Found {
         self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
     }
 
+    /// In words, where the interval has values that the constant cannot have, such as a modulus below zero.
+    pub fn beyond(&self, (lower, upper): (f64, f64)) -> Option<String> {
+        let [low, high] = self.widest()?;
+        (low < lower || high > upper).then(|| {
+            format!(
+                "{}: its 95 % interval, {low} to {high} in SI units, reaches beyond its possible values, {lower} to {upper}: the data hardly determine it",
+                self.key
+            )
+        })
+    }
+
     /// In words, where the search left the constant at its start.
     pub fn left_at_start(&self) -> Option<String> {
         self.left.then(|| {

@@ -1,6 +1,6 @@
 //! Inverse analysis: constants of laws and other numbers of a scene from curves measured on whole specimens or robots, by simulating them.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene and weights that follow the answer, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
 //!
 //! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit. Curves of one test on several specimens
@@ -13,18 +13,21 @@ mod gauge;
 mod measured;
 mod model;
 mod objective;
+mod observed;
 mod offset;
 mod profile;
 mod rounds;
 mod scatter;
 mod search;
 mod unknown;
+mod weights;
 
 pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel};
-pub use objective::{ObservedCurve, SearchWatch};
+pub use objective::SearchWatch;
+pub use observed::ObservedCurve;
 pub use offset::OffsetAxis;
 pub use search::End;
 pub use unknown::{Bounds, Unknown};
@@ -32,6 +35,7 @@ pub use unknown::{Bounds, Unknown};
 use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
 use super::judgement::identify::{self, Identified};
+use super::solve::error_rows::ErrorRows;
 use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
@@ -47,7 +51,7 @@ use std::time::{Duration, Instant};
 
 /// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
-/// Searches with the weights of a robust loss, and the change of a weight that ends them
+/// Searches with the weights of the answer before, and the change of a weight that ends them
 const REWEIGHTED: usize = 12;
 const SAME: f64 = 1e-3;
 /// Part of a change of an unknown alone that was never searched, times their number, from which on it was left at its start: of one direction that
@@ -116,7 +120,7 @@ pub fn calibrate(
         find(&mut objective, &unknown, settings, from, until)?;
     let (solves, failed) = (objective.solves, objective.failed);
     let search::Found { point, bound, end } = found;
-    let (errors, identified, places) = judge(&objective, &unknown, &point, &bound);
+    let Judged { errors, identified, places, pattern } = judge(&objective, &unknown, &point, &bound);
     let is_sound = |k: usize| {
         places[k].is_some_and(|i| identified.estimates[i].std_error.is_finite())
             && !coordinates.is_open(k, settings.accuracy)
@@ -143,10 +147,8 @@ pub fn calibrate(
     };
     let all: Vec<Found> = (0..point.values.len()).map(found).collect();
     let constants = all[..unknown.len()].to_vec();
-    let named = identified.directions.iter().filter(|_| open.is_empty());
-    let doubts = open.iter().cloned().chain(words(named)).chain(constants.iter().filter_map(Found::open_end));
-    let stayed = constants.iter().filter_map(Found::left_at_start);
-    let unidentified: Vec<String> = doubts.chain(stayed).chain(constants.iter().filter_map(Found::held)).collect();
+    let directions = identified.directions.iter().filter(|_| open.is_empty());
+    let unidentified = doubts(open.iter().cloned().chain(words(directions)), &constants, &unknown);
     let covariance = (0..unknown.len()).all(is_sound).then(|| {
         let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
         (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
@@ -157,7 +159,7 @@ pub fn calibrate(
         covariance,
         errors: errors.model,
         free: errors.free,
-        curves: fitted(&objective, &point, &errors, &all[unknown.len()..]),
+        curves: fitted(&objective, &point, (&errors, &pattern), &all[unknown.len()..]),
         constants,
         gauge,
         solves,
@@ -203,26 +205,32 @@ fn find(
     };
     objective.check_signs(&point).map_err(Failure::Input)?;
     let accuracy = settings.accuracy.max(ROUNDING);
-    let point = with_offsets(objective, point)?;
+    let mut point = with_offsets(objective, point)?;
+    if kept.is_some() {
+        (point, _) = reweighed(objective, Loss::Squares, point);
+    }
     let mut shares = vec![0.0; start.len()];
     let mut found = search_again(objective, unknown, accuracy, (point, &first), until, &mut shares)?;
-    if settings.loss == Loss::Huber {
-        let base = objective.weights.clone();
-        for _ in 0..REWEIGHTED {
-            if objective.reweigh(&base, &found.point) < SAME || found.end == End::OutOfTime {
-                break;
-            }
-            let Point { values, answers, .. } = found.point;
-            let point = objective.point(values, answers);
-            found = rounds(objective, unknown, accuracy, point, until, &mut shares)?;
+    for _ in 0..REWEIGHTED {
+        let change;
+        (found.point, change) = reweighed(objective, settings.loss, found.point);
+        if change < SAME || found.end == End::OutOfTime {
+            break;
         }
+        found = rounds(objective, unknown, accuracy, found.point, until, &mut shares)?;
     }
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
-    let which = Searched::Told { accuracy, curves: &curves };
-    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
+    let (laws, curves) = (&objective.curves[0].model.spec.laws, &objective.origin.curves);
+    let which = Searched::Told { accuracy, curves };
+    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
     Ok(Answered { found, coordinates, start: first, gauge, open, left })
+}
+
+/// The same answer with the weights that follow from it, and their largest change.
+fn reweighed(objective: &mut Objective, loss: Loss, point: Point) -> (Point, f64) {
+    let change = objective.reweigh(loss, &point);
+    (objective.point(point.values, point.answers), change)
 }
 
 /// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.
@@ -234,27 +242,31 @@ fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failur
     if values == point.values { Ok(point) } else { objective.at(&values) }
 }
 
-/// Errors and estimates of the unknowns that no bound holds, and the place of each unknown among them.
-fn judge(
-    objective: &Objective,
-    unknown: &[Unknown],
-    point: &Point,
-    bound: &[i8],
-) -> (Errors, Identified, Vec<Option<usize>>) {
+/// Errors and estimates of the unknowns that no bound holds.
+struct Judged {
+    errors: Errors,
+    identified: Identified,
+    /// Place of each unknown among them
+    places: Vec<Option<usize>>,
+    /// Residual over the sizes of its errors, in which a pattern is looked for
+    pattern: DVector<f64>,
+}
+
+fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[i8]) -> Judged {
     let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
-    let size = objective.size;
-    let (origin, rounding) = (objective.origin(), point.residual.norm() <= ROUNDING * size);
-    let errors = match origin.repeats().repeated.is_empty() {
-        true => errors::of_curves(&jacobian, &point.residual, &origin.curves, rounding),
-        false => errors::of(&jacobian, &point.residual, &objective.changes(point), &origin, rounding),
-    };
+    let size = objective.size();
+    let (origin, rounding) = (&objective.origin, point.residual.norm() <= ROUNDING * size);
+    let fitted = objective.changes(point);
+    let errors = errors::of(&jacobian, &point.residual, &fitted, origin, rounding);
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
     let identified =
         identify::identify(&parameters, &values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
-    (errors, identified, places)
+    let rows = ErrorRows { residual: point.residual.clone(), unlimited: point.residual.clone(), jacobian, fitted };
+    let pattern = rows.over(errors.sizes.as_ref()).residual;
+    Judged { errors, identified, places, pattern }
 }
 
 fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter {
@@ -284,7 +296,12 @@ fn one(
 }
 
 /// Every curve next to its scene at the answer.
-fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Found]) -> Vec<FittedCurve> {
+fn fitted(
+    objective: &Objective,
+    point: &Point,
+    (errors, pattern): (&Errors, &DVector<f64>),
+    offsets: &[Found],
+) -> Vec<FittedCurve> {
     // Each specimen has a level of its own, which is no pattern
     let is_apart = matches!(errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let one = |(of, curve): (usize, &ObservedCurve)| {
@@ -316,7 +333,7 @@ fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Foun
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
-            runs_p: if is_apart { None } else { few_runs(&point.residual, &objective.rows()[of], errors.rho) },
+            runs_p: if is_apart { None } else { few_runs(pattern, &objective.origin.curves[of], errors.rho) },
             offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
             stretch: [median, p95, largest],
             stability: certificate(&answer.scene, largest),
@@ -351,6 +368,14 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
 /// The directions as a fit names them.
 fn words<'a>(directions: impl Iterator<Item = &'a Direction>) -> Vec<String> {
     directions.map(|d| FitWarning::Unidentifiable { directions: vec![d.clone()] }.to_string()).collect()
+}
+
+/// All that the curves do not determine: these directions, and of the constants open ends, impossible ones, values of the start and bounds.
+fn doubts(directions: impl Iterator<Item = String>, constants: &[Found], unknown: &[Unknown]) -> Vec<String> {
+    let beyond = constants.iter().zip(unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
+    let of = |words: fn(&Found) -> Option<String>| constants.iter().filter_map(words);
+    let ends = of(Found::open_end).chain(beyond);
+    directions.chain(ends).chain(of(Found::left_at_start)).chain(of(Found::held)).collect()
 }
 
 /// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.

@@ -3,31 +3,21 @@
 //! The unknowns are the constants of the laws, which all curves share, and after them the offsets of single curves: the slack e of x, ŷ(x − e), and
 //! the zero b of y, ŷ(x) + b.
 
-use super::model::{Answer, Failure, SceneModel};
+use super::model::{Answer, Failure};
+use super::observed::{ObservedCurve, origin};
 use super::offset::OffsetAxis;
+use super::weights::{self, Rows, Rule};
 use super::{InverseError, Measured};
-use crate::calibrate::Weighting;
 use crate::calibrate::judgement::origin::Origin;
+use crate::calibrate::solve::huber_share;
 use crate::calibrate::solve::rows::padded;
-use crate::calibrate::solve::{huber_share, noise};
+use crate::calibrate::{Loss, Weighting};
 use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
 /// Values of the slack that are tried at the start
 const GRID: u32 = 40;
-
-/// A scene with the curve that it is to reproduce.
-pub struct ObservedCurve {
-    /// In words, for messages
-    pub name: String,
-    pub model: SceneModel,
-    pub measured: Measured,
-    /// Specimen on which it was measured; without a name one of its own
-    pub specimen: Option<String>,
-    /// Coordinates whose offset is an unknown
-    pub offsets: Vec<OffsetAxis>,
-}
 
 /// A follower of a search: a closure of its progress, or more.
 pub trait SearchWatch {
@@ -51,19 +41,8 @@ pub struct Offset {
     pub axis: OffsetAxis,
 }
 
-/// Changes from rest below this share of the values are rounding \[–\]
-const NOTHING: f64 = 1e-9;
-
 /// Cosine between the changes of a curve and of its scene, below which they have opposite signs
 const OPPOSITE: f64 = -0.9;
-
-/// ‖w(y − y₀)‖ of all curves, y₀ for the place of a curve.
-fn size(curves: &[ObservedCurve], weights: &[Vec<f64>], rest: impl Fn(usize) -> f64) -> f64 {
-    let of_curve = |(of, (c, w)): (usize, (&ObservedCurve, &Vec<f64>))| {
-        c.measured.y.iter().zip(w).map(|(y, w)| ((y - rest(of)) * w).powi(2)).sum::<f64>()
-    };
-    curves.iter().zip(weights).enumerate().map(of_curve).sum::<f64>().sqrt()
-}
 
 /// Values of all unknowns with what the scenes say there.
 pub struct Point {
@@ -78,13 +57,13 @@ pub struct Point {
 pub struct Objective<'a> {
     pub curves: &'a [ObservedCurve],
     pub offsets: Vec<Offset>,
-    /// \[curves\]\[data points\]
-    pub weights: Vec<Vec<f64>>,
-    /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest: a position is as large as its changes, wherever the origin is. ‖wy‖ before the
-    /// first answer
-    pub size: f64,
-    /// Whether the size is that from rest
-    from_rest: bool,
+    /// Specimen, test and curve of each data point
+    pub origin: Origin,
+    /// Weights of the data points; 1 before the first answer
+    pub weights: Rows,
+    rule: Rule,
+    /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest; none before the first answer
+    size: Option<f64>,
     pub watch: &'a mut dyn SearchWatch,
     /// Smallest misfit so far, with these weights
     least: f64,
@@ -99,13 +78,27 @@ impl<'a> Objective<'a> {
         watch: &'a mut dyn SearchWatch,
     ) -> Result<Self, InverseError> {
         Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured)))?;
-        let weights: Vec<Vec<f64>> =
-            curves.iter().map(|c| weigh(c, weighting, curves.len() > 1)).collect::<Result<_, _>>()?;
-        let size = size(curves, &weights, |_| 0.0);
+        let (origin, rule) = (origin(curves), Rule::new(curves, weighting)?);
+        let weights = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
-        let (from_rest, least) = (false, f64::INFINITY);
-        Ok(Self { curves, offsets, weights, size, from_rest, watch, least, solves: 0, failed: 0 })
+        Ok(Self {
+            curves,
+            offsets,
+            origin,
+            weights,
+            rule,
+            size: None,
+            watch,
+            least: f64::INFINITY,
+            solves: 0,
+            failed: 0,
+        })
+    }
+
+    /// Norm of the weighted changes of the data, which residuals are compared with.
+    pub fn size(&self) -> f64 {
+        self.size.expect("a search begins with an answer")
     }
 
     /// Constants that the curves share.
@@ -129,10 +122,10 @@ impl<'a> Objective<'a> {
                 }
             }
         }
-        if !std::mem::replace(&mut self.from_rest, true) {
-            let changes = size(self.curves, &self.weights, |of| answers[of].at_rest());
-            // Data that say that nothing changes have the size of their values
-            self.size = if changes > NOTHING * self.size { changes } else { self.size };
+        if self.size.is_none() {
+            let changes = weights::measured(self.curves, &answers);
+            self.weights = self.rule.weights(&changes, &changes, &self.origin);
+            self.size = Some(weights::norm(&self.weights, &changes));
         }
         Ok(self.point(values.to_vec(), answers))
     }
@@ -190,20 +183,6 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// Specimen and test of each data point: curves of the same x and y of one scene file are one test.
-    pub fn origin(&self) -> Origin {
-        let place =
-            |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| self.curves[..k].iter().position(is_same).unwrap_or(k);
-        let one = |(k, c): (usize, &ObservedCurve)| {
-            let test =
-                |o: &ObservedCurve| (&o.model.file, &o.model.x, &o.model.y) == (&c.model.file, &c.model.x, &c.model.y);
-            let specimen = place(k, &|o| c.specimen.is_some() && o.specimen == c.specimen);
-            vec![(specimen, place(k, &test)); c.measured.x.len()]
-        };
-        let (specimen, test) = self.curves.iter().enumerate().flat_map(one).unzip();
-        Origin { specimen, test, curves: self.rows() }
-    }
-
     /// w(ŷ − ŷ₀) of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
     pub fn changes(&self, point: &Point) -> DVector<f64> {
         let one =
@@ -235,19 +214,6 @@ impl<'a> Objective<'a> {
         self.offsets.iter().position(|o| *o == Offset { of, axis })
     }
 
-    /// Data points of each curve in the order of its x.
-    pub fn rows(&self) -> Vec<Vec<usize>> {
-        let mut start = 0;
-        let one = |c: &ObservedCurve| {
-            let x = &c.measured.x;
-            let mut order: Vec<usize> = (0..x.len()).collect();
-            order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
-            start += x.len();
-            order.into_iter().map(|i| start - x.len() + i).collect()
-        };
-        self.curves.iter().map(one).collect()
-    }
-
     /// The point at which a search begins: only what is better is told.
     pub fn begin_at(&mut self, point: &Point) {
         self.least = self.least.min(point.residual.norm());
@@ -267,43 +233,28 @@ impl<'a> Objective<'a> {
         self.least = 0.0;
     }
 
-    /// Weights of a robust loss at these residuals; returns the largest change of a weight, relative.
-    pub fn reweigh(&mut self, base: &[Vec<f64>], point: &Point) -> f64 {
+    /// Weights by this answer, and those of a robust loss at its residuals; returns the largest change of a weight, relative.
+    pub fn reweigh(&mut self, loss: Loss, point: &Point) -> f64 {
         self.least = f64::INFINITY;
+        let measured = weights::measured(self.curves, &point.answers);
+        let base = self.rule.weights(&weights::simulated(&point.answers), &measured, &self.origin);
+        let size = weights::norm(&base, &measured);
+        self.size = Some(size);
         let p = self.constants();
         let mut change = 0.0_f64;
         for (of, curve) in self.curves.iter().enumerate() {
             let b = self.offset(of, OffsetAxis::Zero).map_or(0.0, |k| point.values[p + k]);
             let rows = curve.measured.y.iter().zip(&point.answers[of].y).zip(&base[of]);
             let r: Vec<f64> = rows.map(|((y, f), w)| (w * (y - f - b)).abs()).collect();
-            for ((w, share), base) in self.weights[of].iter_mut().zip(huber_share(&r, self.size)).zip(&base[of]) {
+            let shares = match loss {
+                Loss::Squares => vec![1.0; r.len()],
+                Loss::Huber => huber_share(&r, size),
+            };
+            for ((w, share), base) in self.weights[of].iter_mut().zip(shares).zip(&base[of]) {
                 change = change.max((base * share - *w).abs() / base);
                 *w = base * share;
             }
         }
         change
     }
-}
-
-/// w of one curve. Of several, each counts by its noise, or by its relative misfit.
-fn weigh(curve: &ObservedCurve, weighting: Weighting, is_one_of_many: bool) -> Result<Vec<f64>, InverseError> {
-    let Measured { x, y, .. } = &curve.measured;
-    let largest = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
-    if largest == 0.0 {
-        return Err(InverseError::Zero { curve: curve.name.clone() });
-    }
-    let one = |y: &f64| match weighting {
-        Weighting::Absolute | Weighting::Noise => 1.0,
-        Weighting::Relative => y.abs().max(noise::FLOOR * largest).recip(),
-    };
-    let w: Vec<f64> = y.iter().map(one).collect();
-    let unit = match (weighting, is_one_of_many) {
-        // One curve has one noise
-        (_, false) => 1.0,
-        (Weighting::Noise, true) => {
-            noise::of_curve(x, y).ok_or_else(|| InverseError::NoNoise { curve: curve.name.clone(), rows: y.len() })?
-        }
-        (_, true) => (w.iter().zip(y).map(|(w, y)| (w * y).powi(2)).sum::<f64>() / y.len() as f64).sqrt(),
-    };
-    Ok(w.iter().map(|w| w / unit).collect())
 }

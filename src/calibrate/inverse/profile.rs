@@ -87,6 +87,6 @@ fn squares(
         return Ok(start.residual.norm_squared());
     }
     let laws = &objective.curves[0].model.spec.laws;
-    let coordinates = Coordinates::new(unknown, laws, &start, objective.size, Searched::But(j));
+    let coordinates = Coordinates::new(unknown, laws, &start, objective.size(), Searched::But(j));
     Ok(search(objective, &coordinates, start, None)?.point.residual.norm_squared())
 }

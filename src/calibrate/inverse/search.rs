@@ -78,7 +78,7 @@ pub fn search(
     start: Point,
     until: Option<Instant>,
 ) -> Result<Found, Failure> {
-    let size = objective.size;
+    let size = objective.size();
     let misfit = |p: &Point| 0.5 * (p.residual.norm() / size).powi(2);
     let (mut point, mut radius, mut longest) = (start, RADIUS, 0.0_f64);
     let mut u = coordinates.of(&point.values);

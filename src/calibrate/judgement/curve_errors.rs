@@ -44,7 +44,7 @@ pub fn of_curves_along(
     let free = residual.len().saturating_sub(p);
     let smooth = if rounding { 0.0 } else { smooth(residual, curves) };
     if !rounding && free >= 2 {
-        let grown = known.fitted.map(Sizes::grown);
+        let grown = known.fitted.filter(|f| f.amax() > 0.0).map(Sizes::grown);
         let choices = std::iter::once(known.apart).chain(grown.iter().flatten().map(Some));
         let rows = |sizes: Option<&Sizes>| match sizes {
             Some(sizes) => sizes.scaled(directions, residual),

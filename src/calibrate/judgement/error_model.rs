@@ -47,33 +47,35 @@ impl ErrorModel {
     pub fn grows(self) -> bool {
         matches!(self, Self::Unequal { grow: true } | Self::Correlated { grow: true, .. })
     }
-}
 
-impl fmt::Display for ErrorModel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// The model in words, in which the errors are those of measured `responses`, such as stresses.
+    pub fn words(&self, responses: &str) -> String {
         match self {
-            Self::Independent => f.write_str("the errors of the data points are independent"),
+            Self::Independent => "the errors of the data points are independent".into(),
             Self::Correlated { rho, effective, grow } => {
-                let size = if *grow { ", and larger at large stresses" } else { "" };
-                write!(
-                    f,
+                let size = if *grow { format!(", and larger at large {responses}") } else { String::new() };
+                format!(
                     "the errors of neighbouring data points are correlated ({rho:.3}){size}: they count as {effective:.1} independent ones"
                 )
             }
             Self::Unequal { grow } => {
                 let side = if *grow { "larger" } else { "smaller" };
-                write!(f, "the errors of the data points are independent, and {side} at large stresses")
+                format!("the errors of the data points are independent, and {side} at large {responses}")
             }
-            Self::UnequalCurves { ratio } => write!(
-                f,
+            Self::UnequalCurves { ratio } => format!(
                 "the errors of the data points are independent, and up to {ratio:.1} times as large in one curve as in another"
             ),
-            Self::Specimens { specimens } => write!(f, "scatter between {specimens} specimens"),
-            Self::Levels { specimens, repeats } => write!(
-                f,
+            Self::Specimens { specimens } => format!("scatter between {specimens} specimens"),
+            Self::Levels { specimens, repeats } => format!(
                 "scatter of the level between {specimens} specimens, from {repeats} repeats of a test; tests with one specimen are taken to scatter alike"
             ),
         }
+    }
+}
+
+impl fmt::Display for ErrorModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.words("stresses"))
     }
 }
 

@@ -1,6 +1,6 @@
 //! One fit of one law to some samples: weights, solver, intervals.
 
-mod error_rows;
+pub(super) mod error_rows;
 pub(super) mod linear;
 pub(super) mod noise;
 pub(super) mod offset;
@@ -18,6 +18,7 @@ use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
 use crate::calibrate::judgement::misfit::sum_of_squares;
 use crate::calibrate::judgement::origin::Origin;
+use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
@@ -115,9 +116,11 @@ pub fn solve_untested(setting: &LawSetting, samples: &[Sample], near: &LawFit) -
 
 /// The constants without intervals and tests. Relative weights and Huber's follow from the law, and the fit is repeated until they settle.
 pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
+    let (specimen, repeats): (Vec<usize>, _) =
+        (samples.iter().map(|s| s.specimen).collect(), Repeats::of_modes(samples));
     let base = |stress: &[f64]| {
         let mut weights = noise::weights(samples, stress, setting.weighting, &setting.noise)?;
-        noise::share(&mut weights, samples);
+        noise::share(&mut weights, &specimen, &repeats);
         Ok::<_, FitError>(weights)
     };
     let law = |found: &LawFit| samples.iter().map(|s| setting.model.at(&found.values, s)).collect::<Vec<f64>>();

@@ -72,19 +72,19 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     Ok(std_pa)
 }
 
-/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them. Files of which no two hold the same
-/// mode are the curves of one specimen.
-pub fn share(weights: &mut [f64], samples: &[Sample]) {
-    if Repeats::of_modes(samples).repeated.is_empty() {
+/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them. `specimen`: of each data point. Where no test has two
+/// specimens, the data points count as those of one.
+pub fn share<T>(weights: &mut [f64], specimen: &[usize], repeats: &Repeats<T>) {
+    if repeats.repeated.is_empty() {
         return;
     }
-    let count = 1 + samples.iter().map(|s| s.specimen).max().unwrap_or(0);
+    let count = 1 + specimen.iter().copied().max().unwrap_or(0);
     let mut rows = vec![0.0_f64; count];
-    samples.iter().for_each(|s| rows[s.specimen] += 1.0);
+    specimen.iter().for_each(|s| rows[*s] += 1.0);
     let present = rows.iter().filter(|n| **n > 0.0).count() as f64;
-    let mean = samples.len() as f64 / present;
+    let mean = specimen.len() as f64 / present;
     if rows.iter().any(|n| *n > 0.0 && *n != mean) {
-        weights.iter_mut().zip(samples).for_each(|(w, s)| *w *= (mean / rows[s.specimen]).sqrt());
+        weights.iter_mut().zip(specimen).for_each(|(w, s)| *w *= (mean / rows[*s]).sqrt());
     }
 }
 

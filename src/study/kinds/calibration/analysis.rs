@@ -2,7 +2,8 @@
 //! dimensions that are not known exactly leave open.
 //!
 //! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ with its 95 % interval by the errors of the data \[θ − d₋, θ + d₊\], the widest
-//! of all cases, with U the uncertainty of the finest mesh by the meshes of its family ([`crate::study::estimate`]), and with δ_fi = θ_fi − θ the change in
+//! of all cases, with U the uncertainty of the finest mesh by the meshes of its family ([`crate::study::estimate`]) and the error of its time steps by families of them
+//! ([`crate::study::estimate::step_size`]), and with δ_fi = θ_fi − θ the change in
 //! member i of the family f of a dimension that is not known exactly, from the size on its own mesh:
 //!
 //! ```text
@@ -20,11 +21,12 @@ use crate::report::names::constant;
 use crate::report::numbers::{capital, digits, percent};
 use crate::study::analysis::{self, Analysis};
 use crate::study::estimate::family::{Estimate, Level, estimate};
+use crate::study::estimate::step_size::error_of_steps;
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 use crate::wording::few;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Findings of a calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,9 @@ pub struct CalibratedVariant {
     /// Cases of dimensions not known exactly that have no constants: what these dimensions change is in no interval
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without_constants: Vec<String>,
+    /// The scene depends on the time steps, whose error is in no interval
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub lacks_steps: bool,
     /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
     pub solves: usize,
     pub cost: f64,
@@ -68,7 +73,7 @@ pub struct CalibratedConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %: data, mesh, nuisance
+    /// 95 %: data, mesh, time steps, nuisance
     pub interval: Option<[f64; 2]>,
     /// Reason for which there is none
     pub open: Option<String>,
@@ -80,6 +85,9 @@ pub struct CalibratedConstant {
     /// Uncertainty of the finest mesh U over the value \[–\], and how it was estimated; none of one mesh
     pub mesh: Option<f64>,
     pub mesh_method: Option<String>,
+    /// Error of the time steps over the value \[–\]; none where no family of them tells it
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps: Option<f64>,
     /// U is no bound: the finest mesh locks, or its family diverges
     pub mesh_refused: bool,
     /// Smallest and largest value over the corners of the nuisance families, on the finest mesh
@@ -150,9 +158,7 @@ fn solved<'a>(
         all.sort_by_key(|s| s.stored.record.mesh.cells * usize::from(role == Role::Sizes));
         all
     };
-    let mut all = of(Role::Sizes);
-    all.extend(of(Role::Nuisance));
-    all
+    [Role::Sizes, Role::TimeStep, Role::Nuisance].into_iter().flat_map(of).collect()
 }
 
 fn answer(
@@ -173,12 +179,13 @@ fn answer(
         label: study.label(variant),
         case: record.id.clone(),
         cells: record.mesh.cells,
+        lacks_steps: record.depends_on_steps() && constants.iter().any(|c| c.steps.is_none()),
         mesh_verdict: mesh_verdict(&constants, record, locking, study.tolerance),
         constants,
         rms_relative: found.curves.iter().map(|c| c.rms_relative).collect(),
         formulation: record.formulation.clone(),
         locking,
-        errors: found.errors.to_string(),
+        errors: found.errors.words("responses"),
         without_constants,
         solves: found.solves,
         cost: found.wall_s / found.forward_s,
@@ -277,9 +284,10 @@ fn judge(
         });
     let [down, up] = corners.as_ref().map_or([0.0; 2], |c| c.change);
     let mesh = meshes.estimate.as_ref().map(|e| e.uncertainty_finest);
+    let steps = step_error(cases, finest, k);
     let interval = widest.filter(|_| are_known && meshes.refused.is_none()).map(|[below, above]| {
-        let mesh = mesh.unwrap_or(0.0);
-        [own.value - below - mesh + down, own.value + above + mesh + up]
+        let numerical = mesh.unwrap_or(0.0) + steps.unwrap_or(0.0);
+        [own.value - below - numerical + down, own.value + above + numerical + up]
     });
     let size = own.value.abs();
     let open = match (&meshes.refused, own.bound, widest) {
@@ -308,6 +316,7 @@ fn judge(
         drift: meshes.drift.map(|d| d / size),
         mesh: mesh.map(|u| u / size),
         mesh_method: meshes.estimate.map(|e| e.method.to_string()),
+        steps: steps.map(|e| e / size),
         mesh_refused: meshes.refused.is_some(),
         nuisance: corners.as_ref().map(|c| c.change.map(|by| own.value + by)),
         corners: corners.and_then(|c| c.note),
@@ -315,6 +324,24 @@ fn judge(
         bias: gauge.map(|g| g / own.value - 1.0),
         cases: listed.into_iter().map(|s| one(s, k)).collect(),
     }
+}
+
+/// Largest error of the time steps of the finest case in a constant, by the families of them. A case with its steps on their mesh may be of another family.
+fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option<f64> {
+    let of = |family: &str| {
+        let members: Vec<&SolvedSearch> =
+            cases.iter().filter(|s| s.role == Role::TimeStep && s.family == family).collect();
+        let first = &members.first()?.stored.record;
+        let is_same = |s: &&SolvedSearch| {
+            let record = &s.stored.record;
+            s.role == Role::Sizes && record.formulation == first.formulation && record.has_mesh_of(first)
+        };
+        let runs = members.iter().copied().chain(cases.iter().filter(is_same));
+        let runs: Vec<(&CaseRecord, f64)> = runs.map(|s| (&s.stored.record, s.found.constants[k].value)).collect();
+        error_of_steps(&finest.stored.record, &runs)
+    };
+    let families: BTreeSet<&str> = cases.iter().filter(|s| s.role == Role::TimeStep).map(|s| s.family).collect();
+    families.into_iter().filter_map(of).reduce(f64::max)
 }
 
 /// Reason for which no interval is stated where cases of dimensions have no constants.
@@ -407,6 +434,9 @@ impl CalibratedConstant {
                 self.mesh_method.as_deref().unwrap_or_default()
             );
         }
+        if let Some(steps) = self.steps {
+            words += &format!(", the time steps leave ±{}", percent(steps));
+        }
         let (f, unit, n) = scaled(self);
         if let Some([a, b]) = self.nuisance {
             words += &format!(", the dimensions not known exactly give {:.n$} to {:.n$} {unit}", f * a, f * b);
@@ -434,9 +464,20 @@ pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
 /// Reasons not to take an answer at its word.
 fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     let mesh = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.mesh_verdict));
+    let steps = a.lacks_steps.then(|| {
+        format!(
+            "{}: the curves depend on the time steps, whose error is in no interval; add a family of role \"time_step\" with two steps on one mesh, one of them that of the answer.",
+            a.label
+        )
+    });
     let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
+    let may_be_zero = |c: &CalibratedConstant| {
+        c.interval.filter(|[low, high]| *low < 0.0 && 0.0 < *high)?;
+        Some(format!("{}, {}: its interval contains zero; it is hardly determined.", a.label, c.key))
+    };
     let corner = |c: &CalibratedConstant| c.corners.as_ref().map(|note| format!("{}, {}: {note}.", a.label, c.key));
-    mesh.into_iter().chain(errors).chain(a.constants.iter().filter_map(corner)).collect()
+    let of_constants = a.constants.iter().filter_map(may_be_zero).chain(a.constants.iter().filter_map(corner));
+    mesh.into_iter().chain(steps).chain(errors).chain(of_constants).collect()
 }
 
 /// Warnings of the answer of one variant, as its law file has them.

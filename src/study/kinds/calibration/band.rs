@@ -5,7 +5,7 @@
 //! ```text
 //! data        ± t₀.₉₇₅ √(gᵀCg), C by the errors that the residuals show, widened by profiles that are wider
 //! dimensions  from Σ_f minᵢ g·δ_fi to Σ_f maxᵢ g·δ_fi over the nuisance families f, 0 among them
-//! specimen    ± Σ|g U| with the uncertainties U of the constants by the mesh of the specimen
+//! specimen    ± Σ|g U| with the uncertainties U of the constants by the mesh of the specimen and its time steps
 //! mesh        |y(finest) − y(next)| of the scene itself, apart
 //! ```
 //!
@@ -15,7 +15,7 @@ use crate::calibrate::inverse::Calibration;
 use crate::report::numbers::{digits, percent, space};
 use crate::scene::{Extreme, ExtremeKind, extreme};
 use crate::study::curve::Curve;
-use crate::study::kinds::calibration::analysis::CalibratedVariant;
+use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant};
 use crate::study::store::record::{Quantity, Role, Series, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -79,15 +79,16 @@ pub fn band(
     let widest = |c: &crate::calibrate::inverse::Found| Some(half(c.widest()?) / c.std_error?);
     let wide = source.constants.iter().map(widest).collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
     let moved = moved(answer);
-    let mesh: Vec<f64> = answer.constants.iter().map(|c| c.mesh.unwrap_or(0.0) * c.value.abs()).collect();
+    let share = |c: &CalibratedConstant| c.mesh.unwrap_or(0.0) + c.steps.unwrap_or(0.0);
+    let numerical: Vec<f64> = answer.constants.iter().map(|c| share(c) * c.value.abs()).collect();
     let n = y.t.len();
     let mut ends = [Vec::with_capacity(n), Vec::with_capacity(n)];
     for (t, y) in y.f.iter().enumerate() {
         let variance: f64 = (columns.iter().zip(covariance))
             .map(|(g, row)| g[t] * columns.iter().zip(row).map(|(h, c)| h[t] * c).sum::<f64>())
             .sum();
-        let of_mesh: f64 = columns.iter().zip(&mesh).map(|(g, u)| (g[t] * u).abs()).sum();
-        let symmetric = wide * variance.max(0.0).sqrt() + of_mesh;
+        let of_specimen: f64 = columns.iter().zip(&numerical).map(|(g, u)| (g[t] * u).abs()).sum();
+        let symmetric = wide * variance.max(0.0).sqrt() + of_specimen;
         let corner = |end: fn(f64, f64) -> f64| -> f64 {
             moved.values().map(|all| all.iter().map(|d| along(t, d)).fold(0.0, end)).sum()
         };

@@ -47,27 +47,32 @@ pub fn errors(a: &CalibrationFindings) -> String {
                         profile of the likelihood [@bates1988]";
     let any = |has: fn(&CalibratedConstant) -> bool| a.variants.iter().flat_map(|v| &v.constants).any(has);
     let mesh = any(|c| c.mesh.is_some()).then_some("the uncertainty of the finest mesh, by the meshes of its family");
+    let steps = any(|c| c.steps.is_some()).then_some("the error of the time steps, by runs with others");
     let dimensions = any(|c| c.nuisance.is_some()).then_some("the dimensions that are known by ranges");
-    let parts: Vec<&str> = [Some(DATA), mesh, dimensions].into_iter().flatten().collect();
+    let parts: Vec<&str> = [Some(DATA), mesh, steps, dimensions].into_iter().flatten().collect();
     let ends = if parts.len() > 1 { ", all at their worst ends" } else { "" };
     let one_mesh = if mesh.is_none() { " The error of the mesh is not known, and in no interval." } else { "" };
+    let no_steps = match a.variants.iter().any(|v| v.lacks_steps) {
+        true => " The error of the time steps is not known, and in no interval.",
+        false => "",
+    };
     let without = match a.variants.iter().any(|v| !v.without_constants.is_empty()) {
         true => " Where cases of dimensions that are known by ranges have no result, no interval is stated.",
         false => "",
     };
     let shares: Vec<String> = a.variants.iter().flat_map(|v| shares(v, a.variants.len() > 1)).collect();
     let shares = if shares.is_empty() { String::new() } else { format!(" {}.", shares.join("; ")) };
-    format!("The interval of a constant contains {}{ends}.{one_mesh}{without}{shares}", wording::all(&parts))
+    format!("The interval of a constant contains {}{ends}.{one_mesh}{no_steps}{without}{shares}", wording::all(&parts))
 }
 
-/// The shares of data, mesh and dimensions of each constant that has an interval, in per cent of its value.
+/// The shares of data, mesh, time steps and dimensions of each constant that has an interval, in per cent of its value.
 fn shares(v: &CalibratedVariant, named: bool) -> impl Iterator<Item = String> {
     let of = move |c: &CalibratedConstant| {
         let half = |share: Option<f64>, of: &str| share.map(|s| format!("±{} by {of}", percent(s.abs())));
         let size = c.value.abs();
         let ends = c.nuisance.map(|ends| ends.map(|end| percent((end - c.value).abs() / size)));
         let dimensions = ends.map(|[low, high]| format!("−{low} and +{high} by the dimensions"));
-        let parts = [half(c.rows, "the data"), half(c.mesh, "the mesh"), dimensions];
+        let parts = [half(c.rows, "the data"), half(c.mesh, "the mesh"), half(c.steps, "the time steps"), dimensions];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         let from = if named { format!(" from {}", v.label) } else { String::new() };
         c.interval.map(|_| format!("Of {}{from}: {}", v.symbol_of(c), wording::all(&parts)))

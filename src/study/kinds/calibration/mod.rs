@@ -62,7 +62,7 @@ pub struct MeasuredVariantSpec {
     pub curves: Vec<CurveSpec>,
 }
 
-const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
+const ROLES: [Role; 3] = [Role::Sizes, Role::TimeStep, Role::Nuisance];
 
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";

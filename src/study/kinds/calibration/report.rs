@@ -97,6 +97,7 @@ fn constants(a: &CalibrationFindings) -> Table {
             pair(c.interval),
             part(c.rows),
             part(c.mesh),
+            part(c.steps),
             pair(c.nuisance),
             c.gauge.map_or("–".into(), |g| format!("{:.n$}", f * g)),
             c.bias.map_or("–".into(), |b| format!("{:+.1}", 100.0 * b).replace('-', "−")),
@@ -104,7 +105,7 @@ fn constants(a: &CalibrationFindings) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the error of the mesh and the dimensions not known exactly, all at their worst ends; data: half-width from the data alone; mesh: uncertainty of the finest one by the meshes of its family; gauge: what the same law gives if all travel stretches the gauge length, where that tells the constant.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the errors of the mesh and of the time steps and the dimensions not known exactly, all at their worst ends; data: half-width from the data alone; mesh: uncertainty of the finest one by the meshes of its family; time steps: their error by runs with others; gauge: what the same law gives if all travel stretches the gauge length, where that tells the constant.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),
@@ -112,6 +113,7 @@ fn constants(a: &CalibrationFindings) -> Table {
             ("Interval", "", true),
             ("Data", "± %", true),
             ("Mesh", "± %", true),
+            ("Time steps", "± %", true),
             ("Dimensions", "", true),
             ("Gauge", "", true),
             ("Its error", "%", true),
@@ -261,10 +263,14 @@ fn law_file(
         if let Some(mesh) = c.mesh {
             p.insert(format!("{key}_mesh_error_relative"), mesh.into());
         }
+        if let Some(steps) = c.steps {
+            p.insert(format!("{key}_step_error_relative"), steps.into());
+        }
     }
     let warnings: Vec<toml::Value> = warnings_of(a, v, case, found).into_iter().map(Into::into).collect();
     if constants().any(|c| c.interval.is_some()) {
-        let words = "95 % from data, mesh and dimensions not known exactly; tolerance of the study";
+        let steps = if constants().any(|c| c.steps.is_some()) { ", time steps" } else { "" };
+        let words = format!("95 % from data, mesh{steps} and dimensions not known exactly; tolerance of the study");
         p.insert("interval".into(), format!("{words} {}", percent(a.tolerance)).into());
     }
     p.insert("warnings".into(), warnings.into());

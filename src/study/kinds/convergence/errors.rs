@@ -6,8 +6,8 @@
 use crate::report::numbers::{percent, seconds};
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
-use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, ROUNDING};
-use crate::study::estimate::step_size::step_sizes;
+use crate::study::estimate::richardson::ROUNDING;
+use crate::study::estimate::step_size::{Timed, first_order, step_sizes};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
 use serde::Serialize;
@@ -148,26 +148,6 @@ pub fn step_error(cases: &Cases, variant: &str, quantity: &str, reference: Optio
     found.max_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// A run: its time step \[s\], its value, and whether it has the step of the study.
-type Timed = (f64, f64, bool);
-
-/// Error of the step of run `at` by runs with other steps, the shortest first: the difference from the shortest step Δt₁ and the rest s Δt₁ below it. The change per time step s is the mean
-/// of the two steps or that between the two shortest ones; where it has grown towards them by a factor, it may grow by as much again, and a factor of three at most counts: the
-/// error of a damping rule is largest where its steps begin to resolve the motion.
-fn first_order(runs: &[Timed], at: usize) -> Option<f64> {
-    let (dt, a, _) = runs[at];
-    // If the study's step is itself the shortest, the difference to the next longer one bounds its error
-    let (other, b, _) = *runs.iter().find(|run| run.0 != dt)?;
-    let slope = |w: &[Timed]| ((w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs();
-    let slopes: Vec<f64> = runs.windows(2).filter(|w| w[1].0 > w[0].0).take(2).map(slope).collect();
-    let (difference, mean) = ((a - b).abs(), ((a - b) / (dt - other)).abs());
-    let change = match slopes[..] {
-        [finest, next] => mean.max(finest * (finest / next).clamp(1.0, CAUTIOUS_FACTOR)),
-        _ => mean,
-    };
-    Some(if dt < other { change * dt } else { difference + change * other })
-}
-
 /// max − min; 0 of no values.
 fn range(values: &[f64]) -> f64 {
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
@@ -205,52 +185,4 @@ fn step_error_of(
     };
     let negligible = reference.is_some_and(|r| error <= 0.1 * r.uncertainty) || error <= ROUNDING * runs[at].1.abs();
     Some(StepError { family: family.name.clone(), cause, dt_s, values, error, negligible })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Peak of the oscillator x″ + ω²x = ω² with ω = 1, which starts at rest, by implicit Euler with steps Δt; exactly 2.
-    fn oscillator(dt: f64) -> f64 {
-        let (mut x, mut v, mut peak) = (0.0, 0.0, 0.0_f64);
-        for _ in 0..(6.0 / dt).ceil() as usize {
-            v = (v + dt * (1.0 - x)) / (1.0 + dt * dt);
-            x += dt * v;
-            peak = peak.max(x);
-        }
-        peak
-    }
-
-    /// Changes of implicit Euler per time step are largest where its steps begin to resolve the motion. A first order through two steps gives down to 0.27 of the error of a step of which no one
-    /// covers a third of the motion; with the growth between three of them the bound is 0.8 of it at least, and 0.95 from ten steps a period on.
-    #[test]
-    fn steps_that_resolve_a_motion_bound_its_error() {
-        let (mut two, mut three, mut ten) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
-        for k in 0..84 {
-            let finest = 0.0125 * 1.05_f64.powi(k);
-            let runs = [finest, 2.0 * finest, 4.0 * finest].map(|dt| (dt, oscillator(dt), false));
-            for at in (0..3).filter(|at| runs[*at].0 < 0.72) {
-                let (dt, value, _) = runs[at];
-                let share = first_order(&runs, at).expect("other steps") / (2.0 - value);
-                three = three.min(share);
-                ten = if dt < std::f64::consts::TAU / 10.0 { ten.min(share) } else { ten };
-                let pair = [runs[at.min(1)], runs[at.min(1) + 1]];
-                two = two.min(first_order(&pair, at - at.min(1)).expect("another step") / (2.0 - value));
-            }
-        }
-        println!("{two} {three} {ten}");
-        assert!(two < 0.3 && three > 0.8 && ten > 0.95, "{two} {three} {ten}");
-    }
-
-    /// Second order in the steps: the differences shrink, and the bound is that of a first order, twice the error or more.
-    #[test]
-    fn steps_of_second_order_keep_their_bound() {
-        let runs = [0.1, 0.2, 0.4].map(|dt: f64| (dt, 1.0 + dt * dt, false));
-        let shares = [0, 1, 2].map(|at| first_order(&runs, at).expect("other steps") / (runs[at].1 - 1.0));
-        assert!(
-            (shares[0] - 3.0).abs() < 1e-12 && (shares[1] - 1.5).abs() < 1e-12 && (shares[2] - 1.25).abs() < 1e-12,
-            "{shares:?}"
-        );
-    }
 }
