@@ -3,6 +3,7 @@
 use crate::raised::Raised;
 use crate::solve::Link;
 use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
+use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -54,8 +55,8 @@ fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<A
     Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
 }
 
-/// A run with the seconds that it took, by the clock and of the processor.
+/// A run with its record, which is made apart from Python like the run itself: it evaluates laws, and uses threads that may wait for Python.
 pub struct Done {
     pub run: durometer::scene::Run,
-    pub seconds: (f64, f64),
+    pub record: Box<CaseRecord>,
 }

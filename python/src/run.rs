@@ -10,7 +10,6 @@ use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
     ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity, unit_of_column,
 };
-use durometer::study::store::outcome;
 use durometer::system::State;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -309,8 +308,7 @@ impl Run {
         recorded: Recorded,
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
-        let (Done { run, seconds }, scene) = (done, &*built.scene);
-        let record = outcome::record(scene, &run, seconds);
+        let (Done { run, record }, scene) = (done, &*built.scene);
         let solver = &record.solver;
         let collapsed = solver.collapsed_cavities.iter().map(|found| found.warning());
         for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed) {
