@@ -75,6 +75,7 @@ class Run:
     status: str
     fact: str
     remedy: str
+    notes: list[str]
     field_times: NDArray[numpy.float64]
     fields: dict[str, NDArray[numpy.float64]]
     cell_fields: dict[str, NDArray[numpy.float64]]

@@ -10,6 +10,7 @@ use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
     ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity, unit_of_column,
 };
+use durometer::study::limits::{WARNING, limits_of_run};
 use durometer::system::State;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -44,6 +45,9 @@ pub struct Run {
     /// The remedy; empty where the run converged
     #[pyo3(get)]
     remedy: String,
+    /// Notes on the scene and on the run, in words; warnings on its numbers come as `UserWarning`
+    #[pyo3(get)]
+    notes: Vec<String>,
     record: String,
     rows: usize,
     origin: Origin,
@@ -270,6 +274,7 @@ impl Run {
             status: of("status")?.extract()?,
             fact: of("fact")?.extract()?,
             remedy: of("remedy")?.extract()?,
+            notes: of("notes")?.extract()?,
             record: of("record")?.extract()?,
             origin: Origin::Pickled(any("nodes")?, any("cells")?),
             field_times: any("field_times")?,
@@ -284,7 +289,7 @@ impl Run {
 }
 
 /// Attributes that a pickled run keeps, in addition to its record.
-const PICKLED: [&str; 12] = [
+const PICKLED: [&str; 13] = [
     "columns",
     "values",
     "signals",
@@ -292,6 +297,7 @@ const PICKLED: [&str; 12] = [
     "status",
     "fact",
     "remedy",
+    "notes",
     "nodes",
     "cells",
     "field_times",
@@ -309,12 +315,12 @@ impl Run {
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
         let (Done { run, record }, scene) = (done, &*built.scene);
-        let solver = &record.solver;
-        let collapsed = solver.collapsed_cavities.iter().map(|found| found.warning());
-        for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed) {
-            let text = CString::new(warning).map_err(|e| input(&e.to_string(), ""))?;
+        for (kind, limit) in limits_of_run(&record) {
+            let text = if kind == WARNING { limit } else { format!("{kind}: {limit}") };
+            let text = CString::new(text).map_err(|e| input(&e.to_string(), ""))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
         }
+        let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());
         let signals = run.signals.first().map_or(0, Vec::len);
@@ -336,6 +342,7 @@ impl Run {
             status: run.status.name().into(),
             fact,
             remedy,
+            notes,
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
             origin: Origin::Here(Box::new((built, run.last, run.memories.last().cloned().unwrap_or_default()))),

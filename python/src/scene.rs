@@ -12,7 +12,7 @@ use crate::value::{plain, toml_of};
 use durometer::material::LawSpecError;
 use durometer::material::registry::given;
 use durometer::math::threads::locked;
-use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, overrides, read_table};
+use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, limits_of_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
@@ -144,10 +144,12 @@ impl Scene {
         Ok(self.build(py, None)?.scene.controls.controlled())
     }
 
-    /// Notes and warnings on the scene.
+    /// Notes and warnings on the scene and on its mesh.
     #[getter]
     fn notes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        Ok(self.build(py, None)?.scene.notes.clone())
+        let scene = self.build(py, None)?.scene;
+        let limits = apart(py, None, |_| limits_of_scene(&scene))?;
+        Ok(scene.notes.iter().cloned().chain(limits.into_iter().map(|(_, limit)| limit)).collect())
     }
 
     /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
