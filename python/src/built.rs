@@ -2,6 +2,7 @@
 
 use crate::raised::Raised;
 use crate::solve::Link;
+use durometer::material::KnownLaws;
 use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
@@ -17,11 +18,12 @@ pub struct Built {
 /// Failure of work in the thread apart from Python.
 pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 
-/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
-pub fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
+/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene with the laws that it knows.
+pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link);
-    let (spec, text) = changed_scene(file, text, &[])?;
+    let (read, text) = changed_scene(file, text, &[])?;
+    let spec = SceneSpec { known_laws: known_laws.clone(), ..read };
     let body = body(file, &spec, &text, link)?;
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;
     Ok(Built { scene: Arc::new(scene), raised: raised.clone() })

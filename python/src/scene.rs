@@ -9,8 +9,7 @@ use crate::solution::{Wanted, solve};
 use crate::solve::apart;
 use crate::threads;
 use crate::value::{plain, toml_of};
-use durometer::material::LawSpecError;
-use durometer::material::registry::given;
+use durometer::material::{KnownLaws, LawSpecError};
 use durometer::math::threads::locked;
 use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, limits_of_scene, overrides, read_table};
 use pyo3::prelude::*;
@@ -64,6 +63,8 @@ pub struct Scene {
     file: PathBuf,
     /// With the changes in it
     table: Table,
+    /// Those that were registered when the scene was made
+    known_laws: KnownLaws,
     built: Mutex<Option<Built>>,
 }
 
@@ -85,8 +86,8 @@ impl Scene {
         };
         // The scene is built later, perhaps from another folder
         let file = std::path::absolute(file)?;
-        let (_, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
-        Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        let (spec, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
+        Self::of(file, &text, spec.known_laws)
     }
 
     /// The same scene with another value of a key, such as `set("laws.rubber.mu", "30 kPa")`. A step into a list is its index, or the `name` or
@@ -204,7 +205,7 @@ impl Scene {
     /// A scene of what `__reduce__` has kept.
     #[staticmethod]
     fn _pickled(file: PathBuf, text: &str) -> PyResult<Self> {
-        Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        Self::of(file, text, KnownLaws::default())
     }
 
     /// The scene itself, which never changes.
@@ -224,9 +225,10 @@ impl Scene {
 }
 
 impl Scene {
-    /// Refuses a text that is no scene.
-    fn of(file: PathBuf, table: Table) -> PyResult<Self> {
-        Ok(Self { file, table, built: Mutex::new(None) })
+    /// A scene of its text, with these laws.
+    fn of(file: PathBuf, text: &str, known_laws: KnownLaws) -> PyResult<Self> {
+        let table = text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
+        Ok(Self { file, table, known_laws, built: Mutex::new(None) })
     }
 
     /// The same scene with this value of a key.
@@ -236,9 +238,9 @@ impl Scene {
         let constant = parsed.as_ref().and_then(ParameterKey::law_constant);
         if let Some((constant, law)) = constant.and_then(|constant| Some((constant.key, spec.laws.get(constant.law)?)))
         {
-            check_constant(law, constant, value)?;
+            check_constant(&self.known_laws, law, constant, value)?;
         }
-        Self::of(self.file.clone(), text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        Self::of(self.file.clone(), &text, self.known_laws.clone())
     }
 
     /// The key as the text gives it, for a value in SI units.
@@ -261,7 +263,7 @@ impl Scene {
             return Ok(built);
         }
         let text = self.text();
-        let built = apart(py, follower, |link| assembled(&self.file, &text, link))?;
+        let built = apart(py, follower, |link| assembled(&self.file, &text, &self.known_laws, link))?;
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         *locked(&self.built) = Some(built.clone());
         Ok(built)
@@ -269,9 +271,9 @@ impl Scene {
 }
 
 /// Refuses a constant of a law with a wrong unit. What other keys of the law decide is left to the run: they may be changed next.
-fn check_constant(law: &Table, key: &str, value: Value) -> PyResult<()> {
+fn check_constant(known_laws: &KnownLaws, law: &Table, key: &str, value: Value) -> PyResult<()> {
     let alone = law.get("law").map(|name| ("law".into(), name.clone())).into_iter().chain([(key.into(), value)]);
-    match given(&alone.collect()) {
+    match known_laws.given(&alone.collect()) {
         Err(why @ (LawSpecError::Unit { .. } | LawSpecError::NotAQuantity { .. })) => Err(refused(why)),
         _ => Ok(()),
     }

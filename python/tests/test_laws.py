@@ -376,14 +376,24 @@ def test_an_exception_belongs_to_the_run_in_which_it_was_raised() -> None:
     assert set(ends) <= {"Converged", "ZeroDivisionError"} and "ZeroDivisionError" in ends, ends
 
 
-def test_a_law_is_registered_again() -> None:
-    law = type("Again", (PythonNeoHookean,), {"name": "python_again"})
-    durometer.register_law(law)
-    text = BEAM.replace("neo_hookean", "python_again").replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
-    before = durometer.Scene.from_toml(text)
-    sunk = before.run()["xmax_z_m"]
-    double = {name: lambda self, F, name=name: 2 * getattr(PythonNeoHookean, name)(self, F) for name in ("energy", "stress", "tangent")}
-    durometer.register_law(type("Again", (PythonNeoHookean,), {"name": "python_again", **double}))
-    assert numpy.array_equal(before.run()["xmax_z_m"], sunk), "a scene that exists keeps its law"
+@pytest.mark.parametrize("linear", [True, False])
+def test_a_law_is_registered_again(linear: bool) -> None:
+    name = f"python_again_{linear}"
+    law = {"name": name, "linear": linear}
+    durometer.register_law(type("Again", (PythonNeoHookean,), law))
+    text = BEAM.replace("neo_hookean", name).replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]").replace('dt = "0.5 s"', 'dt = "1 s"')
+    before, unbuilt = durometer.Scene.from_toml(text), durometer.Scene.from_toml(text)
+    keys, weights = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.2"], {"xmax_z_m": 1.0}
+    run = before.run(threads=1)
+    sunk, gradient, derivatives = run["xmax_z_m"], run.gradient(weights, keys), before.sensitivities(keys, threads=1).values
+    double = {method: lambda self, F, method=method: 2 * getattr(PythonNeoHookean, method)(self, F) for method in ("energy", "stress", "tangent")}
+    durometer.register_law(type("Again", (PythonNeoHookean,), {**law, **double}))
+    # Scenes that exist keep their law, also where they are assembled and differentiated later, and where another value makes another scene
+    for scene in (before, unbuilt, before.set("laws.silicone.E", "100 kPa")):
+        again = scene.run(threads=1)
+        assert numpy.array_equal(again["xmax_z_m"], sunk)
+        assert numpy.array_equal(again.gradient(weights, keys), gradient)
+        assert numpy.array_equal(scene.sensitivities(keys, threads=1).values, derivatives)
+    assert numpy.array_equal(run.gradient(weights, keys), gradient)
     after = durometer.Scene.from_toml(text).run()["xmax_z_m"]
     assert abs(after[-1] - after[0]) < 0.7 * abs(sunk[-1] - sunk[0])

@@ -90,7 +90,8 @@ impl SceneModel {
     /// The scene of the text with these values of the unknowns.
     fn varied(&self, values: &[f64]) -> Result<Scene, InverseError> {
         let text = written(&self.changed(values)?);
-        let spec: SceneSpec = from_text(&self.file, &text, "")?;
+        let read: SceneSpec = from_text(&self.file, &text, "")?;
+        let spec = SceneSpec { known_laws: self.spec.known_laws.clone(), ..read };
         let body = match self.unknown.iter().any(|u| u.key.makes_mesh()) {
             true => Arc::new(self.body.varied(&self.file, &spec.mesh)?),
             false => self.body.clone(),

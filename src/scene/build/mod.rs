@@ -320,8 +320,8 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let simulated = identity(file, (&spec, &text), &body, &additions);
         let Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant } = additions;
-        let tables =
-            Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
+        let laws = (&spec.laws, &spec.known_laws);
+        let tables = Tables { regions: &spec.mesh.regions, laws, own_laws: &own_laws, events: &spec.events };
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
