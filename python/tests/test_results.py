@@ -117,3 +117,32 @@ def test_limits_of_a_run_are_warnings_and_notes(tmp_path: Path) -> None:
     assert any("the equilibrium is unstable" in note for note in run.notes)
     assert run.notes == run.record["notes"] == pickle.loads(pickle.dumps(run)).notes
     assert any("cells across the thinnest wall" in note for note in scene.notes)
+
+
+def test_derivatives_that_end_early_have_the_times_of_their_rows() -> None:
+    text = BEAM.replace('E = "100 kPa"', 'E = "5 kPa"').replace('integrator = "static"\nduration = "1 s"\ndt = "0.5 s"', MOVING)
+    scene = durometer.Scene.from_toml(text.replace('[[probe]]\nkind = "energy"\n', "") + FALLING)
+    with pytest.raises(durometer.RunError) as caught:
+        scene.sensitivities(["laws.silicone.E"])
+    assert caught.value.status == "NoDerivative"
+    found = scene.sensitivities(["laws.silicone.E"], check=False)
+    assert 1 < len(found.times) < len(found.run) and len(found.times) == len(found.values) == len(found["xmax_z_m", "laws.silicone.E"])
+    assert list(found.times) == list(found.frame.index) == list(found.run.times[: len(found.times)])
+
+
+MOVING = 'integrator = { kind = "generalised_alpha", rho = 0.5 }\nduration = "0.1 s"\ndt = "0.002 s"'
+#: The beam swings onto a floor
+FALLING = """
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1070 kg/m^3"
+mass = "consistent"
+
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }
+response = "penalty"
+friction = 0
+"""
