@@ -140,7 +140,7 @@ impl Run {
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(nodes, _) => return Ok(nodes.clone_ref(py)),
+            Origin::Pickled(nodes, _) => return nodes.call_method0(py, "copy"),
         };
         let points = &scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
@@ -151,7 +151,7 @@ impl Run {
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(_, cells) => return Ok(cells.clone_ref(py)),
+            Origin::Pickled(_, cells) => return cells.call_method0(py, "copy"),
         };
         let mesh = &scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
