@@ -150,7 +150,7 @@ class Invariants:
 @final
 class Fit:
     @staticmethod
-    def from_csv(path: _Path | Sequence[_Path], law: str, *, progress: _Progress = None, **options: Any) -> Fit: ...
+    def from_csv(path: _Path | Sequence[_Path], law: str, *, threads: int | None = None, progress: _Progress = None, **options: Any) -> Fit: ...
     @staticmethod
     def from_arrays(
         stretch: ArrayLike,
@@ -159,6 +159,7 @@ class Fit:
         *,
         mode: str = "uniaxial",
         second_stretch: ArrayLike | None = None,
+        threads: int | None = None,
         progress: _Progress = None,
         **options: Any,
     ) -> Fit: ...
@@ -222,6 +223,7 @@ class Calibration:
         weight: str = "absolute",
         accuracy: float = 0.01,
         profile: bool = False,
+        threads: int | None = None,
         progress: _Progress = None,
         check: bool = True,
     ) -> Calibration: ...
