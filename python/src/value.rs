@@ -2,6 +2,7 @@
 
 use crate::error::input;
 use durometer::math::tensor::Mat3;
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString, PyTuple};
 use serde::Serialize;
@@ -117,8 +118,31 @@ fn shaped(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult
     array.call_method0("ravel")?.extract()
 }
 
+/// One number, or what is to be given.
+pub fn number(name: &str, given: &Bound<'_, PyAny>, remedy: &str) -> PyResult<f64> {
+    given.extract().map_err(|why: PyErr| match why.is_instance_of::<PyException>(given.py()) {
+        true => input(&format!("{name} is of the type {}, and no number", kind(given)), remedy),
+        false => why,
+    })
+}
+
+/// Two numbers of a list or an array.
+pub fn pair(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let both = shaped(name, given, &[&[2]])?;
+    Ok((both[0], both[1]))
+}
+
 fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let py = given.py();
+    let is_complex = |given: &Bound<'_, PyAny>| {
+        let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
+        kind.and_then(|kind| kind.extract::<String>()).is_ok_and(|kind| kind == "c")
+    };
+    // numpy makes these numbers, one of them with a warning
+    if given.is_none() || is_complex(given) {
+        let fact = if given.is_none() { "None" } else { "an array of complex numbers" };
+        return Err(input(&format!("{name} is {fact}"), "give a list of real numbers or an array of numpy"));
+    }
     if py.import("numpy.ma")?.call_method1("is_masked", (given,))?.is_truthy()? {
         let remedy =
             "leave these data points out, for example by keep = ~numpy.ma.getmaskarray(y), x[keep] and y[keep]";
