@@ -18,7 +18,7 @@ _Progress: TypeAlias = bool | Callable[[float, float], object] | None
 _Controller: TypeAlias = Callable[["Observation"], Mapping[str, _Number] | _Number | None]
 _Number: TypeAlias = float | numpy.generic
 _Law = TypeVar("_Law", bound=type)
-_Value: TypeAlias = str | float | bool | Sequence[Any] | Mapping[str, Any] | numpy.generic | NDArray[Any]
+_Value: TypeAlias = str | float | bool | os.PathLike[str] | Sequence[Any] | Mapping[str, Any] | numpy.generic | NDArray[Any]
 
 def main(arguments: Sequence[_Path]) -> int: ...
 def main_in_session(arguments: Sequence[_Path]) -> int: ...

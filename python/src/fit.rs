@@ -308,7 +308,8 @@ fn in_python(message: &str) -> String {
 
 /// The same of arrays, whose numbers are in SI units.
 fn of_arrays(message: &str) -> String {
-    in_python(&message.replace("Pass --stress-unit", "Give them in Pa"))
+    let in_pascal = message.replace("Pass --stress-unit", "Give them in Pa");
+    in_python(&in_pascal.replace("pass --stress-positive compression", "give the stresses the other sign"))
 }
 
 /// All that are given.

@@ -27,7 +27,7 @@ pub struct Run {
     /// Names of the columns; the first is `t_s`
     #[pyo3(get)]
     columns: Vec<String>,
-    /// \[times × columns\]
+    /// \[times × columns\], all of them: `[output] series` thins the files of the program only
     #[pyo3(get)]
     values: Py<PyAny>,
     /// \[times × signals\] values of the prescribed signals

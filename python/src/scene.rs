@@ -70,11 +70,11 @@ pub struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene of a file, or of a text in TOML, which has several lines. Files that a text names are found from the current folder.
+    /// The scene of a file, or of a text in TOML. Files that a text names are found from the current folder.
     #[staticmethod]
     #[pyo3(signature = (source))]
     fn from_toml(source: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| text.contains('\n'));
+        let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| is_scene(text));
         let (file, text) = match text {
             Some(text) => (PathBuf::from(TEXT), text),
             None => {
@@ -268,6 +268,12 @@ impl Scene {
         *locked(&self.built) = Some(built.clone());
         Ok(built)
     }
+}
+
+/// Whether a text is that of a scene and no name of a file: it has several lines, or the one that it has gives a key.
+fn is_scene(text: &str) -> bool {
+    let gives_key = || text.contains('=') && text.parse::<Table>().is_ok() && !Path::new(text).exists();
+    text.contains('\n') || gives_key()
 }
 
 /// Refuses a constant of a law with a wrong unit. What other keys of the law decide is left to the run: they may be changed next.

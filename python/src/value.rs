@@ -6,11 +6,12 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString, PyTuple};
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// Deepest nesting of lists and dictionaries in a value: no key of a scene lies deeper.
 const DEEPEST: usize = 32;
 
-/// The value of a key of a scene: text with a unit, a number, a flag, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
+/// The value of a key of a scene: text with a unit, a number, a flag, a path, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
 pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     toml_within(value, DEEPEST)
 }
@@ -40,6 +41,12 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
         let entry = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_within(&value, depth)?));
         return Ok(toml::Value::Table(entries.into_iter().map(entry).collect::<PyResult<_>>()?));
     }
+    if value.hasattr("__fspath__")? {
+        let path = value.extract::<PathBuf>()?.into_os_string().into_string();
+        return path
+            .map(Into::into)
+            .map_err(|path| input(&format!("the path {path:?} is no text"), "name it in UTF-8"));
+    }
     if is_list(value) {
         let entries = value.try_iter()?.map(|entry| toml_within(&entry?, depth)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(entries));
@@ -52,7 +59,7 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
     }
     Err(input(
         &format!("a value of the type {} is none of a scene", kind(value)),
-        "give a text with a unit such as \"18 kPa\", a number, True or False, a list or a dictionary",
+        "give a text with a unit such as \"18 kPa\", a number, True or False, a path, a list or a dictionary",
     ))
 }
 
