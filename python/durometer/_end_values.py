@@ -46,6 +46,8 @@ class EndValues:
     def __init__(self, scene: Scene, keys: Sequence[str], columns: Sequence[str], method: str, threads: int | None):
         if not isinstance(scene, Scene):
             raise InputError(f"scene is of the type {type(scene).__name__}", "give a durometer.Scene")
+        # The scene is assembled and asked for its columns by as many threads as it is run
+        set_threads(threads)
         self.scene = scene
         self.keys = names("keys", keys, '["laws.rubber.mu"]')
         self.columns = names("columns", columns, '["xmax_z_m"]')

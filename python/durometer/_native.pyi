@@ -18,7 +18,7 @@ _Progress: TypeAlias = bool | Callable[[float, float], object] | None
 _Controller: TypeAlias = Callable[["Observation"], Mapping[str, _Number] | _Number | None]
 _Number: TypeAlias = float | numpy.generic
 _Law = TypeVar("_Law", bound=type)
-_Value: TypeAlias = str | float | bool | Sequence[Any] | Mapping[str, Any] | numpy.generic | NDArray[Any]
+_Value: TypeAlias = str | float | bool | os.PathLike[str] | Sequence[Any] | Mapping[str, Any] | numpy.generic | NDArray[Any]
 
 def main(arguments: Sequence[_Path]) -> int: ...
 def main_in_session(arguments: Sequence[_Path]) -> int: ...
@@ -75,6 +75,7 @@ class Run:
     status: str
     fact: str
     remedy: str
+    notes: list[str]
     field_times: NDArray[numpy.float64]
     fields: dict[str, NDArray[numpy.float64]]
     cell_fields: dict[str, NDArray[numpy.float64]]
@@ -149,7 +150,7 @@ class Invariants:
 @final
 class Fit:
     @staticmethod
-    def from_csv(path: _Path | Sequence[_Path], law: str, *, progress: _Progress = None, **options: Any) -> Fit: ...
+    def from_csv(path: _Path | Sequence[_Path], law: str, *, threads: int | None = None, progress: _Progress = None, **options: Any) -> Fit: ...
     @staticmethod
     def from_arrays(
         stretch: ArrayLike,
@@ -158,6 +159,7 @@ class Fit:
         *,
         mode: str = "uniaxial",
         second_stretch: ArrayLike | None = None,
+        threads: int | None = None,
         progress: _Progress = None,
         **options: Any,
     ) -> Fit: ...
@@ -221,6 +223,7 @@ class Calibration:
         weight: str = "absolute",
         accuracy: float = 0.01,
         profile: bool = False,
+        threads: int | None = None,
         progress: _Progress = None,
         check: bool = True,
     ) -> Calibration: ...

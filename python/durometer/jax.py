@@ -24,8 +24,8 @@ def function(
     It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other. Forward mode (`jax.jvp`, and with it
     `jax.hessian`) raises the `TypeError` of JAX, and a derivative of a derivative `InputError`. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
     for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
-    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
-    holds its text.
+    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` and `jax.vmap` an exception of a run comes as the
+    `JaxRuntimeError` of JAX, which holds its text.
 
     Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
     `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.

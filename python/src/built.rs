@@ -2,7 +2,9 @@
 
 use crate::raised::Raised;
 use crate::solve::Link;
+use durometer::material::KnownLaws;
 use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
+use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,11 +18,12 @@ pub struct Built {
 /// Failure of work in the thread apart from Python.
 pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 
-/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
-pub fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
+/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene with the laws that it knows.
+pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link);
-    let (spec, text) = changed_scene(file, text, &[])?;
+    let (read, text) = changed_scene(file, text, &[])?;
+    let spec = SceneSpec { known_laws: known_laws.clone(), ..read };
     let body = body(file, &spec, &text, link)?;
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;
     Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
@@ -54,8 +57,8 @@ fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<A
     Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
 }
 
-/// A run with the seconds that it took, by the clock and of the processor.
+/// A run with its record, which is made apart from Python like the run itself: it evaluates laws, and uses threads that may wait for Python.
 pub struct Done {
     pub run: durometer::scene::Run,
-    pub seconds: (f64, f64),
+    pub record: Box<CaseRecord>,
 }

@@ -6,6 +6,7 @@ use crate::keys::parsed;
 use crate::raised::Raised;
 use crate::scene::Scene;
 use crate::solve::{Link, ended};
+use crate::threads;
 use crate::value::{entries, is_list, kind, numbers, plain, toml_of};
 use durometer::calibrate::Weighting;
 use durometer::calibrate::inverse::{
@@ -30,11 +31,11 @@ impl Calibration {
     /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
     /// None for the whole range that has a meaning. Results are in the order of the keys.
     /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `progress` as in `Scene.run`, for each forward solve. `check`: raise `RunError` where the search does not settle. Where it ends
+    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve. `check`: raise `RunError` where the search does not settle. Where it ends
     /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys \[SI\]; None where none were
     /// better than the first.
     #[staticmethod]
-    #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, progress = None, check = true))]
+    #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, threads = None, progress = None, check = true))]
     fn from_curves(
         py: Python<'_>,
         curves: Vec<Bound<'_, PyAny>>,
@@ -42,9 +43,11 @@ impl Calibration {
         weight: &str,
         accuracy: f64,
         profile: bool,
+        threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
     ) -> PyResult<Self> {
+        threads::set(threads)?;
         let follower = crate::run::follower(py, progress)?;
         let weighting: Weighting = weight.parse().map_err(refused::<String>)?;
         if !(accuracy > 0.0 && accuracy < 1.0) {

@@ -101,9 +101,12 @@ impl Foreign {
     }
 }
 
+/// A number; a truth value is none, which Python and numpy would make 0 or 1.
 fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    value.extract().map_err(|_| {
-        PyTypeError::new_err(format!("the controller sets a signal to a {}; return numbers in SI units", kind(value)))
+    let kind = kind(value);
+    let number = if kind.starts_with("bool") { None } else { value.extract().ok() };
+    number.ok_or_else(|| {
+        PyTypeError::new_err(format!("the controller sets a signal to a {kind}; return numbers in SI units"))
     })
 }
 

@@ -42,17 +42,18 @@ impl Fit {
     /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
     /// lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive, stress_positive, strain_from, cycle, zero,
     /// toe; of a test piece whose displacement and force were measured gauge_length, width, thickness, diameter, area, compliance. Quantities are texts
-    /// with a unit or numbers in SI units; None is an option that is not given.
+    /// with a unit or numbers in SI units; None is an option that is not given. `threads` and `progress` as in `Scene.run`.
     #[staticmethod]
-    #[pyo3(signature = (path, law, *, progress = None, **options))]
+    #[pyo3(signature = (path, law, *, threads = None, progress = None, **options))]
     fn from_csv(
         py: Python<'_>,
         path: &Bound<'_, PyAny>,
         law: &str,
+        threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        threads::set(None)?;
+        threads::set(threads)?;
         let one = path.extract::<PathBuf>().map(|path| vec![path]);
         let files = one.or_else(|_| path.extract::<Vec<PathBuf>>())?;
         let Some((first, more)) = files.split_first() else {
@@ -74,7 +75,7 @@ impl Fit {
     /// `second_stretch`: of a biaxial test, the stretch in the other direction. Points of the other direction follow those of the first, with the
     /// stretches exchanged.
     #[staticmethod]
-    #[pyo3(signature = (stretch, stress, law, *, mode = "uniaxial", second_stretch = None, progress = None, **options))]
+    #[pyo3(signature = (stretch, stress, law, *, mode = "uniaxial", second_stretch = None, threads = None, progress = None, **options))]
     fn from_arrays(
         py: Python<'_>,
         stretch: &Bound<'_, PyAny>,
@@ -82,10 +83,11 @@ impl Fit {
         law: &str,
         mode: &str,
         second_stretch: Option<&Bound<'_, PyAny>>,
+        threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        threads::set(None)?;
+        threads::set(threads)?;
         let (stretch, stress) = (numbers("stretch", stretch)?, numbers("stress", stress)?);
         let second = second_stretch.map(|second| numbers("second_stretch", second)).transpose()?;
         let mode: Mode = mode.parse().map_err(refused::<durometer::calibrate::UnknownMode>)?;
@@ -306,7 +308,8 @@ fn in_python(message: &str) -> String {
 
 /// The same of arrays, whose numbers are in SI units.
 fn of_arrays(message: &str) -> String {
-    in_python(&message.replace("Pass --stress-unit", "Give them in Pa"))
+    let in_pascal = message.replace("Pass --stress-unit", "Give them in Pa");
+    in_python(&in_pascal.replace("pass --stress-positive compression", "give the stresses the other sign"))
 }
 
 /// All that are given.

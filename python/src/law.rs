@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex};
 static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap::new());
 
 /// Makes a law known: scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`. A law of Python that has the
-/// name already is replaced; runs and scenes that were made with it keep it.
+/// name already is replaced; scenes that were made with it, what `Scene.set` makes of them, and their runs keep it.
 #[pyfunction]
 pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     check_class(law)?;

@@ -3,7 +3,7 @@
 use crate::array::array;
 use crate::error::{input, is_outside, outside, refused};
 use crate::raised::Raised;
-use crate::value::{tensor, tensor_of_four};
+use crate::value::{number, pair, tensor, tensor_of_four};
 use durometer::material::{
     Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
 };
@@ -112,24 +112,30 @@ impl PythonLaw {
             || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
         let object = self.object.as_ref().ok_or_else(missing)?.bind(py);
         let gradient = array(py, f.transpose().as_slice().to_vec(), [3, 3])?;
-        let psi: f64 = object.call_method1("energy", (&gradient,))?.extract()?;
+        let answer = |method: &str| object.call_method1(method, (&gradient,));
+        let psi = number(&self.named("energy"), &answer("energy")?, "return a float, in J/m³")?;
         self.finite("energy", &[psi])?;
         let mut response = Response { psi, p: Mat3::zeros(), a: ZERO9 };
         if want >= Want::Residual {
-            response.p = tensor("stress", &object.call_method1("stress", (&gradient,))?)?;
+            response.p = tensor(&self.named("stress"), &answer("stress")?)?;
             self.finite("stress", response.p.as_slice())?;
         }
         if want >= Want::Tangent {
-            let values = tensor_of_four("tangent", &object.call_method1("tangent", (&gradient,))?)?;
+            let values = tensor_of_four(&self.named("tangent"), &answer("tangent")?)?;
             response.a.as_flattened_mut().copy_from_slice(&values);
             self.finite("tangent", &values)?;
         }
         Ok(response)
     }
 
+    /// The answer of a method, as messages name it.
+    fn named(&self, method: &str) -> String {
+        format!("the {method} of the law {}", self.class.info.name)
+    }
+
     fn finite(&self, what: &str, values: &[f64]) -> PyResult<()> {
         match values.iter().find(|value| !value.is_finite()) {
-            Some(value) => Err(outside(&format!("the {what} of the law {} is {value}", self.class.info.name))),
+            Some(value) => Err(outside(&format!("{} is {value}", self.named(what)))),
             None => Ok(()),
         }
     }
@@ -152,7 +158,8 @@ fn object(py: Python<'_>, class: &Class, values: &[f64], moduli: Option<Moduli>)
     let moduli = match moduli {
         Some(moduli) => moduli,
         None => {
-            let (mu, kappa): (f64, f64) = object.call_method0("moduli")?.extract()?;
+            let name = format!("the answer of `moduli` of the law {}", class.info.name);
+            let (mu, kappa) = pair(&name, &object.call_method0("moduli")?)?;
             Moduli::from_pair(("mu", mu), ("kappa", kappa)).map_err(refused)?
         }
     };

@@ -10,7 +10,7 @@ use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
     ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity, unit_of_column,
 };
-use durometer::study::store::outcome;
+use durometer::study::limits::{WARNING, limits_of_run};
 use durometer::system::State;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -27,7 +27,7 @@ pub struct Run {
     /// Names of the columns; the first is `t_s`
     #[pyo3(get)]
     columns: Vec<String>,
-    /// \[times × columns\]
+    /// \[times × columns\], all of them: `[output] series` thins the files of the program only
     #[pyo3(get)]
     values: Py<PyAny>,
     /// \[times × signals\] values of the prescribed signals
@@ -45,6 +45,9 @@ pub struct Run {
     /// The remedy; empty where the run converged
     #[pyo3(get)]
     remedy: String,
+    /// Notes on the scene and on the run, in words; warnings on its numbers come as `UserWarning`
+    #[pyo3(get)]
+    notes: Vec<String>,
     record: String,
     rows: usize,
     origin: Origin,
@@ -137,7 +140,7 @@ impl Run {
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(nodes, _) => return Ok(nodes.clone_ref(py)),
+            Origin::Pickled(nodes, _) => return nodes.call_method0(py, "copy"),
         };
         let points = &scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
@@ -148,7 +151,7 @@ impl Run {
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(_, cells) => return Ok(cells.clone_ref(py)),
+            Origin::Pickled(_, cells) => return cells.call_method0(py, "copy"),
         };
         let mesh = &scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
@@ -271,6 +274,7 @@ impl Run {
             status: of("status")?.extract()?,
             fact: of("fact")?.extract()?,
             remedy: of("remedy")?.extract()?,
+            notes: of("notes")?.extract()?,
             record: of("record")?.extract()?,
             origin: Origin::Pickled(any("nodes")?, any("cells")?),
             field_times: any("field_times")?,
@@ -285,7 +289,7 @@ impl Run {
 }
 
 /// Attributes that a pickled run keeps, in addition to its record.
-const PICKLED: [&str; 12] = [
+const PICKLED: [&str; 13] = [
     "columns",
     "values",
     "signals",
@@ -293,6 +297,7 @@ const PICKLED: [&str; 12] = [
     "status",
     "fact",
     "remedy",
+    "notes",
     "nodes",
     "cells",
     "field_times",
@@ -309,15 +314,13 @@ impl Run {
         recorded: Recorded,
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
-        let (Done { run, seconds }, scene) = (done, &*built.scene);
-        let record = outcome::record(scene, &run, seconds);
-        let solver = &record.solver;
-        let collapsed = solver.collapsed_cavities.iter().map(|found| found.warning());
-        let sunken = solver.sunken_facets.iter().map(|found| found.warning());
-        for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed).chain(sunken) {
-            let text = CString::new(warning).map_err(|e| input(&e.to_string(), ""))?;
+        let (Done { run, record }, scene) = (done, &*built.scene);
+        for (kind, limit) in limits_of_run(&record) {
+            let text = if kind == WARNING { limit } else { format!("{kind}: {limit}") };
+            let text = CString::new(text).map_err(|e| input(&e.to_string(), ""))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
         }
+        let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());
         let signals = run.signals.first().map_or(0, Vec::len);
@@ -339,6 +342,7 @@ impl Run {
             status: run.status.name().into(),
             fact,
             remedy,
+            notes,
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
             origin: Origin::Here(Box::new((built, run.last, run.memories.last().cloned().unwrap_or_default()))),

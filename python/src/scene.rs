@@ -9,10 +9,9 @@ use crate::solution::{Wanted, solve};
 use crate::solve::apart;
 use crate::threads;
 use crate::value::{plain, toml_of};
-use durometer::material::LawSpecError;
-use durometer::material::registry::given;
+use durometer::material::{KnownLaws, LawSpecError};
 use durometer::math::threads::locked;
-use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, overrides, read_table};
+use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, limits_of_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
@@ -64,16 +63,18 @@ pub struct Scene {
     file: PathBuf,
     /// With the changes in it
     table: Table,
+    /// Those that were registered when the scene was made
+    known_laws: KnownLaws,
     built: Mutex<Option<Built>>,
 }
 
 #[pymethods]
 impl Scene {
-    /// The scene of a file, or of a text in TOML, which has several lines. Files that a text names are found from the current folder.
+    /// The scene of a file, or of a text in TOML. Files that a text names are found from the current folder.
     #[staticmethod]
     #[pyo3(signature = (source))]
     fn from_toml(source: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| text.contains('\n'));
+        let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| is_scene(text));
         let (file, text) = match text {
             Some(text) => (PathBuf::from(TEXT), text),
             None => {
@@ -85,8 +86,8 @@ impl Scene {
         };
         // The scene is built later, perhaps from another folder
         let file = std::path::absolute(file)?;
-        let (_, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
-        Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        let (spec, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
+        Self::of(file, &text, spec.known_laws)
     }
 
     /// The same scene with another value of a key, such as `set("laws.rubber.mu", "30 kPa")`. A step into a list is its index, or the `name` or
@@ -144,10 +145,12 @@ impl Scene {
         Ok(self.build(py, None)?.scene.controls.controlled())
     }
 
-    /// Notes and warnings on the scene.
+    /// Notes and warnings on the scene and on its mesh.
     #[getter]
     fn notes(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        Ok(self.build(py, None)?.scene.notes.clone())
+        let scene = self.build(py, None)?.scene;
+        let limits = apart(py, None, |_| limits_of_scene(&scene))?;
+        Ok(scene.notes.iter().cloned().chain(limits.into_iter().map(|(_, limit)| limit)).collect())
     }
 
     /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
@@ -202,7 +205,7 @@ impl Scene {
     /// A scene of what `__reduce__` has kept.
     #[staticmethod]
     fn _pickled(file: PathBuf, text: &str) -> PyResult<Self> {
-        Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        Self::of(file, text, KnownLaws::default())
     }
 
     /// The scene itself, which never changes.
@@ -222,9 +225,10 @@ impl Scene {
 }
 
 impl Scene {
-    /// Refuses a text that is no scene.
-    fn of(file: PathBuf, table: Table) -> PyResult<Self> {
-        Ok(Self { file, table, built: Mutex::new(None) })
+    /// A scene of its text, with these laws.
+    fn of(file: PathBuf, text: &str, known_laws: KnownLaws) -> PyResult<Self> {
+        let table = text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
+        Ok(Self { file, table, known_laws, built: Mutex::new(None) })
     }
 
     /// The same scene with this value of a key.
@@ -234,9 +238,9 @@ impl Scene {
         let constant = parsed.as_ref().and_then(ParameterKey::law_constant);
         if let Some((constant, law)) = constant.and_then(|constant| Some((constant.key, spec.laws.get(constant.law)?)))
         {
-            check_constant(law, constant, value)?;
+            check_constant(&self.known_laws, law, constant, value)?;
         }
-        Self::of(self.file.clone(), text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+        Self::of(self.file.clone(), &text, self.known_laws.clone())
     }
 
     /// The key as the text gives it, for a value in SI units.
@@ -259,17 +263,23 @@ impl Scene {
             return Ok(built);
         }
         let text = self.text();
-        let built = apart(py, follower, |link| assembled(&self.file, &text, link))?;
+        let built = apart(py, follower, |link| assembled(&self.file, &text, &self.known_laws, link))?;
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         *locked(&self.built) = Some(built.clone());
         Ok(built)
     }
 }
 
+/// Whether a text is that of a scene and no name of a file: it has several lines, or the one that it has gives a key.
+fn is_scene(text: &str) -> bool {
+    let gives_key = || text.contains('=') && text.parse::<Table>().is_ok() && !Path::new(text).exists();
+    text.contains('\n') || gives_key()
+}
+
 /// Refuses a constant of a law with a wrong unit. What other keys of the law decide is left to the run: they may be changed next.
-fn check_constant(law: &Table, key: &str, value: Value) -> PyResult<()> {
+fn check_constant(known_laws: &KnownLaws, law: &Table, key: &str, value: Value) -> PyResult<()> {
     let alone = law.get("law").map(|name| ("law".into(), name.clone())).into_iter().chain([(key.into(), value)]);
-    match given(&alone.collect()) {
+    match known_laws.given(&alone.collect()) {
         Err(why @ (LawSpecError::Unit { .. } | LawSpecError::NotAQuantity { .. })) => Err(refused(why)),
         _ => Ok(()),
     }

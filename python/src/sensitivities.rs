@@ -38,10 +38,11 @@ pub struct Sensitivities {
 
 #[pymethods]
 impl Sensitivities {
-    /// Times of the derivatives \[s\].
+    /// Times of the derivatives \[s\]: those of the run, or the first of them where the derivatives end early.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.run.get().column(py, 0)
+        let rows = isize::try_from(self.values.bind(py).len()?)?;
+        self.run.get().column(py, 0)?.get_item(PySlice::new(py, 0, rows, 1))
     }
 
     /// The derivatives as a table of pandas, indexed by time, with (column, key) over each.

@@ -9,6 +9,7 @@ use durometer::math::cpu_clock::CpuClock;
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
+use durometer::study::store::outcome;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -92,7 +93,8 @@ fn run(
         };
         let (wall, cpu) = (std::time::Instant::now(), CpuClock::start());
         let run = scene.run_with(options);
-        Ok(Done { run, seconds: (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()) })
+        let seconds = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        Ok(Done { record: outcome::record(scene, &run, seconds).into(), run })
     })?
 }
 

@@ -2,7 +2,7 @@
 
 use crate::threads;
 use durometer::math::threads::locked;
-use durometer::mesh::generate::end_meshers;
+use durometer::mesh::generate::MesherOwner;
 use durometer::scene::Progress;
 use pyo3::prelude::*;
 use std::panic::resume_unwind;
@@ -23,6 +23,8 @@ pub struct Link {
     pub stop: Arc<AtomicBool>,
     now: Mutex<Option<Progress>>,
     failure: Mutex<Option<PyErr>>,
+    /// Of the meshers that the work starts
+    meshers: MesherOwner,
 }
 
 impl Link {
@@ -42,7 +44,7 @@ impl Link {
     pub fn fail(&self, why: PyErr) {
         locked(&self.failure).get_or_insert(why);
         self.stop.store(true, Ordering::Relaxed);
-        end_meshers();
+        self.meshers.end_meshers();
     }
 
     /// Calls the function of the user that follows the work.
@@ -92,6 +94,7 @@ pub fn ended<T: Send>(
             move || {
                 // Dropped at the end, also where the work panics
                 let _sender = sender;
+                let _turn = link.meshers.begin();
                 work(link)
             }
         })?;

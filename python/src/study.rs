@@ -37,12 +37,12 @@ impl Study {
     /// Reads a study; `changes` are values of keys of every scene, such as {"laws.rubber.nu": 0.49}.
     #[staticmethod]
     #[pyo3(signature = (name, changes = None))]
-    fn load(name: PathBuf, changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn load(py: Python<'_>, name: PathBuf, changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let file = find(&name, "study.toml").map_err(refused)?;
         let changes = changes.map(|changes| mapping("changes", changes)).transpose()?.unwrap_or_default();
         let change = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_of(&value)?));
         let changes = changes.into_iter().map(change).collect::<PyResult<Vec<_>>>()?;
-        Ok(Self { study: Expanded::read(&file, &changes).map_err(refused)? })
+        Ok(Self { study: py.detach(|| Expanded::read(&file, &changes)).map_err(refused)? })
     }
 
     /// Name of the study, as its folder is called.

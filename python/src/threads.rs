@@ -32,7 +32,7 @@ pub fn check_fork() -> PyResult<()> {
     match STARTED.compare_exchange(0, process::id(), Ordering::Relaxed, Ordering::Relaxed) {
         Err(owner) if owner != process::id() => Err(input(
             "this process was forked when the solver had started its threads, and has none of them",
-            "start processes by multiprocessing.get_context(\"spawn\"), or call run with threads=1 first",
+            "start processes by multiprocessing.get_context(\"spawn\"), or give threads=1; what takes no threads has those of the call before",
         )),
         _ => Ok(()),
     }

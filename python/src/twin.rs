@@ -2,11 +2,10 @@
 
 use crate::array::array;
 use crate::error::{input, refused};
-use crate::value::{kind, mapping};
+use crate::value::{mapping, number};
 use durometer::math::threads::locked;
 use durometer::reduction::running::inverse::{Target, reach_by};
 use durometer::reduction::{ReducedModel, Twin as Model};
-use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::path::{Path, PathBuf};
@@ -63,13 +62,7 @@ fn indexed(what: &str, known: &[&str], given: &Bound<'_, PyAny>) -> PyResult<Vec
         let Some(k) = known.iter().position(|known| *known == name) else {
             return Err(input(&format!("there is no {what} {name}"), &format!("known: {}", known.join(", "))));
         };
-        let number = value.extract::<f64>().map_err(|why| {
-            if !why.is_instance_of::<PyException>(value.py()) {
-                return why;
-            }
-            let fact = format!("the {what} {name} is of the type {}, and no number", kind(&value));
-            input(&fact, "give one number in SI units")
-        })?;
+        let number = number(&format!("the {what} {name}"), &value, "give one number in SI units")?;
         match number.is_finite() {
             true => Ok((k, number)),
             false => Err(input(&format!("the {what} {name} is {number}"), "give a finite number in SI units")),

@@ -2,14 +2,16 @@
 
 use crate::error::input;
 use durometer::math::tensor::Mat3;
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString, PyTuple};
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// Deepest nesting of lists and dictionaries in a value: no key of a scene lies deeper.
 const DEEPEST: usize = 32;
 
-/// The value of a key of a scene: text with a unit, a number, a flag, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
+/// The value of a key of a scene: text with a unit, a number, a flag, a path, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
 pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     toml_within(value, DEEPEST)
 }
@@ -39,6 +41,12 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
         let entry = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_within(&value, depth)?));
         return Ok(toml::Value::Table(entries.into_iter().map(entry).collect::<PyResult<_>>()?));
     }
+    if value.hasattr("__fspath__")? {
+        let path = value.extract::<PathBuf>()?.into_os_string().into_string();
+        return path
+            .map(Into::into)
+            .map_err(|path| input(&format!("the path {path:?} is no text"), "name it in UTF-8"));
+    }
     if is_list(value) {
         let entries = value.try_iter()?.map(|entry| toml_within(&entry?, depth)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(entries));
@@ -51,7 +59,7 @@ fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> 
     }
     Err(input(
         &format!("a value of the type {} is none of a scene", kind(value)),
-        "give a text with a unit such as \"18 kPa\", a number, True or False, a list or a dictionary",
+        "give a text with a unit such as \"18 kPa\", a number, True or False, a path, a list or a dictionary",
     ))
 }
 
@@ -117,8 +125,31 @@ fn shaped(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult
     array.call_method0("ravel")?.extract()
 }
 
+/// One number, or what is to be given.
+pub fn number(name: &str, given: &Bound<'_, PyAny>, remedy: &str) -> PyResult<f64> {
+    given.extract().map_err(|why: PyErr| match why.is_instance_of::<PyException>(given.py()) {
+        true => input(&format!("{name} is of the type {}, and no number", kind(given)), remedy),
+        false => why,
+    })
+}
+
+/// Two numbers of a list or an array.
+pub fn pair(name: &str, given: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
+    let both = shaped(name, given, &[&[2]])?;
+    Ok((both[0], both[1]))
+}
+
 fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let py = given.py();
+    let is_complex = |given: &Bound<'_, PyAny>| {
+        let kind = given.getattr("dtype").and_then(|dtype| dtype.getattr("kind"));
+        kind.and_then(|kind| kind.extract::<String>()).is_ok_and(|kind| kind == "c")
+    };
+    // numpy makes these numbers, one of them with a warning
+    if given.is_none() || is_complex(given) {
+        let fact = if given.is_none() { "None" } else { "an array of complex numbers" };
+        return Err(input(&format!("{name} is {fact}"), "give a list of real numbers or an array of numpy"));
+    }
     if py.import("numpy.ma")?.call_method1("is_masked", (given,))?.is_truthy()? {
         let remedy =
             "leave these data points out, for example by keep = ~numpy.ma.getmaskarray(y), x[keep] and y[keep]";

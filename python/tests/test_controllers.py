@@ -75,9 +75,11 @@ def test_none_keeps_the_signal_and_stop_ends_the_run(bent: durometer.Scene) -> N
         (lambda now: 1 / 0, ZeroDivisionError, "division"),
         (lambda now: {"no_such": 1.0}, KeyError, "no signal no_such is controlled"),
         (lambda now: "12 mm", TypeError, "return numbers in SI units"),
+        (lambda now: True, TypeError, "sets a signal to a bool; return numbers in SI units"),
+        (lambda now: now.t < numpy.float64(1.0), TypeError, "sets a signal to a bool"),
         (lambda now: now["no_such"], KeyError, "no column no_such"),
     ],
-    ids=["raises", "name", "type", "column"],
+    ids=["raises", "name", "type", "truth", "truth of numpy", "column"],
 )
 def test_wrong_answers_end_the_run(bent: durometer.Scene, controller, error, words: str) -> None:
     with pytest.raises(error, match=words):

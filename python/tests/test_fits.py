@@ -148,6 +148,12 @@ def test_arrays_have_no_option_for_their_unit() -> None:
     assert warning.endswith("are the stresses in MPa rather than Pa? Give them in Pa"), warning
 
 
+def test_arrays_of_the_other_sign_are_answered_without_an_option_of_tables() -> None:
+    with pytest.raises(durometer.InputError, match="give the stresses the other sign") as caught:
+        durometer.Fit.from_arrays(STRETCH, -40e3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45)
+    assert "stress_positive" not in str(caught.value)
+
+
 def test_no_data_are_refused() -> None:
     with pytest.raises(durometer.InputError, match="no data points"):
         durometer.Fit.from_arrays([], [], "neo_hookean")

@@ -134,3 +134,25 @@ for work in (
     told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
     seconds = [float(line) for line in told.stdout.split()]
     assert told.returncode == 0 and len(seconds) == 2 and max(seconds) < 1.5, (told.stdout, told.stderr)
+
+
+def test_the_record_of_a_run_does_not_wait_for_a_law_in_another_thread() -> None:
+    # The record measures more than 1024 cells on the threads that evaluate the law, which wait for the interpreter
+    code = f"""
+import threading
+import durometer
+import test_laws
+
+text = {BEAM.replace("[4, 2, 2]", "[8, 6, 5]").replace('dt = "0.5 s"', 'dt = "1 s"')!r}
+slow = durometer.Scene.from_toml(text.replace("neo_hookean", test_laws.PythonNeoHookean.name))
+other = durometer.Scene.from_toml(text)
+assert slow.columns == other.columns and len(other.run(threads=2).cells) > 1024
+thread = threading.Thread(target=slow.run, kwargs={{"threads": 2}})
+thread.start()
+while thread.is_alive():
+    other.run(threads=2)
+print("done", flush=True)
+"""
+    folder = Path(__file__).parent
+    told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
+    assert told.stdout.strip() == "done", told.stderr

@@ -147,28 +147,45 @@ def test_a_law_that_raises_ends_the_run_by_its_exception() -> None:
 
 
 @pytest.mark.parametrize(
-    "stress, words",
+    "method, answer, words",
     [
-        (lambda F: numpy.zeros((2, 3)), r"stress has the shape \(2, 3\); give one of shape \(3, 3\)"),
-        (lambda F: numpy.full((3, 3), numpy.nan), "is not defined at rest, F = I: the stress of the law .* is NaN"),
-        (lambda F: "a text", "stress is no array of numbers"),
-        (lambda F: numpy.zeros(9), "stress has the shape"),
+        ("stress", numpy.zeros((2, 3)), r"the stress of the law LAW has the shape \(2, 3\); give one of shape \(3, 3\)"),
+        ("stress", numpy.full((3, 3), numpy.nan), "is not defined at rest, F = I: the stress of the law LAW is NaN"),
+        ("stress", "a text", "the stress of the law LAW is no array of numbers"),
+        ("stress", numpy.zeros(9), "the stress of the law LAW has the shape"),
+        ("stress", None, "the stress of the law LAW is None; give a list of real numbers"),
+        ("stress", numpy.zeros((3, 3), complex), "the stress of the law LAW is an array of complex numbers"),
+        ("tangent", numpy.zeros((3, 3, 3)), "the tangent of the law LAW has the shape"),
+        ("energy", None, "the energy of the law LAW is of the type NoneType, and no number; return a float"),
+        ("energy", 1j, "the energy of the law LAW is of the type complex, and no number"),
+        ("energy", [1.0], "the energy of the law LAW is of the type list, and no number"),
     ],
-    ids=["shape", "nan", "type", "index"],
 )
-def test_wrong_answers_of_a_law_are_refused(stress, words: str, request) -> None:
-    name = f"python_answers_{request.node.callspec.id}"
-    law = type("Answers", (PythonNeoHookean,), {"name": name, "stress": staticmethod(stress)})
-    durometer.register_law(law)
-    with pytest.raises(durometer.InputError, match=words):
+def test_wrong_answers_of_a_law_are_refused(method: str, answer, words: str, request) -> None:
+    name = f"python_answers_{abs(hash(request.node.callspec.id))}"
+    durometer.register_law(type("Answers", (PythonNeoHookean,), {"name": name, method: lambda self, F: answer}))
+    with pytest.raises(durometer.InputError, match=words.replace("LAW", name)):
         durometer.Scene.from_toml(BEAM.replace("neo_hookean", name)).run()
+
+
+def test_moduli_are_any_pair() -> None:
+    text = BEAM.replace('E = "100 kPa"\nnu = 0.45', 'shear = "40 kPa"\nratio = 5.0').replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
+    for k, pair in enumerate([list, tuple, numpy.array]):
+        law = type("Pair", (OfParameters,), {"name": f"python_pair_{k}", "moduli": lambda self, pair=pair: pair([self.shear, self.ratio * self.shear])})
+        durometer.register_law(law)
+        assert durometer.Scene.from_toml(text.replace("neo_hookean", law.name)).run().converged
+    for answer in (None, 40e3, [40e3]):
+        law = type("Wrong", (OfParameters,), {"name": "python_no_pair", "moduli": lambda self, answer=answer: answer})
+        durometer.register_law(law)
+        with pytest.raises(durometer.InputError, match="the answer of `moduli` of the law python_no_pair"):
+            durometer.Scene.from_toml(text.replace("neo_hookean", law.name)).run()
 
 
 def test_shapes_are_named_as_the_reference_names_them() -> None:
     for answer, shape in [(numpy.zeros((3, 3)), r"\(3, 3\)"), (numpy.zeros(80), r"\(80,\)")]:
         law = type("Flat", (PythonNeoHookean,), {"name": "python_flat", "tangent": lambda self, F, answer=answer: answer})
         durometer.register_law(law)
-        with pytest.raises(durometer.InputError, match=rf"tangent has the shape {shape}; give one of shape \(3, 3, 3, 3\)"):
+        with pytest.raises(durometer.InputError, match=rf"the tangent of the law python_flat has the shape {shape}; give one of shape \(3, 3, 3, 3\)"):
             durometer.check_law("python_flat")
     matrix = {"tangent": lambda self, F: PythonNeoHookean.tangent(self, F).reshape(9, 9)}
     durometer.register_law(type("Matrix", (PythonNeoHookean,), {"name": "python_matrix", **matrix}))
@@ -376,14 +393,24 @@ def test_an_exception_belongs_to_the_run_in_which_it_was_raised() -> None:
     assert set(ends) <= {"Converged", "ZeroDivisionError"} and "ZeroDivisionError" in ends, ends
 
 
-def test_a_law_is_registered_again() -> None:
-    law = type("Again", (PythonNeoHookean,), {"name": "python_again"})
-    durometer.register_law(law)
-    text = BEAM.replace("neo_hookean", "python_again").replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
-    before = durometer.Scene.from_toml(text)
-    sunk = before.run()["xmax_z_m"]
-    double = {name: lambda self, F, name=name: 2 * getattr(PythonNeoHookean, name)(self, F) for name in ("energy", "stress", "tangent")}
-    durometer.register_law(type("Again", (PythonNeoHookean,), {"name": "python_again", **double}))
-    assert numpy.array_equal(before.run()["xmax_z_m"], sunk), "a scene that exists keeps its law"
+@pytest.mark.parametrize("linear", [True, False])
+def test_a_law_is_registered_again(linear: bool) -> None:
+    name = f"python_again_{linear}"
+    law = {"name": name, "linear": linear}
+    durometer.register_law(type("Again", (PythonNeoHookean,), law))
+    text = BEAM.replace("neo_hookean", name).replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]").replace('dt = "0.5 s"', 'dt = "1 s"')
+    before, unbuilt = durometer.Scene.from_toml(text), durometer.Scene.from_toml(text)
+    keys, weights = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.2"], {"xmax_z_m": 1.0}
+    run = before.run(threads=1)
+    sunk, gradient, derivatives = run["xmax_z_m"], run.gradient(weights, keys), before.sensitivities(keys, threads=1).values
+    double = {method: lambda self, F, method=method: 2 * getattr(PythonNeoHookean, method)(self, F) for method in ("energy", "stress", "tangent")}
+    durometer.register_law(type("Again", (PythonNeoHookean,), {**law, **double}))
+    # Scenes that exist keep their law, also where they are assembled and differentiated later, and where another value makes another scene
+    for scene in (before, unbuilt, before.set("laws.silicone.E", "100 kPa")):
+        again = scene.run(threads=1)
+        assert numpy.array_equal(again["xmax_z_m"], sunk)
+        assert numpy.array_equal(again.gradient(weights, keys), gradient)
+        assert numpy.array_equal(scene.sensitivities(keys, threads=1).values, derivatives)
+    assert numpy.array_equal(run.gradient(weights, keys), gradient)
     after = durometer.Scene.from_toml(text).run()["xmax_z_m"]
     assert abs(after[-1] - after[0]) < 0.7 * abs(sunk[-1] - sunk[0])

@@ -9,8 +9,10 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import durometer
+import numpy
 import pytest
 from conftest import BEAM
+from durometer._end_values import EndValues
 
 #: Nothing holds it across
 FREE = BEAM.replace('region = "xmin"\n\n[[stage', 'region = "xmin"\ncomponents = "y"\n\n[[stage')
@@ -32,6 +34,17 @@ def test_scenes_runs_and_exceptions_cross_processes(beam: durometer.Scene) -> No
             pool.submit(ran, durometer.Scene.from_toml(FREE)).result(120)
         assert caught.value.status == "Singular" and caught.value.fact and caught.value.remedy
         assert isinstance(caught.value.result, durometer.Run)
+
+
+def test_nodes_and_cells_are_copies_of_every_run(beam: durometer.Scene) -> None:
+    run = beam.run()
+    for one in (run, copy.copy(run), pickle.loads(pickle.dumps(run))):
+        nodes, before, cells = one.nodes, one.nodes.copy(), one.cells.copy()
+        nodes += 1.0
+        assert numpy.array_equal(one.nodes, before)
+        if one.cells.flags.writeable:
+            one.cells[:] = 0
+        assert numpy.array_equal(one.cells, cells)
 
 
 def test_a_copy_of_a_scene_is_the_scene(beam: durometer.Scene) -> None:
@@ -62,22 +75,32 @@ def test_a_scene_keeps_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="processes are forked on Linux")
 def test_a_forked_process_is_refused_where_it_would_wait_for_ever(beam: durometer.Scene) -> None:
-    beam.run(threads=2)
+    run = beam.run(threads=2)
+    unbuilt = {threads: durometer.Scene.from_toml(BEAM) for threads in (1, 2)}
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
         try:
             said = []
-            for options in ({"threads": 2}, {"threads": 1}):
-                try:
-                    said.append(beam.run(**options).status)
-                except durometer.InputError as error:
-                    said.append(error.remedy)
+            x, y = run.times[1:], run["xmax_z_m"][1:]
+            for threads in (2, 1):
+                for work in (
+                    lambda: beam.run(threads=threads),
+                    lambda: durometer.Fit.from_arrays([1.2, 1.4], [2e4, 4e4], "neo_hookean", nu=0.45, threads=threads),
+                    lambda: durometer.Calibration.from_curves([durometer.Curve(beam, "t_s", x, "xmax_z_m", y)], ["laws.silicone.E"], threads=threads, check=False),
+                    lambda: EndValues(unbuilt[threads], ["laws.silicone.E"], ["xmax_z_m"], "auto", threads).start,
+                ):
+                    try:
+                        work()
+                        said.append("done")
+                    except durometer.InputError as error:
+                        said.append(error.remedy)
             os.write(writer, "|".join(said).encode())
         finally:
             os._exit(0)
     os.close(writer)
     with os.fdopen(reader) as pipe:
-        first, second = pipe.read().split("|")
+        said = pipe.read().split("|")
     os.waitpid(child, 0)
-    assert "spawn" in first and "threads=1" in first and second == "Converged"
+    assert len(said) == 8 and all("spawn" in remedy and "threads=1" in remedy for remedy in said[:4])
+    assert said[4:] == ["done"] * 4

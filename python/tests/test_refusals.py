@@ -32,6 +32,8 @@ def test_a_text_is_told_from_the_files_of_its_folder(tmp_path: Path, monkeypatch
         (tmp_path / name).write_text(BEAM)
     with pytest.raises(durometer.InputError, match="<text>, line 2: unknown key `foo`"):
         durometer.Scene.from_toml("[mesh]\nfoo = 1\n")
+    with pytest.raises(durometer.InputError, match="<text>, line 1: unknown key `foo`"):
+        durometer.Scene.from_toml("mesh = { foo = 1 }")
     with pytest.raises(durometer.InputError, match="<text>: laws.silicone: ") as caught:
         durometer.Scene.from_toml(BEAM.replace("nu = 0.45", "nu = 0.6")).run()
     assert "scene.toml" not in str(caught.value)
@@ -70,6 +72,11 @@ def test_numbers_of_numpy_are_values(beam: durometer.Scene) -> None:
     changed = beam.set("laws.silicone.nu", numpy.float64(0.4)).set("mesh.grid.divisions", numpy.array([2, 1, 1]))
     assert changed.get("laws.silicone.nu") == 0.4 and changed.get("mesh.grid.divisions") == [2, 1, 1]
     assert changed.run().converged
+
+
+def test_a_path_is_a_value(beam: durometer.Scene) -> None:
+    path = Path("laws") / "soft.toml"
+    assert beam.set("title", path).get("title") == str(path)
 
 
 def test_a_fact_and_a_remedy_are_told_apart(beam: durometer.Scene) -> None:

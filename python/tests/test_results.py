@@ -1,11 +1,13 @@
 """Shapes, units and types of results."""
 
+import pickle
 import sys
 from pathlib import Path
 
 import durometer
 import numpy
 import pytest
+from conftest import BEAM, program
 
 
 def test_arrays_have_the_shapes_that_are_documented(beam: durometer.Scene) -> None:
@@ -96,3 +98,51 @@ def test_a_missing_extra_names_its_install(beam: durometer.Scene, monkeypatch, c
         getattr(beam.run(), call)()
     assert caught.value.remedy == f'pip install "durometer[{extra}]"'
     assert isinstance(caught.value, ImportError)
+
+
+def test_limits_of_a_run_are_warnings_and_notes(tmp_path: Path) -> None:
+    locked = BEAM.replace("nu = 0.45", "nu = 0.4995").replace("divisions = [4, 2, 2]", "divisions = [6, 2, 2]").replace('"20 mm", "10 mm", "10 mm"', '"60 mm", "10 mm", "10 mm"')
+    (tmp_path / "scene.toml").write_text(locked)
+    told = program("simulate", tmp_path / "scene.toml", "--out", tmp_path / "out", "--no-view", "--threads", 1)
+    with pytest.warns(UserWarning, match="locking alarm: the pressures scatter by .*; take formulation") as caught:
+        run = durometer.Scene.from_toml(locked).run()
+    for warning in caught:
+        assert str(warning.message) in told.stdout + told.stderr
+    # A column that buckles under its own weight
+    ramp = 'acceleration = { kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }'
+    tall = BEAM.replace('"20 mm", "10 mm", "10 mm"', '"80 mm", "4 mm", "4 mm"').replace("divisions = [4, 2, 2]", "divisions = [20, 1, 1]")
+    tall = tall.replace("[0, 0, -1]", "[-1, 0, 0]").replace('acceleration = "9.81 m/s^2"', ramp).replace('E = "100 kPa"', 'E = "60 kPa"')
+    scene = durometer.Scene.from_toml(tall)
+    run = scene.run()
+    assert any("the equilibrium is unstable" in note for note in run.notes)
+    assert run.notes == run.record["notes"] == pickle.loads(pickle.dumps(run)).notes
+    assert any("cells across the thinnest wall" in note for note in scene.notes)
+
+
+def test_derivatives_that_end_early_have_the_times_of_their_rows() -> None:
+    text = BEAM.replace('E = "100 kPa"', 'E = "5 kPa"').replace('integrator = "static"\nduration = "1 s"\ndt = "0.5 s"', MOVING)
+    scene = durometer.Scene.from_toml(text.replace('[[probe]]\nkind = "energy"\n', "") + FALLING)
+    with pytest.raises(durometer.RunError) as caught:
+        scene.sensitivities(["laws.silicone.E"])
+    assert caught.value.status == "NoDerivative"
+    found = scene.sensitivities(["laws.silicone.E"], check=False)
+    assert 1 < len(found.times) < len(found.run) and len(found.times) == len(found.values) == len(found["xmax_z_m", "laws.silicone.E"])
+    assert list(found.times) == list(found.frame.index) == list(found.run.times[: len(found.times)])
+
+
+MOVING = 'integrator = { kind = "generalised_alpha", rho = 0.5 }\nduration = "0.1 s"\ndt = "0.002 s"'
+#: The beam swings onto a floor
+FALLING = """
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1070 kg/m^3"
+mass = "consistent"
+
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }
+response = "penalty"
+friction = 0
+"""

@@ -54,7 +54,7 @@ pub use moduli::Moduli;
 pub use parameter::{Choice, Chosen, LawSpecError, Parameter, Values};
 pub use principal::PrincipalDerivatives;
 pub use prony::{Arm, Constants, Prony, PronyError};
-pub use registry::{LAWS, find, law_from_table, laws, register, register_anew, title};
+pub use registry::{KnownLaws, LAWS, find, law_from_table, laws, register, register_anew, title};
 pub use response::{LaneResponse, LawError, Response, Want};
 pub use schema::LawTable;
 pub use sensitivity::derivative;

@@ -2,6 +2,7 @@
 
 use crate::wording::hint;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::{PoisonError, RwLock};
 
 use super::entry::LawEntry;
@@ -67,9 +68,74 @@ fn add(entry: LawEntry, anew: bool) -> Result<&'static LawEntry, LawSpecError> {
     Ok(entry)
 }
 
+/// The laws that are known at some time: those of the library and the ones that were registered then. A scene keeps those of the time when it was read or
+/// written, so that another law of the same name does not become its own.
+#[derive(Clone)]
+pub struct KnownLaws {
+    registered: Vec<&'static LawEntry>,
+}
+
+impl Default for KnownLaws {
+    /// Those of now.
+    fn default() -> Self {
+        Self { registered: REGISTERED.read().unwrap_or_else(PoisonError::into_inner).clone() }
+    }
+}
+
+impl fmt::Debug for KnownLaws {
+    /// Without the laws: a scene is the same whatever else is registered.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("KnownLaws")
+    }
+}
+
+impl KnownLaws {
+    fn all(&self) -> impl Iterator<Item = &'static LawEntry> {
+        LAWS.iter().chain(self.registered.iter().copied())
+    }
+
+    /// The entry of this name.
+    ///
+    /// # Errors
+    ///
+    /// Where no law has this name.
+    pub fn find(&self, name: &str) -> Result<&'static LawEntry, LawSpecError> {
+        self.all().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
+            name: name.to_string(),
+            hint: hint(name, &self.all().map(|e| e.info.name).collect::<Vec<_>>()),
+        })
+    }
+
+    /// Reads the entry, the values and the options of a law table.
+    ///
+    /// # Errors
+    ///
+    /// Where the law is unknown, or a key is unknown or its value of another kind.
+    pub fn given(&self, table: &toml::Table) -> Result<Given, LawSpecError> {
+        let name = match table.get("law") {
+            Some(toml::Value::String(name)) => name,
+            Some(other) => return Err(LawSpecError::NameNotText { found: other.to_string() }),
+            None => return Err(LawSpecError::NoName { known: self.all().map(|e| e.info.name).collect() }),
+        };
+        let entry = self.find(name)?;
+        let (values, options) = given_as(entry, table)?;
+        Ok((entry, values, options))
+    }
+
+    /// Reads a law from its table, as [`law_from_table`] does.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`law_from_table`].
+    pub fn law(&self, table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
+        let (entry, values, options) = self.given(table)?;
+        entry.build(&values, &options)
+    }
+}
+
 /// The laws of the library and the registered ones.
 pub fn laws() -> Vec<&'static LawEntry> {
-    LAWS.iter().chain(REGISTERED.read().unwrap_or_else(PoisonError::into_inner).iter().copied()).collect()
+    KnownLaws::default().all().collect()
 }
 
 /// Keys of a law table that are not parameters of the law, with their meanings.
@@ -81,11 +147,7 @@ pub(super) const OTHER_KEYS: [(&str, &str); 3] = [
 
 /// The entry of this name.
 pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
-    let laws = laws();
-    laws.iter().copied().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
-        name: name.to_string(),
-        hint: hint(name, &laws.iter().map(|e| e.info.name).collect::<Vec<_>>()),
-    })
+    KnownLaws::default().find(name)
 }
 
 /// The name of a law as a paper writes it; a name of anything else with blanks in place of underscores.
@@ -112,20 +174,12 @@ pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 ///
 /// Where the law is unknown, a key is missing or unknown, or a value is out of its range or of another unit.
 pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
-    let (entry, values, options) = given(table)?;
-    entry.build(&values, &options)
+    KnownLaws::default().law(table)
 }
 
 /// Reads the entry, the values and the options of a law table.
 pub fn given(table: &toml::Table) -> Result<Given, LawSpecError> {
-    let name = match table.get("law") {
-        Some(toml::Value::String(name)) => name,
-        Some(other) => return Err(LawSpecError::NameNotText { found: other.to_string() }),
-        None => return Err(LawSpecError::NoName { known: laws().iter().map(|e| e.info.name).collect() }),
-    };
-    let entry = find(name)?;
-    let (values, options) = given_as(entry, table)?;
-    Ok((entry, values, options))
+    KnownLaws::default().given(table)
 }
 
 /// Reads the values \[SI\] and the options of a table of this law.

@@ -4,25 +4,25 @@
 //! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The other keys of the
 //! file are held.
 
+use super::entry::LawEntry;
 use super::law::Law;
 use super::parameter::{LawSpecError, Values};
-use super::registry::{find, given};
+use super::registry::given;
 use std::collections::BTreeMap;
 
 /// ∂/∂`key` of the law of this table.
 pub fn derivative(table: &toml::Table, key: &str) -> Result<Box<dyn Law>, LawSpecError> {
     let (entry, values, options) = given(table)?;
-    derivative_of(entry.info.name, &values, &options, key)
+    derivative_of(entry, &values, &options, key)
 }
 
-/// ∂/∂`key` of the law of this name at values \[SI\] and options by key.
+/// ∂/∂`key` of a law at values \[SI\] and options by key.
 pub fn derivative_of(
-    law: &str,
+    entry: &LawEntry,
     values: &Values,
     options: &BTreeMap<String, String>,
     key: &str,
 ) -> Result<Box<dyn Law>, LawSpecError> {
-    let entry = find(law)?;
     let law = entry.build(values, options)?;
     if !values.contains_key(key) {
         return Err(LawSpecError::NotGiven { key: key.into(), given: values.keys().cloned().collect() });

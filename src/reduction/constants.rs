@@ -60,7 +60,7 @@ impl VariableLaw {
     /// ∂/∂u of the law by the input `k`; none where the law does not depend on it.
     pub fn derivative(&self, k: usize, inputs: &[f64]) -> Option<Box<dyn Law>> {
         let (key, _) = self.inputs.iter().find(|(_, input)| **input == k)?;
-        sensitivity::derivative_of(&self.law, &self.values(inputs), &self.options, key).ok()
+        sensitivity::derivative_of(find(&self.law).ok()?, &self.values(inputs), &self.options, key).ok()
     }
 
     fn values(&self, inputs: &[f64]) -> Values {

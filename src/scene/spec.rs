@@ -37,7 +37,7 @@ pub use super::text::quantity::{
     Time, Viscosity,
 };
 pub use super::turning::TurningSpec;
-use crate::material::LawTable;
+use crate::material::{KnownLaws, LawTable};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -90,4 +90,7 @@ pub struct SceneSpec {
     /// Tolerances and methods of the solution
     #[serde(default)]
     pub numerics: NumericsSpec,
+    /// Laws that the tables of `laws` name: those that were registered when the scene was read or written
+    #[serde(skip)]
+    pub known_laws: KnownLaws,
 }

@@ -14,6 +14,7 @@
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`outcome`] |
 //! | What reports of several kinds have in common | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
 //! | A measured curve or markers laid over a run | [`overlay`] |
+//! | Facts that limit what the numbers of one run say | [`limits`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 //! | The motion in three dimensions | [`view`] |
 //! | Published with its inputs, and run again | [`bundle`] |
@@ -40,6 +41,7 @@ pub mod figures;
 pub mod forecast;
 pub mod kind;
 pub mod kinds;
+pub mod limits;
 pub mod listing;
 pub mod locking;
 pub mod notes;

@@ -181,3 +181,59 @@ fn what_cannot_be_an_unknown_is_refused() {
     let message = search(own, recorded(&truth, "cable_tension_N")).expect_err("refused");
     assert!(message.contains("this must be a whole number"), "{message}");
 }
+
+/// The stiffness of the contact follows the law by E = 9κμ/(3κ + μ), and is differentiated by scenes next to the constants of the answer, wherever the
+/// search began.
+#[test]
+fn derivatives_by_differences_are_those_at_the_constants_of_the_answer() {
+    let text = r#"
+[mesh.grid]
+kind = "box"
+size = ["60 mm", "10 mm", "10 mm"]
+divisions = [6, 1, 1]
+[laws.rubber]
+law = "neo_hookean"
+mu = "20 kPa"
+kappa = "30 kPa"
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1100 kg/m^3"
+direction = [0, 0, -1]
+acceleration = { kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[contact]]
+name = "ground"
+region = "zmin"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-2 mm"], normal = [0, 0, 1] }
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+[[probe]]
+kind = "reaction"
+region = "xmin"
+[numerics]
+tolerance = 1e-11
+"#;
+    let own = |text: &str| {
+        let table = text.parse().unwrap_or_else(|e| panic!("{e}"));
+        model(&table, &["laws.rubber.mu"], &Bounds::new(), "xmin_reaction_z_N").unwrap_or_else(|e| panic!("{e}"))
+    };
+    let derivative = |model: SceneModel| match model.answer(&[40e3], &[1.0], 0.0, &mut |_| true) {
+        Ok(answer) => answer.sensitivities[(0, 0)],
+        Err(Failure::Input(why)) => panic!("{why}"),
+        Err(_) => panic!("no answer"),
+    };
+    let from_elsewhere = derivative(own(text));
+    let from_there = derivative(own(&text.replace("mu = \"20 kPa\"", "mu = \"40 kPa\"")));
+    assert!((from_elsewhere / from_there - 1.0).abs() < 1e-12, "{from_elsewhere} and {from_there}");
+}

@@ -3,14 +3,15 @@
 
 use crate::to_keys::check_by;
 use durometer::material::{
-    Law, LawEntry, LawError, LawInfo, Moduli, Parameter, Response, Want, find, moduli, register,
+    Chosen, Law, LawEntry, LawError, LawInfo, Moduli, Parameter, Response, Values, Want, find, moduli, register,
+    register_anew,
 };
 use durometer::math::tensor::Mat3;
-use durometer::scene::{ParameterKey, SensitivityRecorder, parse_scene};
+use durometer::scene::{ParameterKey, Scene, SensitivityRecorder, parse_scene};
 use std::sync::Once;
 use toml::Table;
 
-static INFO: LawInfo = LawInfo {
+const INFO: LawInfo = LawInfo {
     name: "inexact",
     title: "Inexact",
     formula: "that of neo_hookean",
@@ -148,4 +149,38 @@ fn the_error_is_told() {
             );
         }
     }
+}
+
+/// A law whose modulus is a multiple of the one that is given.
+fn multiple(factor: f64) -> LawEntry {
+    const NAMED: LawInfo = LawInfo { name: "multiple", ..INFO };
+    let make = move |values: &Values, _: &Chosen| {
+        let given = Moduli::from_map(values)?;
+        find("neo_hookean")?.build_with(&[factor * given.e, given.nu], &[])
+    };
+    let rates = |law: &dyn Law, given: &Values, key: &str| law.small_strain().rates(given, key);
+    LawEntry::made_by(&NAMED, moduli::KEYS, &[100e3, 0.4], make, rates)
+}
+
+/// A law that takes the place of another one is that of scenes which are read from then on: others have the old one in their differences too.
+#[test]
+fn scenes_keep_the_laws_that_they_were_read_with() {
+    register_anew(multiple(1.0)).expect("a name of its own");
+    let text = toml::to_string(&beam("multiple", [("E", "\"100 kPa\""), ("nu", "0.3")])).expect("a table");
+    let read = || parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+    let keys: Vec<ParameterKey> =
+        ["laws.silicone.E", "effect.gravity.density"].map(|k| k.parse().expect("a key")).into();
+    let derivatives = |scene: &Scene| {
+        let recorders = [SensitivityRecorder::new(scene, &keys), SensitivityRecorder::by_differences(scene, &keys)];
+        recorders.map(|recorder| {
+            let sensitivities = Some(recorder.unwrap_or_else(|e| panic!("{e}")));
+            let options = durometer::scene::RunOptions { sensitivities, ..Default::default() };
+            scene.run_with(options).sensitivities.expect("the options ask for them").rows
+        })
+    };
+    let scene = read();
+    let before = derivatives(&scene);
+    register_anew(multiple(2.0)).expect("in the place of the other");
+    assert_eq!(derivatives(&scene), before);
+    assert_ne!(derivatives(&read()), before);
 }

@@ -79,7 +79,9 @@ impl SceneModel {
             }
         }
         if self.unknown.iter().all(|u| u.key.law_constant().is_some()) {
-            let scene = Scene::build(&self.file, spec, self.text.clone(), self.body.clone());
+            // Derivatives by differences begin at the values of the text. One that was written in Rust has none, and they refuse it
+            let text = self.changed(values).map_or_else(|_| self.text.clone(), |table| written(&table));
+            let scene = Scene::build(&self.file, spec, text, self.body.clone());
             return scene.map_err(|e| Failure::Input(e.into()));
         }
         self.varied(values).map_err(Failure::Input)
@@ -87,12 +89,9 @@ impl SceneModel {
 
     /// The scene of the text with these values of the unknowns.
     fn varied(&self, values: &[f64]) -> Result<Scene, InverseError> {
-        let mut table = self.table()?;
-        for (u, value) in self.unknown.iter().zip(values) {
-            overrides::apply(&mut table, u.key.path(), u.written(*value)).map_err(SensitivityError::from)?;
-        }
-        let text = toml::to_string(&table).expect("a table that was read can be written");
-        let spec: SceneSpec = from_text(&self.file, &text, "")?;
+        let text = written(&self.changed(values)?);
+        let read: SceneSpec = from_text(&self.file, &text, "")?;
+        let spec = SceneSpec { known_laws: self.spec.known_laws.clone(), ..read };
         let body = match self.unknown.iter().any(|u| u.key.makes_mesh()) {
             true => Arc::new(self.body.varied(&self.file, &spec.mesh)?),
             false => self.body.clone(),
@@ -100,8 +99,13 @@ impl SceneModel {
         Ok(Scene::build(&self.file, spec, text, body)?)
     }
 
-    fn table(&self) -> Result<toml::Table, InverseError> {
-        scene_table(&self.file, &self.text)
+    /// The table of the text with these values of the unknowns.
+    fn changed(&self, values: &[f64]) -> Result<toml::Table, InverseError> {
+        let mut table = scene_table(&self.file, &self.text)?;
+        for (u, value) in self.unknown.iter().zip(values) {
+            overrides::apply(&mut table, u.key.path(), u.written(*value)).map_err(SensitivityError::from)?;
+        }
+        Ok(table)
     }
 
     fn start(&self) -> Vec<f64> {
@@ -271,6 +275,10 @@ impl SceneModel {
         }
         Ok(inside)
     }
+}
+
+fn written(table: &toml::Table) -> String {
+    toml::to_string(table).expect("a table that was read can be written")
 }
 
 /// Whether other constants may have the derivative that these have not: next to the end of what a scene allows, a small change leads beyond it.

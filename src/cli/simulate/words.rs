@@ -5,14 +5,13 @@ use super::drawing::Drawn;
 use super::errors::print_errors;
 use crate::outcome::Outcome;
 use durometer::math::units::Decimals;
-use durometer::report::numbers::{five_digits, percent, seconds};
+use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::{ErrorEstimate, ExtremeKind, Run, Scene, Sensitivities, limits_of_scene};
 use durometer::solve::Status;
-use durometer::study::locking::REMEDY;
+use durometer::study::limits::limits_of_run;
 use durometer::study::overlay::distance::Distance;
 use durometer::study::overlay::markers;
 use durometer::study::store::record::CaseRecord;
-use durometer::wording::few;
 use std::path::PathBuf;
 
 /// Share of the extreme of a column below which its last value is rounding.
@@ -48,24 +47,7 @@ pub fn tell<'e>(
 /// Prints what a run found; `known` notes are printed before it.
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
-    record.solver.energy_from_nothing.iter().for_each(|found| tell!("warning: {}", found.warning()));
-    record.solver.collapsed_cavities.iter().for_each(|found| tell!("warning: {}", found.warning()));
-    record.solver.sunken_facets.iter().for_each(|found| tell!("warning: {}", found.warning()));
-    if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
-        let scatter = l.pressure_scatter;
-        tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
-    }
-    let unresolved: Vec<String> = record
-        .probes
-        .keys()
-        .filter_map(|probe| Some(format!("{probe} ({})", percent(record.unresolved(probe, 0.0)?))))
-        .collect();
-    if !unresolved.is_empty() {
-        tell!(
-            "warning: the time steps do not resolve the motion: one of them covers a large part of the range of {}; shorten them",
-            few(&unresolved)
-        );
-    }
+    limits_of_run(record).iter().for_each(|(kind, limit)| tell!("{kind}: {limit}"));
     for (probe, value) in &record.probes {
         let (peak, last) = (five_digits(value.peak), five_digits(without_rounding(value.last, value.peak)));
         match value.peak_is {

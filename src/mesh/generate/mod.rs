@@ -11,6 +11,7 @@ pub mod manifest;
 mod python;
 pub mod referred;
 pub mod request;
+mod running;
 mod size_field;
 mod store;
 #[cfg(all(test, unix))]
@@ -19,7 +20,8 @@ mod tests;
 pub use body::ParametricBody;
 pub use error::GenerateError;
 pub use manifest::{CablePath, Manifest};
-pub use python::{Check, Mesher, end_meshers};
+pub use python::{Check, Mesher};
 pub use request::{Generator, GradedPlace, Grading, MeshRequest, Size, Source, TIME_LIMIT_S};
+pub use running::{MesherOwner, MesherTurn, end_meshers};
 pub use size_field::SizeField;
 pub use store::{Generated, MeshStore, manifest_path, read_manifest};

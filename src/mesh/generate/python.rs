@@ -2,15 +2,14 @@
 
 use super::error::GenerateError;
 use super::interpreter;
+use super::running::Running;
 use crate::catalogue::{Home, host};
-use crate::math::threads::locked;
-use crate::subprocess::{ends_with_parent, kill};
+use crate::subprocess::ends_with_parent;
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
-use std::sync::Mutex;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -62,31 +61,6 @@ struct Output {
     lines: Vec<String>,
     /// It was ended because it took too long
     late: bool,
-}
-
-/// Processes of the mesher that run.
-static RUNNING: Mutex<Vec<u32>> = Mutex::new(vec![]);
-
-/// A process that [`end_meshers`] ends.
-struct Running(u32);
-
-impl Running {
-    fn new(pid: u32) -> Self {
-        locked(&RUNNING).push(pid);
-        Self(pid)
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        locked(&RUNNING).retain(|pid| *pid != self.0);
-    }
-}
-
-/// Ends all processes of the mesher that this process has started: for a program that is told to stop. Their meshes fail.
-pub fn end_meshers() {
-    // They are not waited for before they have left the list, so that their numbers belong to no other process
-    locked(&RUNNING).iter().for_each(|pid| kill(*pid));
 }
 
 /// Runs a command to its end, or ends it after `limit`; every line of stderr goes to `progress` as it comes.

@@ -1,7 +1,6 @@
 //! Mistakes of a scene that need no mesh to be seen: in its stages and settings, in what goes together, and in the laws of its effects.
 
 use super::rules;
-use crate::material;
 use crate::scene::error::{SceneError, content, hint, part};
 use crate::scene::numerics::check_numerics;
 use crate::scene::parts::effects::EffectSpec;
@@ -32,7 +31,7 @@ fn of_laws(file: &Path, spec: &SceneSpec) -> Vec<SceneError> {
     let mistake = |name: &str| {
         let place = format!("laws.{name}");
         match spec.laws.get(name) {
-            Some(table) => material::law_from_table(table).err().map(|e| part(file, place, e)),
+            Some(table) => spec.known_laws.law(table).err().map(|e| part(file, place, e)),
             None => {
                 Some(content(file, &place, "an effect takes this law, and there is no such table", hint(name, &known)))
             }

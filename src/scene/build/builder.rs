@@ -7,7 +7,7 @@ use super::skin::NamedSkin;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
 use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic, ViscousDamping};
-use crate::material::{self, Law};
+use crate::material::{KnownLaws, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
@@ -110,6 +110,7 @@ pub(in crate::scene) struct Builder<'a> {
     pub(in crate::scene) body: Arc<Body>,
     pub(in crate::scene) regions: BTreeMap<String, Region>,
     laws: &'a BTreeMap<String, toml::Table>,
+    known_laws: &'a KnownLaws,
     /// Laws from Rust, by name
     own_laws: &'a BTreeMap<String, LawSource>,
     /// Dof → its motion and who prescribed it
@@ -142,7 +143,8 @@ pub(in crate::scene) struct Builder<'a> {
 /// Tables of a scene that its parts refer to by name.
 pub(in crate::scene) struct Tables<'a> {
     pub(in crate::scene) regions: &'a BTreeMap<String, SelectorSpec>,
-    pub(in crate::scene) laws: &'a BTreeMap<String, toml::Table>,
+    /// With the laws that they name
+    pub(super) laws: (&'a BTreeMap<String, toml::Table>, &'a KnownLaws),
     /// Laws from Rust
     pub(super) own_laws: &'a BTreeMap<String, LawSource>,
     pub(in crate::scene) events: &'a [EventSpec],
@@ -168,7 +170,8 @@ impl<'a> Builder<'a> {
             nodes: body.mesh.points.len() + 4 * carriers,
             body,
             regions,
-            laws: tables.laws,
+            laws: tables.laws.0,
+            known_laws: tables.laws.1,
             own_laws: tables.own_laws,
             prescribed: BTreeMap::new(),
             signals: Vec::new(),
@@ -247,7 +250,7 @@ impl<'a> Builder<'a> {
             return Err(self.content(place, fact, hint(name, &known)));
         };
         let place = format!("laws.{name}");
-        material::law_from_table(table).map_err(|e| part(self.file, place, e))
+        self.known_laws.law(table).map_err(|e| part(self.file, place, e))
     }
 
     /// Prescribes `components` of the displacements of the nodes of a region; `motion` gives the component of this index of the

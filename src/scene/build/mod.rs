@@ -454,7 +454,8 @@ fn frames(spec: &SceneSpec) -> (usize, usize) {
 
 /// The tables of a scene that its parts refer to, with the laws from Rust.
 fn tables<'a>(spec: &'a SceneSpec, own_laws: &'a BTreeMap<String, LawSource>) -> Tables<'a> {
-    Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws, events: &spec.events }
+    let laws = (&spec.laws, &spec.known_laws);
+    Tables { regions: &spec.mesh.regions, laws, own_laws, events: &spec.events }
 }
 
 /// Notes where laws become unstable, which places of cables are doubtful, what no contact keeps apart, and how a body may move that nothing else holds.

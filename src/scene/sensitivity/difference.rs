@@ -225,7 +225,9 @@ impl<'a> Family<'a> {
         }
         let text = toml::to_string(&table).expect("a table that was read can be written");
         let read = from_text(&self.scene.file, &text, &format!("with another {}", self.key));
-        read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source: Box::new(source) })
+        let read: SceneSpec =
+            read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source: Box::new(source) })?;
+        Ok(SceneSpec { known_laws: self.scene.spec.known_laws.clone(), ..read })
     }
 
     /// Builds the scenes of a step.

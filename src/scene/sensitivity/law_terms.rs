@@ -4,7 +4,7 @@
 use super::error::SensitivityError;
 use super::parameter_key::LawConstant;
 use crate::effect::StiffnessDamping;
-use crate::material;
+use crate::material::sensitivity::derivative_of;
 use crate::scene::build::Scene;
 use crate::scene::error::hint;
 use crate::scene::spec::EffectSpec;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Whether the derivative of its law by a constant has a closed form. Of a law that is not there it has: [`law_terms`] says what is wrong.
 pub(in crate::scene) fn is_exact(scene: &Scene, constant: &LawConstant) -> bool {
-    let law = scene.spec.laws.get(constant.law).map(material::law_from_table);
+    let law = scene.spec.laws.get(constant.law).map(|table| scene.spec.known_laws.law(table));
     !matches!(law, Some(Ok(law)) if !law.is_differentiated_exactly())
 }
 
@@ -35,7 +35,8 @@ pub(in crate::scene) fn law_terms(
         SensitivityError::NoLaw { constant: name.clone(), hint: hint(constant.law, &known) }
     })?;
     let along = || {
-        let along = material::derivative(table, constant.key);
+        let given = scene.spec.known_laws.given(table);
+        let along = given.and_then(|(entry, values, options)| derivative_of(entry, &values, &options, constant.key));
         along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
     };
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());

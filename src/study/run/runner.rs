@@ -3,6 +3,7 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
+use crate::mesh::generate::MesherOwner;
 use crate::scene::{ParameterKey, Progress, SceneError};
 use crate::storage::sha256;
 use crate::study::case::{Bodies, Case};
@@ -334,9 +335,11 @@ impl Running<'_> {
         let queue = Mutex::new(prepare(study, cases, (self.store, self.options, &self.inputs), self.watch)?);
         superseded::mark(&self.store.dir, &self.inputs.described(study))?;
         let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
+        let owner = MesherOwner::current();
         std::thread::scope(|scope| {
             for _ in 0..self.options.jobs.max(1) {
                 scope.spawn(|| {
+                    let _turn = owner.begin();
                     // Cases of other runs that were looked at since the last one that was free
                     let mut busy = 0;
                     while !self.options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
