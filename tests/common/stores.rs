@@ -43,10 +43,10 @@ pub fn write_study(folder: &Path, points: usize) {
     write_study_with(SCENE, folder, points);
 }
 
-/// Writes the same sweep on a finer mesh with 400 steps. A case lasts about a second, so that it is still there when a test kills it.
+/// Writes the same sweep on a finer mesh with 200 steps. A case lasts about a second, so that it is still there when a test kills it.
 pub fn write_slow_study(folder: &Path, points: usize) {
     let finer = SCENE.replace("divisions = [2, 1, 2]", "divisions = [12, 6, 12]");
-    write_study_with(&finer.replace("dt = \"0.5 s\"", "dt = \"0.0025 s\""), folder, points);
+    write_study_with(&finer.replace("dt = \"0.5 s\"", "dt = \"0.005 s\""), folder, points);
 }
 
 /// Writes a scene `rod.toml` with the body `rod`, whose mesher is a shell script.

@@ -315,8 +315,8 @@ fn inputs_are_found_for_targets() {
     assert!(!beyond.met && twin.in_range(), "{beyond:?}");
 }
 
-/// 10 000 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and
-/// says whether it is in range; the first 2 000 of them, replayed, give the same bits.
+/// 4 000 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and
+/// says whether it is in range; the first 800 of them, replayed, give the same bits.
 #[test]
 fn any_input_ends_and_is_replayed() {
     let (_, _, _, model) = trained();
@@ -325,7 +325,7 @@ fn any_input_ends_and_is_replayed() {
         let (centre, half) = (0.5 * (RANGES[k][0] + RANGES[k][1]), 0.5 * (RANGES[k][1] - RANGES[k][0]));
         centre + random.around(2.0 * half)
     };
-    let inputs: Vec<[f64; 2]> = (0..10_000).map(|_| [draw(0), draw(1)]).collect();
+    let inputs: Vec<[f64; 2]> = (0..4_000).map(|_| [draw(0), draw(1)]).collect();
     let run = |inputs: &[[f64; 2]]| {
         let mut twin = Twin::new(model.clone()).expect("a law of the library");
         let step = |u: &[f64; 2]| {
@@ -342,8 +342,8 @@ fn any_input_ends_and_is_replayed() {
         inputs.iter().map(step).collect::<Vec<_>>()
     };
     let first = run(&inputs);
-    assert!(first.iter().filter(|(done, _)| done.is_ok()).count() > 9_500);
-    assert_eq!(first[..2_000], run(&inputs[..2_000]));
+    assert!(first.iter().filter(|(done, _)| done.is_ok()).count() > 3_800);
+    assert_eq!(first[..800], run(&inputs[..800]));
     let mut twin = Twin::new(model.clone()).expect("a law of the library");
     assert_eq!(twin.step(&[f64::NAN, 0.0]), Err(StepError::NotFinite(0)));
     assert_eq!(twin.step(&[0.0]), Err(StepError::Count { given: 1, wanted: 2 }));

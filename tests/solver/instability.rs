@@ -8,7 +8,7 @@ use durometer::scene::{Body, ErrorEstimator, EstimateError, Run, Scene, SceneSpe
 use durometer::solve::{Driver, Failure, Integrator, Status, StepSettings, TimeSpan};
 use durometer::study::store::solver::notes;
 use durometer::system::{At, Rates, State, System, Want};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -295,13 +295,11 @@ fn negative(system: &System, state: &State) -> usize {
     let mut condensed = part(&own, &own);
     if !second.is_empty() {
         let inverse = part(&second, &second).try_inverse().expect("1/κ makes it regular");
-        assert!(
-            SymmetricEigen::new(part(&second, &second)).eigenvalues.max() < 0.0,
-            "the block of the pressures is negative"
-        );
+        let of_pressures = part(&second, &second).symmetric_eigenvalues();
+        assert!(of_pressures.max() < 0.0, "the block of the pressures is negative");
         condensed -= part(&own, &second) * inverse * part(&second, &own);
     }
-    SymmetricEigen::new(condensed).eigenvalues.iter().filter(|e| **e < 0.0).count()
+    condensed.symmetric_eigenvalues().iter().filter(|e| **e < 0.0).count()
 }
 
 /// The count by pivots is that of a dense eigenvalue solver in every formulation, before and beyond the loss of stability: where mixed
@@ -494,20 +492,21 @@ fn buckling_is_counted_apart_from_free_rigid_motions() {
 }
 
 /// Equal tractions press a free bar: any load turns it over, about y or z, and from σ = π² E b²/(12 L²) = 1285 Pa on it buckles as one on hinges, in two
-/// directions. The loads pass no limit.
+/// directions. The loads, up to eight times that, pass no limit.
 #[test]
 fn a_pressed_free_bar_has_no_limit_point() {
     let back = "[[effect]]\nkind = \"traction\"\nname = \"back\"\nregion = \"xmin\"\ndirection = [-1, 0, 0]\n\
-                traction = { kind = \"ramp\", from = \"0 Pa\", to = \"-20000 Pa\", end = \"1 s\" }\n";
-    let found = column(back, -2e4, 20, "");
+                traction = { kind = \"ramp\", from = \"0 Pa\", to = \"-10000 Pa\", end = \"1 s\" }\n";
+    let found = column(back, -1e4, 10, "");
     println!("{}, {:?}", found.status, found.findings.unstable);
     assert!(!matches!(found.status, Status::NoEquilibrium { .. }), "{}", found.status);
     let rounded: Vec<(i32, usize)> =
-        found.findings.unstable.iter().map(|(t, modes)| ((t * 2e4).round() as i32, *modes)).collect();
+        found.findings.unstable.iter().map(|(t, modes)| ((t * 1e4).round() as i32, *modes)).collect();
     assert_eq!(rounded[..2], [(1000, 2), (2000, 4)], "{rounded:?}");
 }
 
-/// A beam under its weight with a stiff film on its lower side, which presses the cells at the clamp together; the heaviest has no equilibrium.
+/// A beam under its weight with a stiff film on its lower side, which presses the cells at the clamp together; the heaviest has no equilibrium. After each
+/// cut that is searched for again, so one is allowed.
 fn beam_with_a_film(formulation: &str, density: f64) -> Scene {
     let text = format!(
         r#"
@@ -553,6 +552,8 @@ dt = "0.1 s"
 kind = "bending_angle"
 root = "xmin"
 tip = "xmax"
+[numerics]
+cuts = 1
 "#
     );
     parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
