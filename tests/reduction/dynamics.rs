@@ -159,7 +159,7 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
     ] {
         let steps = 14;
         let scene = bar(order, law, formulation, drive, &stage(integrator, steps), parts);
-        let runs = vec![states(&scene, &signal(ranges, steps, 5, &mut Random(3)), &names())];
+        let runs = vec![states(&scene, &signal(ranges, steps, 5, &mut Random::seed(3)), &names())];
         let training = TransientTraining::new(&scene, &runs, &names()).unwrap_or_else(|e| panic!("{e}"));
         let model = training.model(steps, None, &[]).unwrap_or_else(|e| panic!("{e}"));
         let all = errors_in_time(&model, &runs).expect("a law of the library");
@@ -261,7 +261,7 @@ fn built(steps: usize) -> Scene {
 const STEPS: usize = 30;
 
 fn runs(scene: &Scene, count: usize, seed: u64) -> Vec<Vec<FullState>> {
-    let mut random = Random(seed);
+    let mut random = Random::seed(seed);
     (0..count).map(|_| states(scene, &signal(LENGTHS, STEPS, 6, &mut random), &names())).collect()
 }
 
@@ -389,7 +389,7 @@ fn sensitivities_of_a_step_are_those_of_differences() {
 #[test]
 fn any_sequence_ends_and_is_replayed() {
     let (_, model) = trained();
-    let mut random = Random(11);
+    let mut random = Random::seed(11);
     let mut twin = Twin::new(model.clone()).expect("a law of the library");
     let mut done = 0;
     for sequence in 0..1_000 {
@@ -500,7 +500,7 @@ fn what_is_not_reduced_in_time_is_refused() {
         assert!(why.contains(words), "{words}: {why}");
     }
     let scene = built(4);
-    let known = vec![states(&scene, &signal(LENGTHS, 4, 2, &mut Random(1)), &names())];
+    let known = vec![states(&scene, &signal(LENGTHS, 4, 2, &mut Random::seed(1)), &names())];
     let why =
         TransientTraining::new(&scene, &known, &["none_m".to_string()]).err().expect("no such column").to_string();
     assert!(why.contains("none_m"), "{why}");

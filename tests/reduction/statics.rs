@@ -94,7 +94,7 @@ fn states(build: impl Fn(usize) -> Scene, points: Vec<Vec<f64>>, names: &[String
 
 /// Random points in the ranges, along a way of short steps.
 fn points(count: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut random = Random(seed);
+    let mut random = Random::seed(seed);
     let mut at = |range: [f64; 2]| range[0] + random.unit() * (range[1] - range[0]);
     let mut all: Vec<Vec<f64>> = (0..count).map(|_| RANGES.map(&mut at).to_vec()).collect();
     all.sort_by(|a, b| a[1].total_cmp(&b[1]));
@@ -320,7 +320,7 @@ fn inputs_are_found_for_targets() {
 #[test]
 fn any_input_ends_and_is_replayed() {
     let (_, _, _, model) = trained();
-    let mut random = Random(11);
+    let mut random = Random::seed(11);
     let mut draw = |k: usize| {
         let (centre, half) = (0.5 * (RANGES[k][0] + RANGES[k][1]), 0.5 * (RANGES[k][1] - RANGES[k][0]));
         centre + random.around(2.0 * half)
@@ -365,7 +365,7 @@ fn a_file_is_the_model_or_is_refused() {
         let why = refused(&bytes[..cut]);
         assert!(why.contains("no reduced model") || why.contains("damaged"), "{cut}: {why}");
     }
-    let mut random = Random(5);
+    let mut random = Random::seed(5);
     for _ in 0..200 {
         let mut other = bytes.clone();
         let place = end + 1 + (random.unit() * (bytes.len() - end - 1) as f64) as usize;
@@ -466,7 +466,7 @@ fn the_way_to_the_inputs_does_not_matter() {
         }
         twin.values()[0]
     };
-    let random = &mut Random(5);
+    let random = &mut Random::seed(5);
     let inputs: Vec<f64> =
         [26e-3, 0.0, 22e-3, 5e-3, 0.0].into_iter().chain((0..40).map(|_| 26e-3 * random.unit())).collect();
     let expected: Vec<f64> = inputs.iter().map(|u| slowly(*u)).collect();

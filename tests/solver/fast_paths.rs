@@ -38,7 +38,7 @@ fn assert_lanes_are_blocks(name: &str, effect: &dyn Effect, at: &At) {
 #[test]
 fn cells_side_by_side() {
     for order in ORDERS {
-        let mut random = Random(7);
+        let mut random = Random::seed(7);
         let mesh = distorted_cube(2, order, 0.1, 7);
         let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
         let x = random.vector(3 * mesh.points.len(), 0.02);
@@ -66,7 +66,7 @@ fn cells_side_by_side() {
 #[test]
 fn masses_and_dampers_side_by_side() {
     for order in ORDERS {
-        let mut random = Random(3);
+        let mut random = Random::seed(3);
         let mesh = distorted_cube(2, order, 0.1, 7);
         let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
         let n = 3 * mesh.points.len();
