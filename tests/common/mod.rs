@@ -27,10 +27,11 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
-use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
+use durometer::scene::{Body, Run, RunOptions, Scene, overrides, read_scene};
 use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::ops::{Deref, DerefMut};
+use std::path::Path;
 use std::sync::Arc;
 
 /// A folder of this name for files of a test, in that of the build.
@@ -283,6 +284,20 @@ pub fn try_scene(mesh: TetMesh, text: &str) -> Result<Scene, String> {
     let (spec, text) = read_scene(&file, &[]).map_err(|e| e.to_string())?;
     let body = Body { source: "block".into(), sha256: String::new(), ..Body::of_mesh(mesh) };
     Scene::build(&file, spec, text, Arc::new(body)).map_err(|e| e.to_string())
+}
+
+/// The scene of a study in `studies`, with these changes; its mesh is committed.
+pub fn shipped_scene(study: &str, changes: &[&str]) -> Scene {
+    changed_scene(&format!("studies/{study}/scene.toml"), changes)
+}
+
+/// A scene file of the project with these changes.
+pub fn changed_scene(file: &str, changes: &[&str]) -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let changes: Vec<_> = changes.iter().map(|c| overrides::parse(c).expect("key=value")).collect();
+    let (spec, text) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
+    let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Runs a scene to its end.

@@ -1,21 +1,14 @@
 //! Threads within a case: runs on several of them have the bits of a run on one.
 
-use crate::common::run_with_states;
+use crate::common::{run_with_states, shipped_scene};
 use durometer::math::threads::{locked, use_threads};
-use durometer::scene::{Body, Scene, overrides, read_scene};
 use durometer::solve::Status;
-use std::path::Path;
 use std::sync::Mutex;
 
 /// Every state of a run of a scene of the studies, with these changes.
 fn states(scene: &str, changes: &[&str]) -> Vec<f64> {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(scene).join("scene.toml");
-    let changes: Vec<_> = changes.iter().map(|change| overrides::parse(change).expect("key=value")).collect();
-    let (spec, text) = read_scene(&file, &changes).expect("a scene of the studies");
-    let body = Body::load(&file, &spec.mesh, &mut |_| {}).expect("its meshes are committed");
-    let scene = Scene::build(&file, spec, text, body.into()).expect("a scene of the studies");
     let mut states = Vec::new();
-    let run = run_with_states(&scene, &mut |state| {
+    let run = run_with_states(&shipped_scene(scene, changes), &mut |state| {
         states.extend(state.x.iter().chain(&state.v).chain(&state.lambda).chain(&state.history));
     });
     assert_eq!(run.status, Status::Converged);
