@@ -10,6 +10,7 @@ pub mod field;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
+pub mod program;
 pub mod renumbered;
 pub mod sensitivities;
 pub mod stores;

@@ -1,9 +1,9 @@
-//! A small study on disk, calls of the program, and the comparison of two folders of results.
+//! A small study on disk, and the comparison of two folders of results.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 const SCENE: &str = r#"
 title = "A block that is pressed"
@@ -90,31 +90,6 @@ values = [{}]
         values.join(", ")
     );
     std::fs::write(folder.join("study.toml"), study).expect("writable");
-}
-
-/// The program with these arguments, in this folder.
-pub fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder);
-    let mesher = folder.join("mesher");
-    match mesher.is_file() {
-        true => command.env("DUROMETER_HOME", folder).env("DUROMETER_PYTHON", mesher),
-        false => command.env("DUROMETER_PYTHON", "no-such-python"),
-    };
-    command
-}
-
-/// Standard output and error of a call that must end with `code`.
-pub fn call(folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
-    said(&program(folder, arguments).output().expect("the program starts"), &format!("{arguments:?}"), code)
-}
-
-/// Standard output and error of a program that must have ended with `code`.
-pub fn said(output: &Output, call: &str, code: i32) -> (String, String) {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, errors) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{call}\n{out}\n{errors}");
-    (out, errors)
 }
 
 /// What a folder of results holds, times and the like apart: file → contents, of records their values.

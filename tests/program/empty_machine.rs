@@ -1,6 +1,7 @@
 //! The program on a machine with nothing else: a root folder with the program, the libraries that it is linked with and a user whose home cannot be
 //! written, apart from the cache. There is no shell, no Python, no compiler, no `/proc` and no `/tmp`.
 
+use crate::common::program;
 use crate::common::tools;
 use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::{Path, PathBuf};
@@ -54,11 +55,7 @@ impl Machine {
 
     /// What a call prints that ends with this code.
     fn said(&self, folder: &str, arguments: &[&str], code: i32) -> (String, String) {
-        let output = self.call(folder, arguments);
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let (out, errors) = (text(&output.stdout), text(&output.stderr));
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}\n{errors}");
-        (out, errors)
+        program::said(&self.call(folder, arguments), &format!("{arguments:?}"), code)
     }
 
     fn is_file(&self, path: &str) -> bool {
