@@ -1,95 +1,26 @@
 //! Reduced models: equal to the full model where nothing is left out, near to it where little is, with bars that hold.
 
+use crate::bar::{self, Bar, SOFT};
 use crate::common::{Random, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{FullState, ReducedModel, StepError, Training, Twin, errors};
-use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, Scene};
-use durometer::solve::Status;
-use durometer::system::State;
+use durometer::scene::Scene;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// A bar of 40 mm, bent by a cable and by its weight across it.
 fn bar(order: Order, formulation: &str, points: usize, law: &str) -> Scene {
-    let text = format!(
-        r#"
-[mesh]
-body = "block"
-[laws.rubber]
-{law}
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-formulation = "{formulation}"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 1, 0]
-acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["-20 m/s^2", "20 m/s^2"] }}
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = {{ kind = "length", signal = {{ kind = "controlled", initial = "0 mm", range = ["0 mm", "4 mm"] }} }}
-[[stage]]
-integrator = "static"
-duration = "{points} s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-[[probe]]
-kind = "bending_angle"
-root = "xmin"
-tip = "xmax"
-"#
-    );
-    scene(block(8, 2, 2, 0.04, 0.01, 0.01, order), &text)
+    Bar { law, formulation, ..Bar::default() }.of_points(block(8, 2, 2, 0.04, 0.01, 0.01, order), points)
 }
 
-const SOFT: &str = "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.45";
 const NEARLY_INCOMPRESSIBLE: &str = "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.499";
 /// Inputs are the acceleration, then the shortening: the order of the scene.
 const RANGES: [[f64; 2]; 2] = [[-20.0, 20.0], [0.0, 4e-3]];
 
-/// Sets the inputs point after point.
-struct Way(std::vec::IntoIter<Vec<f64>>);
-
-impl Controller for Way {
-    fn step(&mut self, _: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        if let Some(point) = self.0.next() {
-            signals.copy_from_slice(&point);
-        }
-        Ok(Reply::default())
-    }
-}
-
 /// The states of the full model at these points.
 fn states(build: impl Fn(usize) -> Scene, points: Vec<Vec<f64>>, names: &[String]) -> Vec<FullState> {
-    let scene = build(points.len());
-    let mut all: Vec<State> = vec![];
-    let mut on_state = |state: &State| all.push(state.clone());
-    let mut way = Way(points.clone().into_iter());
-    let options = RunOptions { on_state: Some(&mut on_state), controller: Some(&mut way), ..RunOptions::default() };
-    let run = scene.run_with(options);
-    assert_eq!(run.status, Status::Converged);
-    let columns: Vec<Vec<f64>> = names.iter().map(|n| run.column(n).expect("it is recorded")).collect();
-    let state = |(k, state): (usize, &State)| FullState {
-        inputs: points[k - 1].clone(),
-        x: state.x.clone(),
-        lambda: state.lambda.clone(),
-        values: columns.iter().map(|c| c[k]).collect(),
-    };
-    all.iter().enumerate().skip(1).map(state).collect()
+    bar::states(&build(points.len()), &points, names)
 }
 
 /// Random points in the ranges, along a way of short steps.
