@@ -50,12 +50,15 @@ def run(path: str, format: str, output: str) -> dict:
 
 def read(path: Path, format: str) -> Blocks:
     """Read a file with the reader for its format."""
-    if format == "gmsh":
-        return by_gmsh(path, format)
-    if format in READERS:
-        with prepared(path, format) as readable:
-            return READERS[format](path, readable)
-    return by_meshio(path, format)
+    try:
+        if format == "gmsh":
+            return by_gmsh(path, format)
+        if format in READERS:
+            with prepared(path, format) as readable:
+                return READERS[format](path, readable)
+        return by_meshio(path, format)
+    except UnicodeDecodeError as error:
+        raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
 
 
 def load(path: Path, format: str):
@@ -71,13 +74,11 @@ def load(path: Path, format: str):
             check(path, readable, format)
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
-        except BadRequest:
+        except (BadRequest, UnicodeDecodeError):
             raise
         except ModuleNotFoundError as error:
             package = str(error.name)
             raise refuse(f"the package {package} is missing", f"install it: .venv/bin/python -m pip install {package}") from None
-        except UnicodeDecodeError as error:
-            raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except (Exception, SystemExit) as error:
             if fault := fault_of_xml(readable, format):
                 raise refuse(fault) from None
@@ -211,10 +212,15 @@ def for_gmsh(path: Path, format: str):
 
 
 def check_closed(path: Path, data: bytes) -> None:
-    """Refuse a universal file that ends within a data set: each is between two lines with -1. gmsh takes what is there."""
-    marks = [number for number, line in enumerate(data.split(b"\n"), 1) if line.strip() == b"-1"]
-    if len(marks) % 2:
-        fact = f"the data set that begins in line {marks[-1]} has no line with -1 at its end, so that a part is missing"
+    """Refuse a universal file that ends within a data set: each is between two lines with -1 in columns 5 and 6. gmsh takes what is there.
+
+    The first of them may be there twice."""
+    begin = 0  # line of the mark at the beginning of an open data set
+    for number, line in enumerate(data.split(b"\n"), 1):
+        if line.rstrip() == b"    -1":
+            begin = 0 if begin and number > begin + 1 else number
+    if begin:
+        fact = f"the data set that begins in line {begin} has no line with -1 at its end, so that a part is missing"
         raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
 
 

@@ -27,7 +27,8 @@ OPTIONS = {
 SIGNS_OF_CROSSING = ("PLC", "overlapping facets", "intersect")
 CROSSED = (
     "facets of the surface mesh cross each other. If a wall is thinner than a cell, take a size no larger than the wall is thick, or more cells; "
-    'if not, write generator = "cgal" and element = "tet4" in [mesh] of a scene: CGAL meshes no face by itself, and rounds sharp edges'
+    'if not, write generator = "cgal" and element = "tet4" in [mesh] of a scene: CGAL meshes no face by itself, and rounds sharp edges. '
+    "Bores that are thin against the cells, as for cables, are best filled in the CAD: a cable is given by guides within the body, and needs none"
 )
 OTHER_SIZE = "change the size a little, or the parameters"
 

@@ -14,9 +14,13 @@ def names(path: Path, content: Path) -> dict:
         raise BadRequest(f"cannot read {path.name}: it has no line endmesh, so that a part is missing", "write or copy it again")
     found, lines = {}, iter(text)
     for line in lines:
-        dim = DIMENSIONS.get(line)
-        for _ in range(int(next(lines)) if dim else 0):
-            index, _, name = next(lines).partition(" ")
-            if name:
-                found[dim, int(index)] = name.strip()
-    return found
+        if line not in DIMENSIONS:
+            continue
+        try:
+            for _ in range(int(next(lines))):
+                # Netgen divides by a tab, meshio by a blank, and a name may be empty or hold blanks
+                index, *name = next(lines).split(None, 1)
+                found[DIMENSIONS[line], int(index)] = "".join(name)
+        except (StopIteration, ValueError):
+            raise BadRequest(f"cannot read {path.name}: {line} has fewer names than it announces", "write or copy it again") from None
+    return {reference: name for reference, name in found.items() if name}

@@ -14,13 +14,20 @@ KINDS = {1: (15, 1), 3: (1, 2), 5: (2, 3), 9: (3, 4), 10: (4, 4), 12: (5, 8), 13
 class Reader:
     """The lines of a file, without comments, blank ones, and the direction of halos, which is between a count and its lines."""
 
-    def __init__(self, path: Path, text: str):
+    def __init__(self, path: Path, data: bytes):
         self.path = path
-        lines = ((number, line.partition("%")[0].strip()) for number, line in enumerate(text.splitlines(), 1))
+        lines = ((number, self.text(number, line)) for number, line in enumerate(data.splitlines(), 1))
         self.lines = [(number, line) for number, line in lines if line and not line.startswith("SEND_RECV")]
         self.at = 0
         self.points = np.zeros((0, 3))
         self.rows: dict = {}  # (marker, kind) -> rows of nodes; the marker of cells is empty
+
+    def text(self, number: int, line: bytes) -> str:
+        """A line without its comment, which may be in another code than UTF-8."""
+        try:
+            return line.partition(b"%")[0].decode().strip()
+        except UnicodeDecodeError:
+            raise self.fail(number, "it is no text in UTF-8", "save the file as UTF-8") from None
 
     def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
         return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
@@ -90,7 +97,7 @@ class Reader:
 
 def read(path: Path, content: Path) -> Blocks:
     """The mesh of a file, whose unpacked text is in `content`."""
-    reader = Reader(path, content.read_text("utf-8"))
+    reader = Reader(path, content.read_bytes())
     reader.read()
     cells, owners = [], []
     for (marker, kind), nodes in reader.rows.items():

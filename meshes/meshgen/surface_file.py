@@ -39,7 +39,7 @@ def of_mesh(path: Path, format: str) -> tuple:
     names = {number: (dimension, name) for name, (dimension, number) in convert.KINDS.items()}
     found = [(*names[kind], rows) for kind, rows in blocks.cells if len(rows)]
     if any(dimension == 3 for dimension, _, _ in found):
-        raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop size, grading and generator")
+        raise BadRequest(f"{path.name} is a volume mesh: it is taken over, not meshed again", "drop cells, size, grading and generator; levels = 1 splits each of its cells into eight")
     faces = {name for dimension, name, _ in found if dimension == 2}
     if faces != {"triangle"}:
         raise BadRequest(f"{path.name} must be made of triangles; it has {', '.join(sorted(faces)) or 'no faces'}", "triangulate it")

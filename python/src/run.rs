@@ -313,7 +313,8 @@ impl Run {
         let record = outcome::record(scene, &run, seconds);
         let solver = &record.solver;
         let collapsed = solver.collapsed_cavities.iter().map(|found| found.warning());
-        for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed) {
+        let sunken = solver.sunken_facets.iter().map(|found| found.warning());
+        for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed).chain(sunken) {
             let text = CString::new(warning).map_err(|e| input(&e.to_string(), ""))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
         }

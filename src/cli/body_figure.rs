@@ -1,5 +1,6 @@
 //! The picture of a scene at rest as a file: its regions, what is held, and its cables.
 
+use super::shown_regions::{is_whole, number_of_face, shown};
 use durometer::mesh::Region;
 use durometer::mesh::boundary::{boundary_facets, facet_cells};
 use durometer::report::body::{BodyPicture, draw};
@@ -22,14 +23,6 @@ pub fn write(path: &Path, scene: &Scene) -> Result<(), Box<dyn std::error::Error
     Ok(())
 }
 
-/// Regions from which on only faces that the scene names are shown.
-const MANY: usize = 12;
-
-/// The number of a face that an import has named: 12 of `face_12`.
-fn number_of_face(name: &str) -> Option<u32> {
-    name.strip_prefix("face_")?.parse().ok()
-}
-
 fn picture(scene: &Scene) -> BodyPicture {
     let mesh = &scene.body.mesh;
     let facets = boundary_facets(mesh);
@@ -41,25 +34,19 @@ fn picture(scene: &Scene) -> BodyPicture {
         let is_own = |f: &u32| region.facets.binary_search(f).is_ok() || of_cells.contains(&cells[*f as usize].0);
         facets.iter().filter(|f| is_own(f)).map(|f| number[f]).collect()
     };
-    let whole = |name: &str| ["body", "skin"].iter().any(|end| name == *end || name.ends_with(&format!(".{end}")));
     let is_own = |name: &str| scene.spec.mesh.regions.contains_key(name);
-    let mut shown: Vec<(&String, &Region)> = scene.regions.iter().filter(|(name, _)| !whole(name)).collect();
-    // Faces of an import that the scene does not name
-    let is_named = |name: &str| scene.text.contains(&format!("\"{name}\""));
-    if shown.len() > MANY {
-        shown.retain(|(name, _)| number_of_face(name).is_none() || is_named(name));
-    }
+    let [mut shown, _] = shown(scene);
+    shown.retain(|(name, _)| !is_whole(name));
     // Those of the file over those of the mesh, small ones over large ones
     let size = |region: &Region| std::cmp::Reverse(region.facets.len() + region.cells.len());
     shown.sort_by_key(|(name, region)| (is_own(name), size(region), number_of_face(name)));
     let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());
     let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof / 3).collect();
-    let triangles = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
     let path = |x: &[f64], k: usize| scene.cables[k].cable.polyline(x).into_iter().map(Into::into).collect();
     let rest = scene.system.rest();
     BodyPicture {
         points: mesh.points.iter().map(|p| (*p).into()).collect(),
-        triangles,
+        facets: facets.iter().map(|&f| mesh.facet(f as usize).to_vec()).collect(),
         regions: of_facets.into_iter().map(|(name, region)| (name.clone(), on_surface(region))).collect(),
         nodes: of_nodes.into_iter().map(|(name, r)| (name.clone(), r.nodes.iter().map(place).collect())).collect(),
         held: held.iter().filter(|&&k| (k as usize) < mesh.points.len()).map(place).collect(),

@@ -39,7 +39,7 @@ pub fn main(args: Args) -> CommandResult {
         Some(dir) => dir,
         None => PathBuf::from("reports").join(Study::name_of(&file)),
     };
-    let cases = list(&Study::read_with_additions(&file, &changes, &dir)?, &dir);
+    let cases = list(&Study::read_with_added(&file, &changes, &dir)?, &dir);
     if args.json {
         say!("{}", serde_json::to_string_pretty(&cases)?);
         return Ok(Outcome::Complete);

@@ -6,7 +6,7 @@ use durometer::math::units::{Decimals, shown};
 use durometer::mesh::TetMesh;
 use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Fixture, Import, Imported, Scene, SceneSpec, limits_of_mesh, starter};
+use durometer::scene::{Fixture, Import, Imported, Scene, SceneSpec, Slab, limits_of_mesh, starter};
 use durometer::solve::Status;
 use durometer::storage;
 use durometer::wording::{self, few};
@@ -57,6 +57,9 @@ pub fn main(args: Args) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
+/// Share of the size of a body below which a coordinate is zero.
+const ROUNDING: f64 = 1e-12;
+
 /// Prints the content of the file, before anything is done to it.
 fn content(import: &Import) {
     say!("format       {}", import.format.name);
@@ -70,7 +73,9 @@ fn content(import: &Import) {
             say!("elements     {}", list(&found.others));
         }
         let (a, b) = found.bounds;
-        let corner = |p: Vec3| wording::joined(&[p.x, p.y, p.z].map(shown));
+        // Rounding about zero is none of the size of the body
+        let least = ROUNDING * (b - a).norm();
+        let corner = |p: Vec3| wording::joined(&[p.x, p.y, p.z].map(|x| if x.abs() < least { 0.0 } else { shown(x) }));
         say!("bounds       ({}) to ({}) in units of the file", corner(a), corner(b));
         for (count, what) in [
             (found.unused_nodes, "nodes belong to no cell; they are dropped"),
@@ -118,7 +123,9 @@ fn mesh(import: &Import, imported: &Imported) {
     match &imported.fixture {
         Fixture::Region(name) => say!("fixture      region {name}, by its name"),
         Fixture::Slabs(slabs) => {
-            say!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
+            let ends: Vec<String> = slabs.iter().map(Slab::end).collect();
+            let of = if slabs.len() > 1 { ", one of each component" } else { "" };
+            say!("fixture      {}{of}", few(&ends));
         }
     }
     imported.body.volumes.iter().for_each(|volume| say!("volume       {volume}"));

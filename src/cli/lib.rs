@@ -35,6 +35,7 @@ mod results;
 mod robustness;
 mod run;
 mod schema;
+mod shown_regions;
 mod simulate;
 mod softening;
 mod store;

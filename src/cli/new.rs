@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 Examples:
   durometer new finger
   durometer new gripper my-gripper
-  durometer new robot.step --unit mm")]
+  durometer new robot.step --unit mm
+  durometer new robot.step --cells 10000")]
 pub struct Args {
     /// Name of a starter, or a file
     name: Option<String>,
@@ -22,6 +23,9 @@ pub struct Args {
     /// Unit of length of the file, instead of a guess from the size
     #[arg(long)]
     unit: Option<String>,
+    /// Number of cells of a surface or CAD file, instead of about 2000
+    #[arg(long)]
+    cells: Option<usize>,
 }
 
 pub fn main(args: Args) -> CommandResult {
@@ -31,8 +35,8 @@ pub fn main(args: Args) -> CommandResult {
         return Ok(Outcome::Complete);
     };
     let file = files::brought(Path::new(&name))?;
-    let folder =
-        create(&file.to_string_lossy(), args.folder.as_deref(), args.unit.as_deref(), &mut |line| tell!("{line}"))?;
+    let how = (args.unit.as_deref(), args.cells);
+    let folder = create(&file.to_string_lossy(), args.folder.as_deref(), how, &mut |line| tell!("{line}"))?;
     say!("{}: scene.toml, study.toml, README.md", folder.display());
     say!("next, in {}: durometer simulate scene.toml", folder.display());
     Ok(Outcome::Complete)

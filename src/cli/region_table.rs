@@ -1,9 +1,11 @@
 //! The regions of a scene as a table: what each holds, and how large it is.
 
+use super::shown_regions::shown;
 use durometer::mesh::Region;
 use durometer::scene::Scene;
+use durometer::wording::few;
 
-/// A line for each region: nodes, facets, cells, area and volume. Those of the file come last.
+/// A line for each region that is shown: nodes, facets, cells, area and volume. Those of the file come last, and a line for the numbered faces that are left out.
 pub fn table(scene: &Scene) -> String {
     let mesh = &scene.body.mesh;
     let row = |name: &str, region: &Region| {
@@ -19,8 +21,17 @@ pub fn table(scene: &Scene) -> String {
     };
     let head =
         format!("{:20} {:>8} {:>8} {:>8} {:>14} {:>14}", "", "nodes", "facets", "cells", "area mm^2", "volume mm^3");
+    let [shown, faces] = shown(scene);
     let (own, given): (Vec<_>, Vec<_>) =
-        scene.regions.iter().partition(|(name, _)| scene.spec.mesh.regions.contains_key(*name));
+        shown.into_iter().partition(|(name, _)| scene.spec.mesh.regions.contains_key(*name));
     let rows = given.into_iter().chain(own).map(|(name, region)| row(name, region));
-    std::iter::once(head).chain(rows).collect::<Vec<_>>().join("\n             ")
+    let names: Vec<&str> = faces.iter().map(|(name, _)| name.as_str()).collect();
+    let rest = (!names.is_empty()).then(|| {
+        format!(
+            "{} numbered faces that the scene does not name: {} (`durometer import` on the file lists all)",
+            names.len(),
+            few(&names)
+        )
+    });
+    std::iter::once(head).chain(rows).chain(rest).collect::<Vec<_>>().join("\n             ")
 }

@@ -11,7 +11,7 @@ use durometer::report::ReportError;
 use durometer::storage::results::held;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
-use durometer::study::extension::{ADD, Additions};
+use durometer::study::extension::{ADD, AddedMeshes};
 use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
@@ -73,7 +73,7 @@ pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
     let changes = super::arguments::changes(&args.set)?;
     let dir = args.how.dir_of(&Study::name_of(&file), &file)?;
-    let study = Study::read_with_additions(&file, &changes, &dir)?;
+    let study = Study::read_with_added(&file, &changes, &dir)?;
     if let Some(why) = study.record.without_verdict() {
         tell!("{why}");
     }
@@ -99,12 +99,11 @@ pub fn main(args: Args) -> CommandResult {
         }
         return done.tell(&args.how, &args.study);
     };
-    let file_of_added = Additions::file(&dir);
-    folder::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
+    let file_of_added = AddedMeshes::file(&dir);
+    folder::write(&file_of_added, &AddedMeshes::read(&dir)?.with(extension).text())?;
     tell!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
     let how = How { redo: false, ..args.how };
-    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?
-        .tell(&how, &args.study)
+    execute(&Study::read_with_added(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?.tell(&how, &args.study)
 }
 
 /// How a study is run, from the command line.

@@ -65,6 +65,9 @@ pub fn main(args: &Args) -> CommandResult {
     let model = ReducedModel::read(&args.file)?;
     let full = args.full.as_ref().map(|scene| files::find(scene, "scene.toml")).transpose()?;
     let full = full.map(|scene| FullModel::open(&model, &scene)).transpose()?;
+    full.iter().flat_map(FullModel::uncompared).for_each(|name| {
+        tell!("note: {name} could not be compared with the file of the study: the model is of an earlier version; make it again");
+    });
     let fallback = full.zip(args.tolerance).map(|(full, tolerance)| Fallback { full, tolerance });
     let twin = Twin::new(model)?;
     let mut models = Models { inputs: twin.inputs().to_vec(), twin, fallback };

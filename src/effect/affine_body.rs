@@ -29,7 +29,7 @@ pub struct AffineInertia {
 }
 
 impl AffineInertia {
-    /// Of a body with its centre of mass at C, and the inertia tensor I \[kg m²\] about it.
+    /// The inertia of a body with its centre of mass at C, and the inertia tensor I \[kg m²\] about it.
     pub fn new(name: String, frame: &AffineFrame, mass: f64, inertia: &Mat3) -> Self {
         // J = ∫ ρ (X − C)(X − C)ᵀ dV, I = tr J − J
         let second = (Mat3::identity() * (0.5 * inertia.trace()) - inertia) / frame.length.powi(2);
@@ -108,12 +108,12 @@ pub struct Rigidity {
 }
 
 impl Rigidity {
-    /// Of a free body, which its four nodes alone carry: increments turn it.
+    /// The stiffness of a free body, which its four nodes alone carry: increments turn it.
     pub fn free(name: String, frame: AffineFrame, stiffness: f64) -> Self {
         Self { turns: true, ..Self::tied(name, frame, stiffness) }
     }
 
-    /// Of a part to whose nodes those of a mesh are tied. Increments are linear, so that these follow.
+    /// The stiffness of a part to whose nodes those of a mesh are tied. Increments are linear, so that these follow.
     pub fn tied(name: String, frame: AffineFrame, stiffness: f64) -> Self {
         let blocks = Blocks::new(std::iter::once(&frame.nodes[..]));
         Self { name, frame, blocks, stiffness, turns: false }

@@ -36,12 +36,12 @@ pub struct Cable {
 }
 
 impl Cable {
-    /// From a pull point that is fixed in space through the guides.
+    /// A cable from a pull point that is fixed in space through the guides.
     pub fn new(name: String, pull_point: Vec3, guides: Vec<Guide>) -> Self {
         Self::through(name, Some(pull_point), guides)
     }
 
-    /// From the pull point, or without one from the first guide, through the others: then the drive moves with the body, and its forces add up to zero.
+    /// A cable from the pull point, or without one from the first guide, through the others: then the drive moves with the body, and its forces add up to zero.
     pub fn through(name: String, pull_point: Option<Vec3>, guides: Vec<Guide>) -> Self {
         let means = Means::new(guides.iter().map(|g| &g.weights[..]));
         let first = u32::from(pull_point.is_none());

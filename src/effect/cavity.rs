@@ -25,7 +25,8 @@ use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want,
+    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, PolynomialLoad,
+    Want,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -76,7 +77,7 @@ pub struct Cavity {
 }
 
 impl Cavity {
-    /// On boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
+    /// A cavity on boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], field: VolumeField) -> Self {
         let lists = || facets.iter().map(|&f| mesh.facet(f as usize));
         let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
@@ -84,7 +85,7 @@ impl Cavity {
         Self { name, field, blocks, reference, points, nodes, carried: None }
     }
 
-    /// On the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
+    /// A cavity on the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
     pub fn on_surface(
         name: String,
         (vertices, triangles): (&[Vec3], &[[u32; 3]]),
@@ -271,12 +272,22 @@ impl Effect for CavityPressure {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { degree: Some(2), ..Capabilities::default() }
+        Capabilities { polynomial: Some(self), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.cavity.facet(at.x, b, self.intensity(at.clock()), want, out);
         Ok(())
+    }
+}
+
+impl PolynomialLoad for CavityPressure {
+    fn degree(&self) -> usize {
+        2
+    }
+
+    fn unit_residual(&self, x: &[f64], b: usize, out: &mut BlockValues) {
+        self.cavity.facet(x, b, 1.0, Want::Residual, out);
     }
 }
 

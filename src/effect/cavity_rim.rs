@@ -32,7 +32,7 @@ struct EdgePoint {
 }
 
 impl CavityRim {
-    /// Of edges in the sense of their facets, the mid-node last.
+    /// A rim of edges in the sense of their facets, the mid-node last.
     pub fn new(mesh: &TetMesh, edges: &[Vec<u32>], field: VolumeField) -> Self {
         let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();
         Self { field, edges: Blocks::new(edges.iter().map(Vec::as_slice)), reference }

@@ -59,7 +59,7 @@ impl CellPoints {
         self.points
     }
 
-    /// For each of these cells of the region: index in the mesh, and at each of its points the weight \[m³\] and F.
+    /// The index in the mesh of each of these cells of the region, and at each of its points the weight \[m³\] and F.
     pub fn deformation<'a>(
         &'a self,
         x: &'a [f64],

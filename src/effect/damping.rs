@@ -63,7 +63,7 @@ pub struct ViscousDamping {
 }
 
 impl ViscousDamping {
-    /// On the cells of a region, η in Pa s.
+    /// Damping on the cells of a region, η in Pa s.
     pub fn new(mesh: &TetMesh, cells: &[u32], eta: f64) -> Self {
         Self { eta, points: CellPoints::new(mesh, cells) }
     }

@@ -7,7 +7,7 @@
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
-use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
+use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, PolynomialLoad, Want};
 
 /// Dead load on nodes.
 pub struct DeadLoad {
@@ -25,6 +25,11 @@ impl DeadLoad {
     pub fn new(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
         let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
         Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }
+    }
+
+    /// Residual per unit of intensity.
+    fn unit(&self, b: usize, i: usize) -> f64 {
+        -self.weights[b] * self.direction[i]
     }
 }
 
@@ -46,17 +51,27 @@ impl Effect for DeadLoad {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { degree: Some(0), ..Capabilities::default() }
+        Capabilities { polynomial: Some(self), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let dof = 3 * self.blocks.nodes(b)[0] as usize;
         let s = if want > Want::Energy { self.intensity.at(at.clock()) } else { 0.0 };
         for i in 0..3 {
-            let unit = -self.weights[b] * self.direction[i];
+            let unit = self.unit(b, i);
             out.energy += unit * at.x[dof + i];
             out.r[i] = s * unit;
         }
         Ok(())
+    }
+}
+
+impl PolynomialLoad for DeadLoad {
+    fn degree(&self) -> usize {
+        0
+    }
+
+    fn unit_residual(&self, _: &[f64], b: usize, out: &mut BlockValues) {
+        (0..3).for_each(|i| out.r[i] = self.unit(b, i));
     }
 }

@@ -35,7 +35,7 @@ pub struct Fibres {
 }
 
 impl Fibres {
-    /// On polylines of points that are apart. `compression` tells whether a segment pushes where it is shorter than at rest.
+    /// Fibres on polylines of points that are apart. `compression` tells whether a segment pushes where it is shorter than at rest.
     pub fn new(name: String, lines: &[Vec<FibrePoint>], stiffness: f64, compression: bool) -> Self {
         let (mut nodes, mut weights, mut first, mut rest) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for pair in lines.iter().flat_map(|line| line.windows(2)) {

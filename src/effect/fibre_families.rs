@@ -21,7 +21,7 @@ pub struct FibreFamilies {
 }
 
 impl FibreFamilies {
-    /// On cells; `directions` gives the unit vectors of the families at a place X \[m\].
+    /// Families on cells; `directions` gives the unit vectors of the families at a place X \[m\].
     pub fn new(
         name: String,
         mesh: &TetMesh,

@@ -26,7 +26,7 @@ pub struct Mass {
 }
 
 impl Mass {
-    /// Of the cells of a region with density ρ \[kg/m³\].
+    /// The mass of the cells of a region with density ρ \[kg/m³\].
     pub fn new(mesh: &TetMesh, cells: &[u32], rho: f64, lumping: Lumping) -> Self {
         let n = mesh.order.cell_nodes();
         let matrices: Vec<Vec<f64>> = cells.iter().map(|&c| consistent(mesh, c as usize, rho)).collect();
@@ -62,14 +62,14 @@ impl Mass {
         energy(&self.matrix(b), &self.of_block(y, b))
     }
 
-    /// As [`Mass::apply`], of the [`LANES`] blocks from `first` on.
+    /// The same as [`Mass::apply`] on the [`LANES`] blocks from `first` on.
     pub fn apply_batch(&self, y: &[f64], first: usize, c: f64, rate: f64, want: Want, out: &mut Batch) {
         let y = self.of_batch(y, first);
         let y = &y[..self.blocks.nodes(first).len()];
         widest(Apply { m: self.matrices(first), y, factors: [c, rate * c], want, out });
     }
 
-    /// As [`Mass::energy`], of the [`LANES`] blocks from `first` on.
+    /// The same as [`Mass::energy`] of the [`LANES`] blocks from `first` on.
     pub fn energy_of_batch(&self, y: &[f64], first: usize) -> Lanes {
         let y = self.of_batch(y, first);
         energy(self.matrices(first), &y[..self.blocks.nodes(first).len()])

@@ -75,7 +75,7 @@ pub struct MembraneExtremes {
 }
 
 impl Membrane {
-    /// On facets; one point on those of tet4, three on those of tet10, which are exact for the linear stiffness of straight facets.
+    /// A membrane on facets; one point on those of tet4, three on those of tet10, which are exact for the linear stiffness of straight facets.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], law: Box<dyn Law>, thickness: f64) -> Self {
         let rule = quadrature::tri(if mesh.order == Order::Linear { 1 } else { 2 });
         let of_facet = |&f: &u32| {

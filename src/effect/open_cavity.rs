@@ -33,7 +33,7 @@ pub struct OpenCavityPressure {
 }
 
 impl OpenCavityPressure {
-    /// On the facets of the cavity, which are these facets of the mesh.
+    /// The pressure on the facets of the cavity, which are these facets of the mesh.
     pub fn new(cavity: Arc<Cavity>, mesh: &TetMesh, facets: &[u32], pressure: Signal) -> Self {
         let edges = rim(mesh, facets);
         let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();

@@ -16,7 +16,7 @@ pub(super) struct Remembered {
 }
 
 impl Remembered {
-    /// At J > 0.
+    /// The terms at an F with J > 0.
     pub(super) fn new(f: &Mat3, h: &Mat3) -> Self {
         let (j, fh) = (f.determinant(), f * h);
         Self { h: *h, fh, g: cofactor(f) / j, m: j.powf(-2.0 / 3.0), q: f.dot(&fh) }

@@ -32,7 +32,7 @@ pub trait Stressed: PointStress + Effect {
     }
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
-    /// From what its forces at a point follow; none where they depend on more than that point.
+    /// The parts from which its forces at a point follow; none where these depend on more than that point.
     fn constitution(&self) -> Option<Constitution<'_>> {
         None
     }

@@ -30,7 +30,7 @@ fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
     corners
 }
 
-/// Of a sheet on these bodies at displacement x; none where nothing is compressed, or no elastic cell is at a compressed facet, and where the sheet has
+/// Where a sheet on these bodies is closest to wrinkling at displacement x; none where nothing is compressed, or no elastic cell is at a compressed facet, and where the sheet has
 /// no thickness.
 pub fn wrinkling(sheet: &Membrane, bodies: &[&dyn Stressed], x: &[f64]) -> Option<Wrinkling> {
     let corners = |b: usize| sorted([0, 1, 2].map(|k| sheet.facet_nodes(b)[k]));

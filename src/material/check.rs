@@ -14,10 +14,11 @@
 // A[3i+J][3k+L] is read by its indices, as in the formulae.
 #![allow(clippy::needless_range_loop)]
 
+use super::draws::{self, gradient, gradient_within, rotation};
 use super::entry::LawEntry;
 use super::law::Law;
 use super::moduli::Moduli;
-use super::parameter::{Choice, LawSpecError, Parameter};
+use super::parameter::Parameter;
 use super::registry::given_as;
 use super::response::{LaneResponse, LawError, Response, Want};
 use crate::math::lanes::{LANES, Lanes};
@@ -153,104 +154,29 @@ fn ensure(condition: bool, text: impl FnOnce() -> String) -> Check {
     if condition { Ok(()) } else { Err(text()) }
 }
 
-/// Seeded draws of states and laws.
-pub struct Random(SplitMix);
-
-impl Random {
-    /// Draws that follow from this number.
-    pub fn seed(seed: u64) -> Self {
-        Self(SplitMix(seed))
-    }
-
-    /// A number in [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    /// A number in [lower, upper).
-    pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
-        lower + (upper - lower) * self.unit()
-    }
-
-    /// A rotation: a random unit quaternion.
-    pub fn rotation(&mut self) -> Mat3 {
-        let q = nalgebra::Quaternion::new(
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-            self.between(-1.0, 1.0),
-        );
-        nalgebra::UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner()
-    }
-
-    /// Parameters inside their bounds, moduli over three decades and of either sign where it is free, any number of the optional ones, any
-    /// option; drawn again until the shear modulus at F = I is positive.
-    fn law(&mut self, entry: &LawEntry) -> Result<Box<dyn Law>, String> {
-        let info = entry.info;
-        for _ in 0..1000 {
-            let absent = (self.unit() * (info.optional as f64 + 1.0)) as usize;
-            let mut values = Vec::new();
-            for p in &info.parameters[..info.parameters.len() - absent] {
-                let (lower, upper) = p.bounds;
-                values.push(if p.dimension == Dimension::PRESSURE {
-                    let sign = if lower < 0.0 && self.unit() < 0.4 { -1.0 } else { 1.0 };
-                    sign * 1e3 * 1e3_f64.powf(self.unit())
-                } else {
-                    let (a, b) = (lower.max(-10.0), upper.min(10.0));
-                    self.between(a + 0.002 * (b - a), b - 0.0015 * (b - a))
-                });
-            }
-            let option = |c: &Choice, r: f64| c.options[(r * c.options.len() as f64) as usize];
-            let options: Vec<_> = info.choices.iter().map(|c| option(c, self.unit())).collect();
-            match entry.build_with(&values, &options) {
-                Ok(law) => return Ok(law),
-                Err(LawSpecError::NotStable { .. } | LawSpecError::NoBulk { .. }) => {}
-                // Half of a pair (μ, α) is left
-                Err(LawSpecError::Missing { .. }) if absent > 0 => {}
-                Err(e) => return Err(format!("{e} from {values:?}, which are inside their bounds")),
-            }
-        }
-        Err("no draw of constants inside their bounds has a positive shear modulus".into())
-    }
-
-    /// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
-    pub fn gradient(&mut self, inverted: bool) -> (Mat3, f64) {
-        self.gradient_within(inverted, 1.0)
-    }
-
-    /// Like [`Self::gradient`], with the logarithms of the stretches times `range`.
-    fn gradient_within(&mut self, inverted: bool, range: f64) -> (Mat3, f64) {
-        let mut s = [0, 1, 2].map(|_| (0.3 * 10_f64.powf(self.unit())).powf(range));
-        s.sort_by(f64::total_cmp);
-        if inverted {
-            s[1] = s[1].max(s[0] + 0.3);
-            s[2] = s[2].max(s[1]);
-            s[0] = -s[0];
-        }
-        let rho = s[0].abs().min(s[0] + s[1]).min(1.0);
-        (self.rotation() * Mat3::from_diagonal(&Vec3::from(s)) * self.rotation(), rho)
-    }
-}
-
 /// Runs a check over random parameters and random states (inverted ones where the law takes them), which its failure names.
-fn at_random_states(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut Random) -> Check) -> Check {
+fn at_random_states(
+    entry: &LawEntry,
+    seed: u64,
+    check: impl Fn(&dyn Law, &Mat3, f64, &mut SplitMix) -> Check,
+) -> Check {
     of_random_laws(entry, seed, |law, f, rho, random| {
         check(law, f, rho, random).map_err(|e| format!("at F = {:?}: {e}", by_rows(f)))
     })
 }
 
 /// The same, where a failure names the parameters only.
-fn of_random_laws(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut Random) -> Check) -> Check {
-    let mut random = Random::seed(seed);
+fn of_random_laws(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut SplitMix) -> Check) -> Check {
+    let mut random = SplitMix(seed);
     for n in 0..60 {
-        let law = random.law(entry)?;
-        let (mut f, mut rho) = random.gradient(entry.info.survives_inversion && n % 3 == 0);
+        let law = draws::law(&mut random, entry)?;
+        let (mut f, mut rho) = gradient(&mut random, entry.info.survives_inversion && n % 3 == 0);
         let mut range = 1.0;
         while let Err(e) = law.eval(&f, Want::Energy) {
             let at = || format!("{} at F = {:?}: {e}", constants_of(law.as_ref()), by_rows(&f));
             ensure(matches!(e, LawError::Locked { .. } | LawError::Undefined) && range > 1e-6, at)?;
             range *= 0.8;
-            (f, rho) = random.gradient_within(false, range);
+            (f, rho) = gradient_within(&mut random, false, range);
         }
         check(law.as_ref(), &f, rho, &mut random).map_err(|e| format!("{} {e}", constants_of(law.as_ref())))?;
     }
@@ -294,6 +220,11 @@ fn unit(k: usize) -> Mat3 {
     e
 }
 
+/// D₆ from D(h), D(h/2) and D(h/4).
+fn richardson([whole, half, quarter]: [f64; 3]) -> f64 {
+    (64.0 * quarter - 20.0 * half + whole) / 45.0
+}
+
 /// D₆ of g at 0 and the size M of g on the stencil.
 fn difference(rho: f64, g: impl Fn(f64) -> Result<f64, String>) -> Result<(f64, f64), String> {
     let h = rho / 50.0;
@@ -304,7 +235,7 @@ fn difference(rho: f64, g: impl Fn(f64) -> Result<f64, String>) -> Result<(f64, 
         size = size.max(plus.abs()).max(minus.abs());
         *d = (plus - minus) / (2.0 * h);
     }
-    let d = (64.0 * d[2] - 20.0 * d[1] + d[0]) / 45.0;
+    let d = richardson(d);
     Ok((d, size + rho * d.abs()))
 }
 
@@ -322,7 +253,7 @@ fn declaration(entry: &LawEntry) -> Check {
     ensure(again.values() == law.values(), || format!("the table of the example gives {:?}", again.values()))
 }
 
-fn stress(law: &dyn Law, f: &Mat3, rho: f64, _: &mut Random) -> Check {
+fn stress(law: &dyn Law, f: &Mat3, rho: f64, _: &mut SplitMix) -> Check {
     let r = eval(law, f)?;
     let rho = smooth(&r, rho);
     for k in 0..9 {
@@ -335,7 +266,7 @@ fn stress(law: &dyn Law, f: &Mat3, rho: f64, _: &mut Random) -> Check {
     Ok(())
 }
 
-fn tangent(law: &dyn Law, f: &Mat3, rho: f64, _: &mut Random) -> Check {
+fn tangent(law: &dyn Law, f: &Mat3, rho: f64, _: &mut SplitMix) -> Check {
     let r = eval(law, f)?;
     let rho = smooth(&r, rho);
     for column in 0..9 {
@@ -353,13 +284,13 @@ fn tangent(law: &dyn Law, f: &Mat3, rho: f64, _: &mut Random) -> Check {
 
 /// Double (either pair) and triple principal stretches, and ones 1e-3 … 1e-12 apart.
 fn repeated_stretches(entry: &LawEntry) -> Check {
-    let mut random = Random::seed(12);
+    let mut random = SplitMix(12);
     for gap in [0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3] {
         for s in
             [[0.9, 0.9 + gap, 1.2], [0.8, 1.1, 1.1 - gap], [1.1, 1.1 + gap, 1.1 - 2.0 * gap], [1.0, 1.0 + gap, 1.0]]
         {
-            let f = random.rotation() * Mat3::from_diagonal(&Vec3::from(s)) * random.rotation();
-            let defined = (0..1000).find_map(|_| match random.law(entry) {
+            let f = rotation(&mut random) * Mat3::from_diagonal(&Vec3::from(s)) * rotation(&mut random);
+            let defined = (0..1000).find_map(|_| match draws::law(&mut random, entry) {
                 Ok(law) if law.eval(&f, Want::Energy).is_err() => None,
                 other => Some(other),
             });
@@ -401,7 +332,7 @@ fn locking(law: &dyn Law) -> f64 {
 }
 
 /// Symmetric to the rounding of a sum of a handful of terms of the size of A.
-fn major_symmetry(law: &dyn Law, f: &Mat3, _: f64, _: &mut Random) -> Check {
+fn major_symmetry(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     let a = eval(law, f)?.a;
     let size = a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     for row in 0..9 {
@@ -415,8 +346,8 @@ fn major_symmetry(law: &dyn Law, f: &Mat3, _: f64, _: &mut Random) -> Check {
 
 /// F̃ = QF differs from the exact product by δ ≈ 3ε‖F‖, which moves ψ by |P|δ and P by |A|δ; the bound leaves 30 times that for the
 /// rounding inside the law.
-fn objectivity(law: &dyn Law, f: &Mat3, _: f64, random: &mut Random) -> Check {
-    let q = random.rotation();
+fn objectivity(law: &dyn Law, f: &Mat3, _: f64, random: &mut SplitMix) -> Check {
+    let q = rotation(random);
     let (r, rotated) = (eval(law, f)?, eval(law, &(q * f))?);
     let delta = 100.0 * f64::EPSILON * (1.0 + f.norm());
     let a = norm(&r);
@@ -455,7 +386,7 @@ fn reference(law: &dyn Law) -> Check {
 
 /// ψ(I + H) = μ ε:ε + ½λ tr²ε + O(‖H‖³) keeps its digits at ‖H‖ ≈ 1e-6, where I₁ − 3 − 2 ln J cancels twelve of them. The
 /// cubic term is at most of the size κ‖H‖³ (a handful of them), and H = F − I is exact as formed here. Objective laws have the same ε:ε.
-fn small_strain(law: &dyn Law, random: &mut Random) -> Check {
+fn small_strain(law: &dyn Law, random: &mut SplitMix) -> Check {
     let f = Mat3::identity() + Mat3::from_fn(|_, _| random.between(-1e-6, 1e-6));
     let h = f - Mat3::identity();
     let eps = (h + h.transpose()) * 0.5;
@@ -470,7 +401,7 @@ fn small_strain(law: &dyn Law, random: &mut Random) -> Check {
 
 /// A split law is the sum of its parts, P = P_rest + U′C; an isochoric rest does not depend on the volume: ψ_rest(cF) = ψ_rest(F),
 /// P_rest:F = 0. Rounding: a handful of terms of the size of A‖F‖.
-fn split(law: &dyn Law, f: &Mat3, _: f64, random: &mut Random) -> Check {
+fn split(law: &dyn Law, f: &Mat3, _: f64, random: &mut SplitMix) -> Check {
     let Some((rest, u)) = law.split() else {
         return ensure(!law.info().isochoric, || "it declares an isochoric part and gives none".into());
     };
@@ -498,7 +429,7 @@ fn split(law: &dyn Law, f: &Mat3, _: f64, random: &mut Random) -> Check {
     Ok(())
 }
 
-fn want(law: &dyn Law, f: &Mat3, _: f64, _: &mut Random) -> Check {
+fn want(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     let at = |w| law.eval(f, w).map_err(|e| e.to_string());
     let [energy, residual, tangent] = [at(Want::Energy)?, at(Want::Residual)?, at(Want::Tangent)?];
     let same = energy.psi == tangent.psi && residual.psi == tangent.psi && residual.p == tangent.p;
@@ -511,8 +442,8 @@ fn want(law: &dyn Law, f: &Mat3, _: f64, _: &mut Random) -> Check {
 /// F = 0, collapsed to a line and to a plane, reflected, turned inside out, and not a number.
 fn inversion(entry: &LawEntry) -> Check {
     let d = |x, y, z| Mat3::from_diagonal(&Vec3::new(x, y, z));
-    let q = Random::seed(8).rotation();
-    let law = Random::seed(9).law(entry)?;
+    let q = rotation(&mut SplitMix(8));
+    let law = draws::law(&mut SplitMix(9), entry)?;
     for f in [d(0.0, 0.0, 0.0), d(2.0, 0.0, 0.0), d(1.0, 2.0, 0.0), d(-1.0, 1.0, 1.0), d(-0.5, -1.0, -2.0)] {
         for f in [f, q * f, f * q] {
             match law.eval(&f, Want::Tangent) {
@@ -545,7 +476,7 @@ fn values(entry: &LawEntry, law: &dyn Law, f: &Mat3) -> Check {
 }
 
 /// Equal to rounding: the lanes may contract products and sums.
-fn lanes(law: &dyn Law, f: &Mat3, _: f64, _: &mut Random) -> Check {
+fn lanes(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     let mut packed = [Lanes::ZERO; 9];
     for (k, entry) in packed.iter_mut().enumerate() {
         entry.0 = [f[(k / 3, k % 3)]; LANES];
@@ -572,7 +503,7 @@ fn constants(entry: &LawEntry) -> Check {
         let Response { psi, p, a } = eval(law, f)?;
         Ok::<_, String>([&[psi], p.as_slice(), a.as_flattened()].concat())
     };
-    let mut random = Random::seed(31);
+    let mut random = SplitMix(31);
     for _ in 0..12 {
         let mut h = Mat3::from_fn(|_, _| random.between(-0.25, 0.25));
         // A margin of the domain, which moves with the constants
@@ -600,7 +531,7 @@ fn constants(entry: &LawEntry) -> Check {
                 *d = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * h * theta)).collect();
             }
             for (n, got) in got.iter().enumerate() {
-                let expected = (64.0 * d[2][n] - 20.0 * d[1][n] + d[0][n]) / 45.0;
+                let expected = richardson(d.each_ref().map(|d| d[n]));
                 let name = entry.info.parameters[k].name;
                 let wrong = || format!("entry {n} by {name} is {got}, differences give {expected}");
                 ensure((got - expected).abs() <= 1e-8 * size / theta.abs(), wrong)?;

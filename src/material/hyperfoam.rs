@@ -113,7 +113,7 @@ fn beta(nu: f64) -> f64 {
 }
 
 impl Hyperfoam {
-    /// Of one to three terms μ \[Pa\], α, ν. Refuses exponents of zero, and constants whose moduli at F = I are not positive.
+    /// A foam of one to three terms μ \[Pa\], α, ν. Refuses exponents of zero, and constants whose moduli at F = I are not positive.
     pub fn new(terms: &[[f64; 3]]) -> Result<Self, LawSpecError> {
         if let Some(n) = terms.iter().position(|t| t[1] == 0.0) {
             return Err(LawSpecError::ZeroExponent { key: KEYS[3 * n + 1].name });

@@ -35,7 +35,7 @@ pub struct Partials {
 pub trait InvariantEnergy {
     /// Depends on Ī₂; without it the second invariant is not computed
     const SECOND: bool;
-    /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 where it does not depend on it)
+    /// W and its derivatives at i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 where it does not depend on it)
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
 }
 

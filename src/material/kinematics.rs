@@ -22,7 +22,7 @@ pub struct Invariants {
 }
 
 impl Invariants {
-    /// Of any F, singular and inverted ones included.
+    /// The invariants of any F, singular and inverted ones included.
     #[inline(always)]
     pub fn of(f: &Mat3) -> Self {
         let cof = cofactor(f);
@@ -42,7 +42,7 @@ impl Invariants {
         }
     }
 
-    /// Of an F with J > 0, refused otherwise (and where J is not a number).
+    /// The invariants of an F with J > 0, refused otherwise (and where J is not a number).
     #[inline(always)]
     pub fn of_positive(f: &Mat3) -> Result<Self, LawError> {
         let k = Self::of(f);

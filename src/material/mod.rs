@@ -8,6 +8,7 @@ mod assemble;
 pub mod card;
 pub mod check;
 pub mod corotational;
+pub mod draws;
 pub mod entry;
 pub mod fibre_family;
 pub mod fit_form;

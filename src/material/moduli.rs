@@ -33,7 +33,7 @@ pub const PAIR: &[Parameter] = &[E, NU];
 pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {
-    /// From E \[Pa\] and ν \[–\].
+    /// The moduli that follow from E \[Pa\] and ν \[–\].
     ///
     /// # Errors
     ///
@@ -42,7 +42,7 @@ impl Moduli {
         Self::from_pair(("E", e), ("nu", nu))
     }
 
-    /// From exactly two of the constants in [`KEYS`] \[SI\].
+    /// The moduli that follow from exactly two of the constants in [`KEYS`] \[SI\].
     ///
     /// # Errors
     ///
@@ -55,7 +55,7 @@ impl Moduli {
         }
     }
 
-    /// From two named constants in either order \[SI\]; names as in [`KEYS`].
+    /// The moduli that follow from two named constants in either order \[SI\]; names as in [`KEYS`].
     ///
     /// # Errors
     ///

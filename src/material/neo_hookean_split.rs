@@ -24,7 +24,7 @@ use crate::math::tensor::Mat3;
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean_split",
     title: "split Neo-Hookean",
-    formula: "ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), U = ½κ(J − 1)² unless chosen",
+    formula: "ψ = ½μ(J^{−2/3} I₁ − 3) + U(J)",
     source: "Simo & Hughes 1998, ch. 9; U(J) of Bonet & Wood 2008, ch. 6",
     limits: "J > 0; no barrier against uniform collapse with the quadratic U",
     parameters: moduli::PAIR,

@@ -72,6 +72,7 @@ pub static INFO: LawInfo = LawInfo {
             options: &["ogden", "abaqus", "febio"],
             default: Some("ogden"),
             meaning: "whose factor μ_n is: μ_n/α_n, 2μ_n/α_n² or μ_n/α_n²",
+            formulas: &["μ_n/α_n", "2μ_n/α_n²", "μ_n/α_n²"],
         },
     ],
     survives_inversion: false,
@@ -139,7 +140,7 @@ pub struct Ogden {
 }
 
 impl Ogden {
-    /// Of μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
+    /// The law with μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
     pub(super) fn of_terms(terms: &[[f64; 2]]) -> Self {
         let mut law = Self {
             given: [0.0; TERMS],

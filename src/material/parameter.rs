@@ -44,6 +44,8 @@ pub struct Choice {
     /// Option taken where the key is absent; without one the key is required
     pub default: Option<&'static str>,
     pub meaning: &'static str,
+    /// Of each option, where it changes a part of the formula: this part
+    pub formulas: &'static [&'static str],
 }
 
 /// Values by key \[SI\].

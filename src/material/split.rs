@@ -25,10 +25,10 @@ pub const fn fitted_parameters(keys: &'static [Parameter]) -> &'static [Paramete
 
 /// An isochoric part W with its constants.
 pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// Of the whole law; its parameters begin with κ
+    /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
-    /// From the values by key \[SI\]
+    /// The part with these values by key \[SI\]
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
     /// Values of the parameters after κ, in their order \[SI\]
     fn values(&self) -> Vec<f64>;
@@ -56,10 +56,10 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
 
 /// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives of [`Parametric`] give the responses of [`Part`].
 pub trait Isochoric: Parametric + Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// Of the whole law; its parameters begin with κ
+    /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
-    /// From the values by key \[SI\]
+    /// The part with these values by key \[SI\]
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
     /// Values of the parameters after κ, in their order \[SI\]
     fn values(&self) -> Vec<f64>;

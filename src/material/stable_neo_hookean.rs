@@ -47,7 +47,7 @@ pub struct StableNeoHookean {
 }
 
 impl StableNeoHookean {
-    /// With the tangent at F = I of these constants.
+    /// The law with the tangent at F = I of these constants.
     pub fn new(hooke: Moduli) -> Self {
         Self { hooke, mu: 4.0 / 3.0 * hooke.mu, lambda: hooke.lambda + 5.0 / 6.0 * hooke.mu }
     }

@@ -62,7 +62,7 @@ impl Pattern {
         Self { low_rank: Arc::new(low_rank), ..sparse.into() }
     }
 
-    /// With more pairs in K, in any order and with repeats.
+    /// The pattern with more pairs in K, in any order and with repeats.
     pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         Self { low_rank: self.low_rank.clone(), ..self.sparse.with_pairs(pairs).into() }
     }

@@ -1,5 +1,7 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
+pub mod boxes;
+pub mod convex;
 pub mod cpu_clock;
 pub mod difference;
 pub mod disjoint_sets;
@@ -10,6 +12,7 @@ pub mod lanes;
 pub mod linear;
 pub mod low_rank;
 pub mod multigrid;
+pub mod nearest;
 pub mod nonnegative;
 pub mod ordering;
 mod parts;

@@ -15,7 +15,7 @@ pub struct RankedSet {
 }
 
 impl RankedSet {
-    /// Of these integers, in any order and with repeats.
+    /// The set of these integers, in any order and with repeats.
     pub fn new(members: impl Iterator<Item = u32> + Clone) -> Self {
         let (Some(least), Some(largest)) = (members.clone().min(), members.clone().max()) else {
             return Self { start: 0, words: Vec::new(), before: vec![0] };

@@ -13,7 +13,7 @@ pub struct SymPattern {
 }
 
 impl SymPattern {
-    /// From (row, column) pairs in any order and with repeats; the diagonal is added.
+    /// The pattern of (row, column) pairs in any order and with repeats; the diagonal is added.
     pub fn from_pairs(n: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         Self::from_list(n, &pairs.map(|(i, j)| [i.min(j), i.max(j)]).collect::<Vec<_>>())
     }
@@ -56,7 +56,7 @@ impl SymPattern {
         Self { n, col_ptr, row_idx }
     }
 
-    /// With more pairs, in any order and with repeats.
+    /// The pattern with more pairs, in any order and with repeats.
     pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         let known = (0..self.n as u32).flat_map(|j| {
             let column = self.col_ptr[j as usize] as usize..self.col_ptr[j as usize + 1] as usize;

@@ -2,10 +2,9 @@
 
 use super::TetMesh;
 use super::embed::{Embedded, deepest, reach_of};
+use crate::math::boxes::{hierarchy, overlapping};
 use crate::math::tensor::Vec3;
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry3d_f64::partitioning::Bvh;
 
 /// The cells of a mesh by place.
 pub(super) struct Locator<'a> {
@@ -14,28 +13,16 @@ pub(super) struct Locator<'a> {
 }
 
 impl<'a> Locator<'a> {
-    /// Over all cells.
+    /// The hierarchy of all cells.
     pub fn new(mesh: &'a TetMesh) -> Self {
         Self { mesh, cells: hierarchy((0..mesh.cell_count()).map(|c| reach_of(mesh, c))) }
     }
 
-    /// As [`super::embed::embed`]; none outside of the body.
+    /// The point as [`super::embed::embed`] finds it; none outside of the body.
     pub fn locate(&self, at: Vec3) -> Option<Embedded> {
-        let mut near: Vec<u32> = self.cells.intersect_aabb(&aabb((at, at))).collect();
-        near.sort_unstable();
+        let near = overlapping(&self.cells, (at, at));
         deepest(self.mesh, near.into_iter().map(|c| c as usize), at)
     }
-}
-
-/// A hierarchy of boxes \[least, most\].
-pub(super) fn hierarchy(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> Bvh {
-    let boxes: Vec<Aabb> = boxes.map(aabb).collect();
-    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
-}
-
-pub(super) fn aabb((low, high): (Vec3, Vec3)) -> Aabb {
-    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
-    Aabb::new(to(low), to(high))
 }
 
 #[cfg(test)]

@@ -7,9 +7,10 @@
 //! | Meshes by gmsh or CGAL | [`generate`] |
 //! | Meshes made here, and changed ones | `made` |
 //! | Surfaces of a mesh and from files | `surface` |
-//! | Points and places in a mesh | [`embed`], [`select`] |
+//! | Points, balls and places in a mesh | [`embed`], [`ball`], [`select`] |
 //! | Limits of a mesh: poor cells, thin walls, gaps, overlaps | [`quality`] |
 
+pub mod ball;
 pub mod cell_order;
 pub mod element;
 pub mod embed;

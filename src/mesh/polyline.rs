@@ -35,7 +35,7 @@ pub struct Helix {
 }
 
 impl Helix {
-    /// As a polyline with vertices on the helix and segments no longer than `spacing` \[m\].
+    /// A polyline with vertices on the helix and segments no longer than `spacing` \[m\].
     pub fn points(&self, spacing: f64) -> Vec<Vec3> {
         let axis = self.end - self.start;
         let length = axis.norm().hypot(TAU * self.radius * self.turns);

@@ -5,11 +5,11 @@ use super::inputs::{Affine, Input};
 use super::polynomial::Quadratic;
 use super::training::basis::Basis;
 use crate::effect::{Cable, Guide, Stressed};
-use crate::math::signal::Ramp;
 use crate::math::tensor::Vec3;
+use crate::math::vector::dot;
 use crate::scene::Scene;
 use crate::scene::parts::constraints::Drive;
-use crate::system::{At, BlockValues, ConstraintKind, Effect, EnergyRole, Rates, Want};
+use crate::system::{At, BlockValues, Blocks, ConstraintKind, Effect, EnergyRole, PolynomialLoad, Want};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -100,7 +100,7 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
         let is_elastic = scene.stressed.iter().any(|s| std::ptr::eq(blocks(s), own));
         let capabilities = effect.capabilities();
         let is_load =
-            effect.role() == EnergyRole::Load && (capabilities.degree.is_some() || capabilities.means.is_some());
+            effect.role() == EnergyRole::Load && (capabilities.polynomial.is_some() || capabilities.means.is_some());
         if !(is_elastic || is_load || takes(&**effect)) {
             return Err(unsupported(format!("the effect {}", effect.name()), "it has no reduced form", leave_out));
         }
@@ -122,19 +122,19 @@ fn end(scene: &Scene) -> f64 {
     scene.spans.last().map_or(0.0, |span| span.end)
 }
 
-/// The effects that are loads of a model, in their order, each with its degree.
-pub fn effects_of_loads(scene: &Scene) -> impl Iterator<Item = (&dyn Effect, usize)> {
-    scene.system.effects.iter().filter_map(|effect| Some((&**effect, effect.capabilities().degree?)))
+/// The effects that are loads of a model, in their order.
+pub fn effects_of_loads(scene: &Scene) -> impl Iterator<Item = (&dyn Effect, &dyn PolynomialLoad)> {
+    scene.system.effects.iter().filter_map(|effect| Some((&**effect, effect.capabilities().polynomial?)))
 }
 
 /// The loads of a scene; `steps` are the sizes of the displacement coordinates.
 pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> Result<Vec<Load>, ReductionError> {
     let (mut out, end) = (vec![], end(scene));
-    for (effect, degree) in effects_of_loads(scene) {
+    for (effect, load) in effects_of_loads(scene) {
         let name = effect.name().to_string();
         let intensity = Affine::identify(&name, inputs, end, |now| effect.intensity(now))?;
         let modes = &basis.modes[..basis.displacements];
-        let force = reduced_force(effect, modes, (modes, inputs, steps), degree)?;
+        let force = reduced_force((effect.blocks(), load), modes, (modes, steps));
         out.push(Load { name, intensity, force });
     }
     Ok(out)
@@ -142,42 +142,21 @@ pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> R
 
 /// Forces of a load per unit of intensity, along `tests`, as polynomials of the coordinates of `modes`.
 pub fn reduced_force(
-    effect: &dyn Effect,
+    (blocks, load): (&Blocks, &dyn PolynomialLoad),
     tests: &[Vec<f64>],
-    (modes, inputs, steps): (&[Vec<f64>], &[Input], &[f64]),
-    degree: usize,
-) -> Result<Quadratic, ReductionError> {
-    // An intensity that is not zero: r is proportional to it
-    let clock_inputs: Vec<Ramp> =
-        inputs.iter().map(|i| Ramp::constant(if i.range[1] == 0.0 { i.range[0] } else { i.range[1] })).collect();
-    let intensity = effect.intensity(crate::math::signal::Clock { t: 0.0, inputs: &clock_inputs });
-    let mut failed = None;
+    (modes, steps): (&[Vec<f64>], &[f64]),
+) -> Quadratic {
     let force = |q: &[f64]| {
         let x = super::training::basis::combine(modes, q);
-        if intensity == 0.0 {
-            return vec![0.0; tests.len()];
+        let mut r = vec![0.0; x.len()];
+        for b in 0..blocks.len() {
+            let mut values = BlockValues::new(blocks.size(b));
+            load.unit_residual(&x, b, &mut values);
+            blocks.dofs(b).zip(&values.r).for_each(|(dof, force)| r[dof as usize] += force);
         }
-        let at = At {
-            t: 0.0,
-            dt: f64::INFINITY,
-            x: &x,
-            v: &x,
-            a: &x,
-            old: &x,
-            history: &[],
-            inputs: &clock_inputs,
-            rates: Rates::default(),
-        };
-        match block_forces(effect, &at) {
-            Ok(r) => tests.iter().map(|v| r.iter().zip(v).map(|(r, v)| r * v).sum::<f64>() / intensity).collect(),
-            Err(why) => {
-                failed = Some(why);
-                vec![0.0; tests.len()]
-            }
-        }
+        tests.iter().map(|v| dot(&r, v)).collect()
     };
-    let found = Quadratic::identify(degree, steps, force);
-    failed.map_or(Ok(found), Err)
+    Quadratic::identify(load.degree(), steps, force)
 }
 
 /// \[unknowns\] r of an effect alone.

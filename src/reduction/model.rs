@@ -7,6 +7,7 @@ use super::inputs::Input;
 use super::points::{Sizes, StoredPoints};
 use super::quantities::ReducedQuantity;
 use super::running::dynamics::Dynamics;
+use crate::scene::FileDigest;
 use serde::{Deserialize, Serialize};
 
 /// A reduced model of a scene.
@@ -58,6 +59,8 @@ pub struct Origin {
     pub changes: String,
     /// Digest of the mesh
     pub mesh_sha256: String,
+    /// Files that the scene names; none in models of earlier versions
+    pub files: Vec<FileDigest>,
     /// States that it was trained on, and held back for its error bars
     pub training: usize,
     pub held_back: usize,

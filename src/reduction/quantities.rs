@@ -6,7 +6,7 @@ use super::polynomial::Quadratic;
 use super::training::basis::{Basis, combine};
 use crate::math::tensor::Vec3;
 use crate::scene::{Features, Reading, Scene, Winding};
-use crate::system::Effect;
+use crate::system::{Effect, PolynomialLoad};
 use serde::{Deserialize, Serialize};
 
 /// A column with how it is read.
@@ -91,7 +91,8 @@ pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: 
     }
     for cavity in &scene.cavities {
         // Another load may have its name
-        let presses = |(effect, _): (&dyn Effect, usize)| std::ptr::eq(effect.blocks(), cavity.cavity.facets());
+        let presses =
+            |(effect, _): (&dyn Effect, &dyn PolynomialLoad)| std::ptr::eq(effect.blocks(), cavity.cavity.facets());
         let Some(load) = effects_of_loads(scene).position(presses) else { continue };
         let rest = cavity.cavity.volume(&scene.system.rest().x);
         add(format!("{}_pressure_Pa", cavity.name), ReducedReading::Intensity(load));

@@ -16,9 +16,9 @@ const MARKED_HELD: usize = 100;
 /// Content of the picture; positions \[m\].
 pub struct BodyPicture {
     pub points: Vec<[f64; 3]>,
-    /// Facets of the boundary, outward
-    pub triangles: Vec<[u32; 3]>,
-    /// Name of a region, and its triangles; a later one is drawn over an earlier one
+    /// Facets of the boundary, outward: three corners, and three mid-nodes where they are curved
+    pub facets: Vec<Vec<u32>>,
+    /// Name of a region, and its facets; a later one is drawn over an earlier one
     pub regions: Vec<(String, Vec<usize>)>,
     /// Name of a region of nodes, and their positions
     pub nodes: Vec<(String, Vec<[f64; 3]>)>,
@@ -32,9 +32,9 @@ pub struct BodyPicture {
 pub fn draw(name: &str, body: &BodyPicture) -> Figure {
     // The cables, which are thin, have the strongest colours
     let cables = body.cables.len();
-    let mut colors = vec![PLAIN; body.triangles.len()];
-    for (k, (_, triangles)) in body.regions.iter().enumerate() {
-        triangles.iter().for_each(|&t| colors[t] = color(cables + k));
+    let mut colors = vec![PLAIN; body.facets.len()];
+    for (k, (_, facets)) in body.regions.iter().enumerate() {
+        facets.iter().for_each(|&t| colors[t] = color(cables + k));
     }
     let views: Vec<(View, Fit)> = (0..EYES.len()).map(|k| fitted(body, k)).collect();
     let look = Look {
@@ -44,8 +44,7 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         // Little, so that a region has the colour of the legend
         shade: 0.25,
     };
-    let under: String =
-        views.iter().map(|(view, fit)| surface(&body.points, &body.triangles, view, fit, &look)).collect();
+    let under: String = views.iter().map(|(view, fit)| surface(&body.points, &body.facets, view, fit, &look)).collect();
     let entries = entries(body);
     let rows = entries.len() as f64;
     let svg = figure(page_width(), EYES.len() as f64 * TALL + 8.0 + 4.2 * rows, &under, |area| {
@@ -93,8 +92,8 @@ fn thinned(points: &[[f64; 3]], most: usize) -> impl Iterator<Item = &[f64; 3]> 
 fn entries(body: &BodyPicture) -> Vec<(Sample, String)> {
     let (regions, cables) = (body.regions.len(), body.cables.len());
     let mut entries: Vec<(Sample, String)> = Vec::new();
-    for (k, (name, triangles)) in body.regions.iter().enumerate() {
-        entries.push((Sample::Block(color(cables + k)), format!("{name} ({} facets on the surface)", triangles.len())));
+    for (k, (name, facets)) in body.regions.iter().enumerate() {
+        entries.push((Sample::Block(color(cables + k)), format!("{name} ({} facets on the surface)", facets.len())));
     }
     for (k, (name, points)) in body.nodes.iter().enumerate() {
         entries.push((

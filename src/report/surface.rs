@@ -1,4 +1,5 @@
-//! Draws a triangulated surface: orthographic, back faces removed, far triangles first, flat shading, thin edges.
+//! Draws a surface of triangles: orthographic, back faces removed, far triangles first, flat shading, thin edges. A triangle with mid-nodes is drawn
+//! through them; where it faces is where its corners do.
 //!
 //! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small compared with the
 //! features of the body; long triangles next to small ones may be put in the wrong order.
@@ -90,22 +91,46 @@ fn hex(c: RGB) -> String {
     format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2)
 }
 
-/// The surface as SVG paths, neighbours of one colour in one path.
-pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, look: &Look) -> String {
+/// The corners of a facet, outward.
+fn corners(facet: &impl AsRef<[u32]>) -> [u32; 3] {
+    let nodes = facet.as_ref();
+    [nodes[0], nodes[1], nodes[2]]
+}
+
+/// The nodes from a corner of a facet to the next one, which is left out: with the mid-node, where it has them.
+fn side(facet: &impl AsRef<[u32]>, corner: usize) -> impl Iterator<Item = u32> {
+    let nodes = facet.as_ref();
+    std::iter::once(nodes[corner]).chain(nodes.get(3 + corner).copied())
+}
+
+/// Moves the pen through places, from the first one on.
+fn through(path: &mut String, places: impl IntoIterator<Item = (i32, i32)>) {
+    let mut last = None;
+    for (x, y) in places {
+        let _ = match last {
+            None => write!(path, "M{x} {y}"),
+            Some((a, b)) => write!(path, "l{} {}", x - a, y - b),
+        };
+        last = Some((x, y));
+    }
+}
+
+/// The surface as SVG paths, neighbours of one colour in one path. Facets are given by three corners, and three mid-nodes where they are curved.
+pub fn surface<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View, fit: &Fit, look: &Look) -> String {
     let light = unit([
         0.75 * view.eye[0] - 0.4 * view.right[0] + 0.6 * view.up[0],
         0.75 * view.eye[1] - 0.4 * view.right[1] + 0.6 * view.up[1],
         0.75 * view.eye[2] - 0.4 * view.right[2] + 0.6 * view.up[2],
     ]);
-    let mut seen: Vec<(f64, usize, f64)> = (triangles.iter().enumerate())
-        .filter_map(|(k, t)| {
-            let [a, b, c] = t.map(|i| points[i as usize]);
+    let mut seen: Vec<(f64, usize, f64)> = (facets.iter().enumerate())
+        .filter_map(|(k, facet)| {
+            let [a, b, c] = corners(facet).map(|i| points[i as usize]);
             let n = unit(cross(sub(b, a), sub(c, a)));
             (dot(n, view.eye) > 0.0).then(|| (dot(a, view.eye) + dot(b, view.eye) + dot(c, view.eye), k, dot(n, light)))
         })
         .collect();
     seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let sides = if look.outline.is_some() { feature_sides(points, triangles, view) } else { vec![] };
+    let sides = if look.outline.is_some() { feature_sides(points, facets, view) } else { vec![] };
     let edge = look.edge.map(|(c, w)| format!(" stroke=\"{}\" stroke-width=\"{w}\"", hex(c)));
     let mut svg = format!("<g stroke-linejoin=\"round\"{}>\n", edge.clone().unwrap_or_default());
     let (mut path, mut last) = (String::new(), String::new());
@@ -126,16 +151,16 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
             flush(&mut svg, &mut path, &last);
             last = c;
         }
-        let p = triangles[k].map(|i| fit.at(view.project(points[i as usize])));
-        let [a, b, c] = p;
-        let _ = write!(path, "M{} {}l{} {}l{} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
+        let place = |i: u32| fit.at(view.project(points[i as usize]));
+        through(&mut path, (0..3).flat_map(|corner| side(&facets[k], corner)).map(place));
+        path.push('z');
         if let Some((color, width)) = look.outline.filter(|_| sides[k] != 0) {
             // Drawn with its triangle, so that nearer ones cover it
             flush(&mut svg, &mut path, &last);
             let mut d = String::new();
-            for side in (0..3).filter(|side| sides[k] & (1 << side) != 0) {
-                let (a, b) = (p[side], p[(side + 1) % 3]);
-                let _ = write!(d, "M{} {}L{} {}", a.0, a.1, b.0, b.1);
+            for corner in (0..3).filter(|corner| sides[k] & (1 << corner) != 0) {
+                let end = facets[k].as_ref()[(corner + 1) % 3];
+                through(&mut d, side(&facets[k], corner).chain([end]).map(place));
             }
             let color = hex(color);
             let _ =
@@ -147,13 +172,21 @@ pub fn surface(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, loo
 }
 
 /// The outline of the whole surface, filled with one pale colour; `name` is an id of the page.
-pub fn ghost(points: &[V], triangles: &[[u32; 3]], view: &View, fit: &Fit, colors: (RGB, RGB), name: &str) -> String {
+pub fn ghost<F: AsRef<[u32]>>(
+    points: &[V],
+    facets: &[F],
+    view: &View,
+    fit: &Fit,
+    colors: (RGB, RGB),
+    name: &str,
+) -> String {
     let mut path = String::new();
-    for t in triangles {
-        let x = t.map(|i| points[i as usize]);
+    for facet in facets {
+        let x = corners(facet).map(|i| points[i as usize]);
         if dot(cross(sub(x[1], x[0]), sub(x[2], x[0])), view.eye) > 0.0 {
-            let [a, b, c] = x.map(|x| fit.at(view.project(x)));
-            let _ = write!(path, "M{} {}l{} {}l{} {}z", a.0, a.1, b.0 - a.0, b.1 - a.1, c.0 - b.0, c.1 - b.1);
+            let nodes = (0..3).flat_map(|corner| side(facet, corner));
+            through(&mut path, nodes.map(|i| fit.at(view.project(points[i as usize]))));
+            path.push('z');
         }
     }
     // All edges wide in the colour of the line, then all triangles on top: what is left of the line is the outline
@@ -170,19 +203,19 @@ fn scale(v: u8, factor: f64) -> u8 {
     (f64::from(v) * factor).round().clamp(0.0, 255.0) as u8
 }
 
-/// Per triangle the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
-fn feature_sides(points: &[V], triangles: &[[u32; 3]], view: &View) -> Vec<u8> {
+/// Per facet the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
+fn feature_sides<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View) -> Vec<u8> {
     // Edge → its triangles: normal, number, side
     type Users = Vec<(V, usize, u8)>;
     let mut edges: BTreeMap<(u32, u32), Users> = BTreeMap::new();
-    for (k, t) in triangles.iter().enumerate() {
+    for (k, t) in facets.iter().map(corners).enumerate() {
         let [a, b, c] = t.map(|i| points[i as usize]);
         let n = unit(cross(sub(b, a), sub(c, a)));
         for (side, (i, j)) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].into_iter().enumerate() {
             edges.entry((i.min(j), i.max(j))).or_default().push((n, k, 1 << side));
         }
     }
-    let mut sides = vec![0; triangles.len()];
+    let mut sides = vec![0; facets.len()];
     for users in edges.values() {
         let sharp = users.len() != 2 || dot(users[0].0, users[1].0) < 35.0_f64.to_radians().cos();
         let front = users.iter().filter(|u| dot(u.0, view.eye) > 0.0).count();
@@ -211,4 +244,24 @@ pub fn viridis(s: f64) -> RGB {
     let t = x - k as f64;
     let mix = |c: usize| (STOPS[k][c] * (1.0 - t) + STOPS[k + 1][c] * t).round() as u8;
     RGB(mix(0), mix(1), mix(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A facet that is seen from above is drawn through its mid-nodes, and so is its outline.
+    #[test]
+    fn a_curved_facet_is_drawn_through_its_mid_nodes() {
+        let view = View::from([0.0, -1.0, 0.0]);
+        let points =
+            [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0], [4.0, 0.0, -1.0], [5.0, 0.0, 5.0], [-1.0, 0.0, 4.0]];
+        let fit = Fit::new([0.0, -8.0, 8.0, 0.0], [0, 0, 8, 8]);
+        let look = Look { color: &|_| RGB(9, 9, 9), edge: None, outline: Some((RGB(1, 1, 1), 2.0)), shade: 0.0 };
+        let flat = surface(&points, &[[0, 1, 2]], &view, &fit, &look);
+        assert!(flat.contains("d=\"M0 8l8 0l-8 -8z\"") && flat.contains("d=\"M0 8l8 0M8 8l-8 -8M0 0l0 8\""), "{flat}");
+        let curved = surface(&points, &[[0, 1, 2, 3, 4, 5]], &view, &fit, &look);
+        assert!(curved.contains("d=\"M0 8l4 1l4 -1l-3 -5l-5 -3l-1 4z\""), "{curved}");
+        assert!(curved.contains("d=\"M0 8l4 1l4 -1M8 8l-3 -5l-5 -3M0 0l-1 4l1 4\""), "{curved}");
+    }
 }

@@ -79,15 +79,16 @@ mod stages;
 mod text;
 mod turning;
 
+pub use body::Body;
 pub use body::grid::{
     cells as cells_of_grid, common_divisor, divisions as divisions_of_grid, divisions_value, grid as mesh_of_grid,
     scaled as scaled_grid, similar as similar_grids, with_divisions as grid_with_divisions,
 };
 pub use body::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 pub use body::refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
+pub use body::request::request;
 pub use body::source_volume::SourceVolume;
 pub use body::stored::{is_stored, keep};
-pub use body::{Body, request};
 pub use build::before_meshing::mistakes_before_meshing;
 pub use build::builder::LawSource;
 pub use build::open::{open_scene, parse_scene};
@@ -99,7 +100,7 @@ pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
     path_dependence,
 };
-pub use import::fixture::Fixture;
+pub use import::fixture::{Fixture, Slab};
 pub(crate) use import::nearest_cells;
 pub use import::starter::starter;
 pub use import::{Import, Imported};
@@ -109,6 +110,7 @@ pub(crate) use notes::cut_regions::cut_regions;
 pub use notes::feedback::growing_feedback;
 pub(crate) use notes::mesh_limits::wall;
 pub use notes::mesh_limits::{limits_of_mesh, limits_of_scene};
+pub use notes::sunk::SunkenFacet;
 pub use notes::volumes::lost_volumes;
 pub use notes::wrinkles::{no_limit_at, wrinkle_notes};
 pub(crate) use read::from_text;

@@ -275,6 +275,16 @@ mod tests {
                 "[[stage]]\ndt = \"1 s\"\nduration = \"1 s\"\nintegrator = \"generalised_alpha\"",
                 "line 12: stage 2: the key `rho` is missing; add it",
             ),
+            (
+                "[[constraint]]\nkind = \"cable\"\nguides = [[\"0 mm\", \"0 mm\", \"0 mm\"]]\nguide_radius = \"4 mm\"\n\
+                 pull_point = [\"0 mm\", \"0 mm\", \"0 mm\", \"0 mm\"]\ndrive = { kind = \"length\", signal = \"1 mm\" }",
+                "line 13: constraint 1 (cable): invalid length 4, expected an array of length 3",
+            ),
+            (
+                "[[constraint]]\nkind = \"cable\"\npath = \"cable\"\nguide_radius = \"4 mm\"\n\
+                 drive = { kind = \"length\", signal = { kind = \"points\", unit = \"mm\", of = [[0, 0, 1, 2]] } }",
+                "line 13: constraint 1 (cable): invalid length 4, expected an array of length 2",
+            ),
             ("[numerics]\ntolerance = nan", "s.toml, line 10: nan is no finite number; give one"),
             ("[[stages]]\ndt = 1", "s.toml, line 9: stages 1: unknown key `stages`; did you mean `stage`?"),
             ("[mesh]\n", "s.toml, line 9: "),

@@ -40,7 +40,7 @@ impl CutSteps {
         settings.cuts.min(MOST_CUTS).min(resolved)
     }
 
-    /// After a step that did not converge: cuts it, or says why not.
+    /// Cuts a step that did not converge, or says why not.
     fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
         if why.is_of_memory() {
             return StepOutcome::Failed(Status::stopped(state.t, why, false));

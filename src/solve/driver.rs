@@ -114,7 +114,7 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// From `state` to `goal`, the next point of the time grid.
+    /// Advances from `state` to `goal`, the next point of the time grid.
     fn advance(
         &mut self,
         span: &TimeSpan,
@@ -148,6 +148,7 @@ impl<'a> Driver<'a> {
                 integrator.forget(&mut past);
             }
             self.totals.add(&solution);
+            self.totals.in_time += usize::from(!integrator.is_static());
             self.totals.coarse += usize::from(solved.coarse);
             self.steps.prediction.remember(state);
             let (iterations, sums, on_grid) = (solution.iterations, &self.steps.solver.equations.sums, solved.on_grid);

@@ -34,7 +34,7 @@ pub struct Equations {
 /// Error of a state: the larger one of forces and of constraints, as shares of their scales.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ScaledError {
-    /// With forces compared with the largest effect's Σ‖r_e‖
+    /// The error with forces compared with the largest effect's Σ‖r_e‖
     pub exact: f64,
     /// The same, but forces that are rounding of the stiffest part count as no more than the tolerance
     pub above_rounding: f64,

@@ -28,7 +28,7 @@ impl NonlinearSolver {
         Self::with_method(Method::default(), system, settings, length)
     }
 
-    /// With this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
+    /// A solver with this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
     pub fn with_method(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         let (equations, linear) = (Equations::new(system, length), LinearSystem::new(method, system));
         Self { settings, equations, linear, iterations: 0, on_iteration: None, has_reused_factor: false }

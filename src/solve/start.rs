@@ -20,7 +20,7 @@ pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -
 
 /// The start of a stage: r, K = ∂r/∂x, and M.
 pub(super) struct Start {
-    /// At the acceleration given
+    /// The sums at the acceleration given
     pub sums: Assembled,
     mass: Vec<f64>,
     factor: Factor,

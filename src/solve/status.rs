@@ -106,7 +106,7 @@ macro_rules! folds {
 }
 
 impl Status {
-    /// Of a step that no cut could save.
+    /// The status of a step that no cut could save.
     pub(super) fn stopped(t: f64, why: Failure, by_force: bool) -> Self {
         match why {
             Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },

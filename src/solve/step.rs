@@ -3,7 +3,7 @@
 use super::{Failure, Integrator};
 use crate::system::{At, EnergyRole, Rates, State, System};
 
-/// From `past` over `dt`.
+/// The step in time from `past` over `dt`.
 #[derive(Clone, Copy)]
 pub struct Step<'a> {
     pub system: &'a System,

@@ -6,6 +6,9 @@ use super::{Solution, Stability, TurningPoint};
 #[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     pub steps: usize,
+    /// Those of stages in which masses move or viscous forces act
+    #[serde(default)]
+    pub in_time: usize,
     pub iterations: usize,
     /// Largest estimated correction of an accepted state, as a share of its largest displacement \[–\]
     #[serde(default)]

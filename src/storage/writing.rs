@@ -31,8 +31,8 @@ impl Drop for Writing {
     }
 }
 
-/// Notes that this thread has written a file, where account is kept.
-pub(super) fn note(path: &Path) {
+/// Notes that this thread has written a file, or has found it as it would write it, where account is kept.
+pub fn note(path: &Path) {
     WRITTEN.with(|written| {
         if let Some(written) = &mut *written.borrow_mut() {
             written.insert(path.into());

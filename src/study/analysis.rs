@@ -2,7 +2,7 @@
 
 use crate::study::curve::{CHANGE, peak_words};
 use crate::study::notes::notes;
-use crate::study::store::record::{FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::{NAMED, all, count, few};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -16,7 +16,7 @@ pub struct Analysis<T> {
     /// Cases without a usable result: (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
     pub warnings: Vec<String>,
-    /// In words, refusals included
+    /// The answer in words, refusals included
     pub verdict: String,
 }
 
@@ -153,6 +153,12 @@ pub fn warnings_of_steps(study: &StudyRecord, stored: &[StoredCase], estimated: 
 /// Time by the clock over CPU time from which on something else has used the machine.
 const DISTURBED: f64 = 1.1;
 
+/// Times by the clock over CPU time of the cases that something else disturbed.
+pub fn disturbed<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Vec<f64> {
+    let timed = records.filter(|r| r.cpu_s > 0.0);
+    timed.map(|r| r.wall_s / r.cpu_s).filter(|x| *x > DISTURBED).collect()
+}
+
 /// Warnings about costs, which are CPU seconds in every kind of study that compares them: other programs do not lengthen those, but they share caches and memory.
 pub fn warnings_of_costs(stored: &[StoredCase]) -> Vec<String> {
     let records = || stored.iter().map(|c| &c.record);
@@ -160,8 +166,7 @@ pub fn warnings_of_costs(stored: &[StoredCase]) -> Vec<String> {
     if records().any(|r| r.shared) {
         out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
     }
-    let timed = records().filter(|r| r.cpu_s > 0.0);
-    let disturbed: Vec<f64> = timed.map(|r| r.wall_s / r.cpu_s).filter(|x| *x > DISTURBED).collect();
+    let disturbed = disturbed(records());
     if !disturbed.is_empty() {
         out.push(format!(
             "The machine was busy: {} of {} took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
@@ -210,7 +215,7 @@ pub fn without_result(cases: usize) -> String {
 mod tests {
     use super::*;
     use crate::report::numbers::space;
-    use crate::study::store::record::{CaseRecord, Series};
+    use crate::study::store::record::Series;
 
     #[test]
     fn many_cases_that_were_not_run_are_one_warning() {

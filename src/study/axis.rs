@@ -46,7 +46,7 @@ pub struct AxisRecord {
     pub symbol: String,
     /// Unit of the numbers
     pub unit: String,
-    /// In their order, as written in the study
+    /// The values in their order, as written in the study
     pub values: Vec<String>,
     /// The same as numbers of `unit`; empty where the values are words
     pub numbers: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, named_files};
-use crate::study::inverse::CalibrationPlan;
+use crate::study::calibration_plan::CalibrationPlan;
 use crate::study::store::identity::{Identity, mesh_sha256};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -5,7 +5,7 @@
 
 use crate::scene::{Line, SceneError, from_text, hint, read_table};
 use crate::schema::AnyTable;
-use crate::study::estimate::growth::Predicted;
+use crate::study::estimate::power_law::Predicted;
 use crate::study::spec::{FamilySpec, refuse};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ pub struct Extension {
 /// All members that were added to a study.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 #[serde(deny_unknown_fields)]
-pub struct Additions {
+pub struct AddedMeshes {
     /// Family → label → changes by path
     #[serde(rename = "family", default)]
     pub families: BTreeMap<String, toml::Table>,
@@ -52,10 +52,10 @@ pub struct Additions {
     member_lines: AddedLines,
 }
 
-/// Family and label of each member that was added to a study → its line in the file of the additions.
+/// Family and label of each member that was added to a study → its line in the file of the added meshes.
 pub type AddedLines = BTreeMap<(String, String), usize>;
 
-impl Additions {
+impl AddedMeshes {
     /// The file of a folder of results.
     pub fn file(dir: &Path) -> PathBuf {
         dir.join(FILE)
@@ -72,7 +72,7 @@ impl Additions {
         Ok(Self { lines, member_lines, ..from_text(&file, &text, "")? })
     }
 
-    /// With another member.
+    /// The meshes with another member.
     #[must_use]
     pub fn with(mut self, extension: &Extension) -> Self {
         let members = self.families.entry(extension.family.clone()).or_default();

@@ -2,10 +2,10 @@
 
 use crate::scene::{ParameterKey, SceneError, from_text};
 use crate::study::analysis::Analysis;
+use crate::study::calibration_plan::{CalibrationPlan, UseSpec};
 use crate::study::content::Content;
 use crate::study::curve;
-use crate::study::growth::Round;
-use crate::study::inverse::{CalibrationPlan, UseSpec};
+use crate::study::rounds::Round;
 use crate::study::spec::{FamilySpec, VariantSpec};
 use crate::study::store::asked::Asks;
 use crate::study::store::record::{StoredCase, StudyRecord};

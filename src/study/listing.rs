@@ -27,7 +27,7 @@ pub struct Listed {
     /// Variant whose constants it waits for
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waits_for: Option<String>,
-    /// Of its mesh; none before that exists
+    /// Nodes of its mesh; none before that exists
     pub nodes: Option<usize>,
     #[serde(flatten)]
     pub expected: Expected,
@@ -39,11 +39,11 @@ pub struct Listed {
 pub enum State {
     /// It counts: `run` keeps it
     Stored,
-    /// Of the same inputs by another build of this program
+    /// It is of the same inputs by another build of this program
     OtherBuild,
-    /// Of the same inputs, without something that the study asks for now
+    /// It is of the same inputs, without something that the study asks for now
     Partial,
-    /// Of other inputs
+    /// It is of other inputs
     Outdated,
     /// Its files are not those that were stored
     Damaged,
@@ -53,7 +53,7 @@ pub enum State {
 }
 
 impl State {
-    /// As a list of cases shows it.
+    /// The state as a list of cases shows it.
     pub fn words(self) -> &'static str {
         match self {
             Self::Stored => "stored",

@@ -2,24 +2,32 @@
 //!
 //! | Step | File |
 //! |---|---|
-//! | From a study file to its cases | [`expand`], and the kind of the study in [`kinds`] |
-//! | Meshes added to a study that has results | [`extension`] |
+//! | From a study file to its cases | [`study_file`], the kind of the study in [`kinds`] with what kinds share in [`spec`] and [`axis`], [`expand`], [`case_list`] |
+//! | One case, and what a calibration asks of it | [`case`], [`calibration_plan`] |
+//! | Differences between cases that changes of all of them override | [`overridden`] |
+//! | Added to a study that has results: meshes by the user, cases by a search | [`extension`], [`rounds`] |
 //! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`], [`time_left`] |
 //! | Cases are computed | [`run`] |
 //! | Results are kept, verified and moved | [`store`] |
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
-//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`], [`outcome`] |
+//! | Mesh, element and time step for a tolerance within a time, from coarse pilots | [`plan`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`outcome`] |
+//! | What reports of several kinds have in common | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
+//! | A measured curve or markers laid over a run | [`overlay`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 //! | The motion in three dimensions | [`view`] |
 //! | Published with its inputs, and run again | [`bundle`] |
 //! | Two results compared | [`changes`], by what they [claim] |
 //! | Methods and references of a paper | [`paper`] |
 //! | The studies of the catalogue, and new projects | [`shipped`], [`starters`] |
+//! | The schemas of all files | [`schema`] |
 
 pub mod analysis;
 pub mod axis;
 pub mod bundle;
+pub mod calibration_plan;
 pub mod case;
+pub mod case_list;
 pub mod changes;
 pub mod claim;
 pub mod content;
@@ -30,8 +38,6 @@ pub mod expand;
 pub mod extension;
 pub mod figures;
 pub mod forecast;
-pub mod growth;
-pub mod inverse;
 pub mod kind;
 pub mod kinds;
 pub mod listing;
@@ -44,12 +50,14 @@ pub mod page;
 pub mod paper;
 pub mod plan;
 pub mod report;
+pub mod rounds;
 pub mod run;
 pub mod schema;
 pub mod shipped;
 pub mod spec;
 pub mod starters;
 pub mod store;
+pub mod study_file;
 pub mod summary;
 pub mod tables;
 pub mod time_left;

@@ -17,7 +17,7 @@ pub enum CaseOutcome {
 }
 
 impl CaseOutcome {
-    /// As `summary.json` writes it.
+    /// The name as `summary.json` writes it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",

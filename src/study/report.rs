@@ -10,14 +10,14 @@ use crate::storage::writing::Writing;
 use crate::study::content::Content;
 use crate::study::curve::missed_extremes;
 use crate::study::kind::Kind;
-use crate::study::kinds::KINDS;
+use crate::study::kinds::{self, KINDS};
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
 use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
 use crate::study::store::report_files::{self, ReportFiles};
 use crate::study::store::results::Results;
-use crate::study::store::{builds, collapse, energy, results};
+use crate::study::store::{builds, collapse, energy, results, sunk};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
@@ -34,7 +34,7 @@ use std::path::Path;
 /// Where the results cannot be read or are those of other inputs, or a file cannot be written.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let mut results = results::read(dir)?;
-    let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {
+    let kind = kinds::find(&results.study.kind).ok_or_else(|| ReportError::Kind {
         path: dir.join("study.json"),
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
@@ -42,10 +42,13 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let earlier = ReportFiles::read(dir);
     let mut own = ReportFiles::of(&results.study, results.cases.iter().map(|c| &c.record));
     let (underived, derived) = derive(kind, &mut results, dir);
-    own.derived = match &earlier {
-        // Files that are not made anew stay
-        Some(earlier) if derived.is_empty() && earlier.kind == own.kind => earlier.derived.clone(),
-        _ => derived,
+    // Files that are not made anew stay as long as the results that they were made of
+    let stays = |earlier: &&ReportFiles| {
+        earlier.kind == own.kind && !earlier.derived.is_empty() && !earlier.is_of_other_inputs(dir, &results.study)
+    };
+    own.derived = match earlier.as_ref().filter(|_| derived.is_empty()).filter(stays) {
+        Some(earlier) => earlier.derived.clone(),
+        None => derived,
     };
     let writing = Writing::begin();
     let mut content =
@@ -59,6 +62,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(energy::warning(grown));
     let collapsed = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.collapsed_cavities[..]));
     content.warnings.extend(collapse::warning(collapsed));
+    let sunken = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.sunken_facets[..]));
+    content.warnings.extend(sunk::warning(sunken));
     content.warnings.extend(missed_extremes(&results.study, &results.cases));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));

@@ -1,7 +1,7 @@
 //! JSON Schemas of the files of a scene and a study, and of `summary.json`.
 
-use super::expand::StudySpec;
 use super::kinds::KINDS;
+use super::study_file::StudySpec;
 use super::summary::Summary;
 use crate::scene::SceneSpec;
 use crate::schema::{reader, whole, writer};

@@ -1,4 +1,4 @@
-//! `summary.json`: what other programs read. Keys and units are a traits; see `docs/explanation/convergence.md`.
+//! `summary.json`: the results that other programs read, so that its keys and units stay as they are; see `docs/explanation/convergence.md`.
 
 use crate::study::claim::Claim;
 use crate::study::content::Content;

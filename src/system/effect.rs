@@ -79,8 +79,8 @@ pub struct Capabilities<'a> {
     pub on_contact_points: bool,
     /// Name of the contact whose friction this is, with the [elastic slip](super::friction::HISTORY) of each of its points as history
     pub friction_of: Option<&'a str>,
-    /// Degree of the polynomial of x that the residual of a load is, per unit of its intensity; absent if it is none
-    pub degree: Option<usize>,
+    /// The residual of a load per unit of its intensity, where it is a polynomial of x
+    pub polynomial: Option<&'a dyn PolynomialLoad>,
     /// Whether the residual is a constant matrix times the velocity or the acceleration
     pub linear_in_rates: bool,
     /// Evaluation of several blocks at once; all blocks then have one size
@@ -168,6 +168,14 @@ pub trait PastDerivative {
     fn advance_along(&self, _: &At, _: &Perturbation, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
         Ok(())
     }
+}
+
+/// A load whose residual is its intensity times a polynomial of x.
+pub trait PolynomialLoad {
+    /// Degree of the polynomial.
+    fn degree(&self) -> usize;
+    /// r_e of block `b` at an intensity of one, which the load itself need not have at any time.
+    fn unit_residual(&self, x: &[f64], b: usize, out: &mut BlockValues);
 }
 
 /// The skew part A = ½(∂r/∂x − (∂r/∂x)ᵀ) of the tangent of an effect.

@@ -42,8 +42,9 @@ pub use contact_points::{ContactPoint, ContactPoints, ContactPotential, NormalLa
 pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_derivative};
 pub use dofs::{Dofs, Prescribed};
 pub use effect::{
-    ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative, SkewTangent,
-    StepLimit, Strain, TransientBlocks, TransientCoupling, TurningBody, UnsymmetricTangent, Want,
+    ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative,
+    PolynomialLoad, SkewTangent, StepLimit, Strain, TransientBlocks, TransientCoupling, TurningBody,
+    UnsymmetricTangent, Want,
 };
 pub use equations::{System, SystemError};
 pub use error::EvalError;

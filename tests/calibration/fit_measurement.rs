@@ -2,7 +2,7 @@
 
 use crate::common::made::{models, table, truth};
 use durometer::calibrate::{
-    Accuracy, ColumnChoice, Experiment, FitError, FitOptions, FitResult, Mode, Model, Sample, SlackChoice,
+    Accuracy, ColumnChoice, ErrorModel, Experiment, FitError, FitOptions, FitResult, Mode, Model, Sample, SlackChoice,
     fit_experiment,
 };
 
@@ -108,6 +108,36 @@ fn zeros_of_specimens_count_once() {
     let stated = ["stress_zero=1kPa", "strain_zero=1%", "stress_scale=1%"];
     let r = fit_experiment(&e, &options(model, Mode::Uniaxial, &stated)).expect("fitted");
     assert_eq!(r.measurement.iter().map(|c| c.error.name()).collect::<Vec<_>>(), ["scale of the stress"]);
+}
+
+/// Three uniaxial specimens and one in equibiaxial tension: the zero of that one is in no scatter, and its own alone is added.
+#[test]
+fn the_zero_of_a_single_specimen_of_a_mode_counts() {
+    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let of = |specimen: usize, mode: Mode, factor: f64| {
+        let values = [0.04e6 * factor, 0.02e6 * factor];
+        pull(model, &values, mode).into_iter().map(move |s| Sample { specimen, ..s })
+    };
+    let pulls = (0..3).flat_map(|k| of(k, Mode::Uniaxial, 1.0 + 0.02 * (k as f64 - 1.0)));
+    let samples: Vec<Sample> = pulls.chain(of(3, Mode::Equibiaxial, 1.0)).collect();
+    let fit = |accuracy: &[&str], samples: &[Sample]| {
+        let mut e = table(samples.to_vec());
+        e.specimens = (0..4).map(|k| format!("{k}.csv")).collect();
+        let mut o = options(model, Mode::Uniaxial, accuracy);
+        o.modes = vec![Mode::Uniaxial, Mode::Equibiaxial];
+        fit_experiment(&e, &o).expect("fitted")
+    };
+    let stated = fit(&["stress_zero=1 Pa"], &samples);
+    assert!(matches!(stated.errors, ErrorModel::Levels { .. }), "{:?}", stated.errors);
+    let ends = [1.0, -1.0].map(|h| {
+        let of_one = |s: &Sample| Sample { stress: s.stress + if s.specimen == 3 { h } else { 0.0 }, ..*s };
+        fit(&[], &samples.iter().map(of_one).collect::<Vec<_>>())
+    });
+    for (k, by) in stated.measurement[0].moves.iter().enumerate() {
+        let real = 0.5 * (ends[0].parameters[k].value - ends[1].parameters[k].value).abs();
+        // The second derivative that is left out has the size of the misfit, 2 %
+        assert!((by - real).abs() < 0.05 * real, "{k}: {by} {real}");
+    }
 }
 
 /// Travel of a crosshead with a compliant machine gives the constants of the piece, of a force and of a true stress.

@@ -7,7 +7,8 @@ use durometer::scene::{Body, Scene, read_scene};
 use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::report::{self, Summary};
-use durometer::study::run::runner::{self, Options, RunError, Watch};
+use durometer::study::run::growing;
+use durometer::study::run::runner::{Options, RunError, Watch};
 use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -119,7 +120,7 @@ fn run(folder: &Path) -> Result<Vec<CaseRecord>, RunError> {
 fn run_watched(folder: &Path, stop: &AtomicBool, watch: &impl Watch) -> Result<Vec<CaseRecord>, RunError> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let options = Options { jobs: 2, ..Options::new(stop) };
-    runner::run(&study, &folder.join("out"), &options, watch)
+    growing::run(&study, &folder.join("out"), &options, watch)
 }
 
 fn told(folder: &Path) -> (Summary, Table) {

@@ -204,6 +204,23 @@ fn intervals_cover_the_truth() {
     assert!(correlated.iter().all(|c| *c >= 0.90), "{correlated:?}");
 }
 
+/// The instantaneous modulus with errors of 5 % of each value at 40 times: as errors of one size its interval held it in 119 of 150 draws.
+#[test]
+fn errors_in_proportion_are_seen_in_a_relaxation() {
+    let t = spaced(0.02, 200.0, 40);
+    let instant = LONG + TERMS[0].0 + TERMS[1].0;
+    let one = |seed: &u64| {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+        let y = t.iter().map(|t| modulus(*t) * (1.0 + 0.05 * random.normal())).collect();
+        let record = record(TestKind::Relaxation, t.clone(), y, 0.0);
+        let [low, high] = fit_record(&record, &TermChoice::Number(2)).expect("a fit").instantaneous.interval;
+        low <= instant && instant <= high
+    };
+    let covered = (1..=200_u64).into_par_iter().filter(one).count() as f64 / 200.0;
+    println!("coverage of the instantaneous modulus with errors of 5 % of each value, 200 draws: {covered:.3}");
+    assert!(covered >= 0.95 - 0.046, "{covered}");
+}
+
 /// The same with 2 000 draws, for docs/verification.md.
 #[test]
 #[ignore = "a minute; its numbers are in docs/verification.md"]

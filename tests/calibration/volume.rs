@@ -92,6 +92,32 @@ fn noise_in_the_strain_is_no_correlation() {
     let wide = all.iter().filter(|f| f.value.interval[1] - f.value.interval[0] > 0.02).count();
     println!("coverage of the ratio with noise in the strain, 200 draws: {covered:.3}, wide {wide}");
     assert!(covered >= 0.95 - 0.046 && wide <= 10 && all.iter().all(VolumeFit::is_determined), "{covered} {wide}");
+    let holds_truth = |f: &&VolumeFit| f.value.interval[0] <= 0.45 && 0.45 <= f.value.interval[1];
+    let covered = all.iter().filter(holds_truth).count() as f64 / 200.0;
+    assert!(covered >= 0.95 - 0.046, "{covered}");
+}
+
+/// κ from volumes that shrink by 2 %, with errors of 0.1 % of their own in 200 rows: the slope of least squares is 2.9 % low with an interval of ±2.4 %, which held the truth in 6 of
+/// 20 draws. It is the slope over what is measured; the end of the interval holds what the noise may have taken, in 95 − 4.6 % of 200 draws at least.
+#[test]
+fn noise_in_the_volume_is_in_the_interval_of_the_bulk_modulus() {
+    let drawn = |seed: &u64| {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 3);
+        let row = |k: u32| {
+            let change = -0.02 * f64::from(k) / 199.0;
+            [-1500.0 * change, 100.0 * (change + 1e-3 * random.normal())]
+        };
+        let path = table(&format!("volume-{seed}"), "Pressure [MPa],volume change [%]", (0..200).map(row));
+        let asked = VolumeRequest { volumetric: Some("quadratic".into()), ..request(path, VolumeTest::Bulk) };
+        fit_volume(&asked).expect("a fit")
+    };
+    let all: Vec<VolumeFit> = (1..=200_u64).into_par_iter().map(|seed| drawn(&seed)).collect();
+    let holds = |f: &&VolumeFit| f.value.interval[0] <= 1.5e9 && 1.5e9 <= f.value.interval[1];
+    let covered = all.iter().filter(holds).count() as f64 / 200.0;
+    println!("coverage of kappa with noise in the volume, 200 draws: {covered:.3}");
+    assert!(covered >= 0.95 - 0.046, "{covered}");
+    let named = |f: &VolumeFit| f.summary.messages.iter().any(|m| m.contains("noise in the volume may make kappa"));
+    assert!(all.iter().all(named), "{}", all[0]);
 }
 
 /// Specimens whose ratio scatters by 0.02, with an offset each: the interval between three and six of them holds the mean in 95 ± 4.6 % of 200 draws, and the

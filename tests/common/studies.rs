@@ -1,12 +1,13 @@
 //! Runs a study in the process of a test.
 
 use durometer::study::expand::Study;
-use durometer::study::run::runner::{Options, run};
+use durometer::study::run::growing::run;
+use durometer::study::run::runner::Options;
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// Runs the cases of a study into a folder, all or those whose ids contain `only`; two at a time.
+/// Runs a study into a folder, all cases or those whose ids contain `only`; two at a time.
 pub fn run_study(study: &Study, dir: &Path, only: Option<&str>) -> Vec<CaseRecord> {
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 2, only: only.map(Into::into), ..Options::new(&stop) };

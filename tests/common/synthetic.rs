@@ -214,7 +214,7 @@ fn skin(cells: usize, angle_deg: f64) -> Skin {
     let displacement = points.iter().map(|x| std::array::from_fn(|k| bend(x)[k] - x[k])).collect();
     let stretch = points.iter().map(|x| 1.0 + (kappa * (x[2] - 0.01)).abs()).collect();
     let cable = (0..=20).map(|k| bend(&[0.005 * f64::from(k) - 0.005, 0.01, 0.016])).collect();
-    Skin { points, triangles, t_s: 1.0, displacement, stretch, cables: vec![cable], rigids: vec![] }
+    Skin { points, triangles, middles: vec![], t_s: 1.0, displacement, stretch, cables: vec![cable], rigids: vec![] }
 }
 
 pub fn store(dir: &Path, (study, cases): &(StudyRecord, Vec<StoredCase>)) {

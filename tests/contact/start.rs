@@ -4,7 +4,8 @@ use crate::common::{column, scene, try_scene};
 use crate::setup::CUBE;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::Scene;
+use durometer::scene::{Scene, SunkenFacet};
+use durometer::solve::Status;
 
 /// A cube of 10 mm, with more of a scene.
 fn cube(rest: &str) -> Scene {
@@ -142,6 +143,70 @@ friction = 0.3
             "{notes:?}"
         );
     }
+}
+
+/// A ball of 6 mm comes down on a cube of 10 mm that is held below: between the four points of one cell it meets nothing, 2.5 mm deep; those of cells of
+/// 1.25 mm feel it, 1 mm deep.
+#[test]
+fn a_facet_that_ends_inside_of_an_obstacle_is_found() {
+    let (massless, _) = CUBE.split_once("[[effect]]\nkind = \"inertia\"").expect("the mass comes last");
+    let text = format!(
+        r#"{massless}
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "ball"
+region = "zmax"
+obstacle = {{ kind = "sphere", center = ["5 mm", "5 mm", "13.1 mm"], radius = "3 mm" }}
+motion = {{ direction = [0, 0, -1], displacement = {{ kind = "ramp", from = "0 mm", to = "DOWN mm", end = "1 s" }} }}
+response = "multiplier"
+friction = 0
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.1 s"
+"#
+    );
+    let run = |parts: usize, down: &str| {
+        let text = text.replace("DOWN", down);
+        let run = scene(block(parts, parts, parts, 0.01, 0.01, 0.01, Order::Linear), &text).run();
+        assert_eq!(run.status, Status::Converged, "{parts}");
+        run.sunken
+    };
+    let found = run(1, "2.6");
+    let [SunkenFacet { contact, t, depth, at }] = &found[..] else { panic!("{found:?}") };
+    assert!(contact == "ball" && (t - 1.0).abs() < 1e-12, "{found:?}");
+    // Its lowest point is the deepest place, which is found to an eighth of the depth that counts
+    assert!((2.4e-3..=2.5001e-3).contains(depth), "{found:?}");
+    assert!((at[0] - 5e-3).abs() < 1e-3 && (at[1] - 5e-3).abs() < 1e-3 && (at[2] - 1e-2).abs() < 1e-9, "{found:?}");
+    assert_eq!(run(8, "1.1"), []);
+}
+
+/// Facets of 20 mm × 0.5 mm are as large as those of an edge of 5 mm, and hide a ball of 11 mm as those of 20 mm do.
+#[test]
+fn an_obstacle_between_slender_facets_is_noted() {
+    let contact = r#"
+[[contact]]
+name = "ball"
+region = "xmax"
+obstacle = { kind = "sphere", center = ["60 mm", "10 mm", "10 mm"], radius = "RADIUS mm" }
+response = "multiplier"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "1 s"
+dt = "1 s"
+"#;
+    let notes = |parts: usize, radius: &str| {
+        let text = format!("{CUBE}{}", contact.replace("RADIUS", radius));
+        scene(block(1, 1, parts, 0.02, 0.02, 0.02, Order::Linear), &text).notes
+    };
+    let is_narrow =
+        |note: &String| note.contains("11.0000 mm wide, is narrow against the distance of the contact points");
+    assert!(notes(40, "5.5").iter().any(is_narrow), "{:?}", notes(40, "5.5"));
+    let is_any = |note: &String| note.contains("is narrow against");
+    assert!(!notes(40, "25").iter().any(is_any), "{:?}", notes(40, "25"));
 }
 
 /// A cylinder has balls inside that roll where it is as long as it is wide; a shorter one rolls on the points of its rims.

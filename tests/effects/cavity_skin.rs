@@ -373,3 +373,22 @@ dt = "0.5 s"
         assert!((a / b - 1.0).abs() < 1e-10, "{skin:?} {region:?}");
     }
 }
+
+/// A skin that holds a third more than the hollow in which the pressure is meant to act is a warning; one that fills it is a note.
+#[test]
+fn a_skin_of_another_volume_than_its_hollow_is_a_warning() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let kind = |scale: f64| {
+        let middle = Vec3::new(2.5, 1.5, 1.5) * UNIT;
+        let mut surface = other_wall([4, 1]);
+        surface.points.iter_mut().for_each(|p| *p = middle + (*p - middle) * scale);
+        write(&folder.path().join("air.obj"), &surface);
+        let scene = scene(folder.path(), bar(1, Order::Linear), &format!("skin = \"air\"\n{PRESSURE}"));
+        let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+        let note = scene.notes.iter().find(|note| note.contains("the skin holds")).expect("a note");
+        (scene.kind_of_note(note), note.clone())
+    };
+    assert_eq!(kind(1.0).0, "note");
+    let (warning, text) = kind(1.1);
+    assert!(warning == "warning" && text.contains("(+33.100 %)") && text.contains("check file and unit"), "{text}");
+}

@@ -93,7 +93,7 @@ fn power_at_the_point_is_power_at_the_nodes() {
             let power: f64 = -r.iter().zip(&v).map(|(r, v)| r * v).sum::<f64>();
             let size: f64 = r.iter().zip(&v).map(|(r, v)| (r * v).abs()).sum();
             let off = (power - force.dot(&velocity)).abs();
-            // The weights of a ball follow affine fields to 1e-12 of its size (mesh/embed.rs)
+            // The weights of a ball follow affine fields to 1e-12 of its size (mesh/ball.rs)
             let bound = if radius == "point" { 1e-14 } else { 1e-11 };
             assert!(off <= bound * size, "{order:?}, {radius}: {power}, {}", force.dot(&velocity));
         }

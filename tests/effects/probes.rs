@@ -50,6 +50,29 @@ fn bending_angles_count_turns() {
     }
 }
 
+/// The derivative of an angle at a state that is known by its displacements and what was recorded is that along the run, in each half turn.
+#[test]
+fn an_angle_that_was_recorded_has_the_derivative_of_its_half_turn() {
+    let scene = turning(&bending(""));
+    let turned =
+        |degrees: f64| moved(&scene, |at| nalgebra::Rotation3::from_scaled_axis(Vec3::z() * degrees.to_radians()) * at);
+    let recorder = scene.recorders().next().expect("the angle");
+    let mut path: Vec<State> = vec![];
+    for degrees in (1..12).map(|k| 60.0 * f64::from(k) + 7.0) {
+        path.push(turned(degrees));
+        let states: Vec<&State> = path.iter().collect();
+        let (values, memories) = recorded(&scene, &states);
+        assert!((values[0] - degrees).abs() < 1e-6, "{values:?} at {degrees}°");
+        let state = states[states.len() - 1];
+        let known: Vec<Option<f64>> = values.iter().take(2).copied().map(Some).collect();
+        let memory = recorder.memory_at(&scene.body, state, &known);
+        let [found, exact] = [&memory, &memories[0]].map(|memory| recorder.gradients(&scene.body, state, memory));
+        for (found, exact) in found.iter().zip(&exact) {
+            assert_eq!(found.as_ref().map(|g| &g.x), exact.as_ref().map(|g| &g.x), "{degrees}°");
+        }
+    }
+}
+
 /// An angle is continuous over any number of rotations: an event at 200° is not ruled out, and happens at the first row beyond.
 #[test]
 fn an_event_beyond_half_a_turn_happens() {

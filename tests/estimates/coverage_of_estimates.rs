@@ -2,6 +2,7 @@
 
 use durometer::math::random::SplitMix;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
+use durometer::study::estimate::method::Method;
 use durometer::study::estimate::reference::choose;
 use durometer::study::estimate::richardson::Convergence;
 use durometer::study::store::record::Role;
@@ -251,8 +252,7 @@ fn ninety_five_of_a_hundred_limits_of_oscillating_families_are_inside() {
             let drawn = (0..20_000).filter_map(|_| families.draw());
             let oscillating: Vec<Estimate> = drawn.filter(|e| e.class == Convergence::Oscillatory).collect();
             let share = |of: &dyn Fn(&Estimate) -> bool| {
-                let part: Vec<&Estimate> =
-                    oscillating.iter().filter(|e| e.method.starts_with("spread") && of(e)).collect();
+                let part: Vec<&Estimate> = oscillating.iter().filter(|e| e.method == Method::Spread && of(e)).collect();
                 let held = part.iter().filter(|e| (e.extrapolated - 1.0).abs() <= e.uncertainty).count();
                 (held as f64 / part.len().max(1) as f64, part.len())
             };

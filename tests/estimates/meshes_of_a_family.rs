@@ -120,7 +120,7 @@ fn a_region_that_ends_within_cells_gets_no_verdict() {
     assert!(!between.verdict.contains("runs through cells"), "{}", between.verdict);
 }
 
-/// Members with other moduli are other bodies: the report says so. Members of one size are named.
+/// Members with other moduli or dimensions are other bodies: the report says so. Members of one size are named.
 #[test]
 fn members_of_other_problems_are_named() {
     let (study, mut cases) = study();
@@ -129,17 +129,20 @@ fn members_of_other_problems_are_named() {
         all.into_iter().filter(|w| w.contains("differ in") || w.contains("the same size")).collect()
     };
     assert!(warned(&cases).is_empty(), "{:?}", warned(&cases));
-    for c in cases.iter_mut().filter(|c| c.record.family == "sizes") {
-        let (cells, coarsest) = (c.record.mesh.cells, c.record.mesh.cells == SIZES[3]);
-        let modulus = if coarsest { 100 } else { 105 };
-        c.record.provenance.scene =
-            format!("[mesh]\ncells = {cells}\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"{modulus} kPa\"\n");
+    for (key, [of_coarsest, of_others]) in [
+        ("laws.rubber.E", ["E = \"100 kPa\"", "E = \"105 kPa\""]),
+        ("mesh.parameters.length", ["[mesh.parameters]\nlength = \"42 mm\"", "[mesh.parameters]\nlength = \"40 mm\""]),
+    ] {
+        for c in cases.iter_mut().filter(|c| c.record.family == "sizes") {
+            let (cells, coarsest) = (c.record.mesh.cells, c.record.mesh.cells == SIZES[3]);
+            let own = if coarsest { of_coarsest } else { of_others };
+            c.record.provenance.scene =
+                format!("[mesh]\ncells = {cells}\n[laws.rubber]\nlaw = \"neo_hookean\"\n{own}\n");
+        }
+        let found = warned(&cases);
+        let says = format!("Family sizes: its members differ in {key} too");
+        assert!(found.len() == 1 && found[0].starts_with(&says), "{found:?}");
     }
-    let found = warned(&cases);
-    assert!(
-        found.len() == 1 && found[0].starts_with("Family sizes: its members differ in laws.rubber.E too"),
-        "{found:?}"
-    );
     for c in cases.iter_mut().filter(|c| c.record.family == "nested" && c.record.member == "600") {
         c.record.mesh.h_m = size(4_800);
     }

@@ -265,6 +265,7 @@ fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
     let body = Skin {
         points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        middles: vec![],
         t_s: 1.0,
         displacement: vec![[0.0; 3]; 4],
         stretch: vec![1.0; 4],

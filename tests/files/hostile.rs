@@ -4,7 +4,7 @@
 use crate::common::program::durometer;
 use crate::common::scene;
 use crate::common::studies::run_folder;
-use durometer::mesh::embed::ball_weights;
+use durometer::mesh::ball::ball_weights;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, read};
 use durometer::report::canvas::{At, INK, LABEL, figure, italic, text};

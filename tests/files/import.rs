@@ -8,6 +8,7 @@ use durometer::mesh::disturb::add_slivers;
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::parts::{image, side_by_side};
 use durometer::mesh::structured::block;
+use durometer::scene::{Body, read_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -202,7 +203,7 @@ fn commands_agree_on_the_limits_of_a_mesh() {
     };
     let [warnings, notes] = limits(&["import", &at("plates.vtk"), "--scene", &at("scene.toml")]);
     assert!(warnings[0].contains("nearly flat, with dihedral angles from 0.50 to "), "{warnings:?}");
-    let wall = "1.0 cells across the thinnest wall, which is 2.0000 mm thick, are too few to show how it bends (at least 2); refine the walls";
+    let wall = "1.0 cells across the thinnest wall, which is 2.0000 mm thick, are too few to show how it bends (at least 2); refine the walls: `levels = 1` splits each cell into eight";
     assert!(warnings.len() == 2 && warnings[1] == wall, "{warnings:?}");
     let gap = "two parts of the body face each other across a gap of up to 0.01 mm over 1600.0000 mm^2, at (";
     assert!(notes.len() == 1 && notes[0].starts_with(gap), "{notes:?}");
@@ -421,4 +422,45 @@ fn a_shape_that_needs_many_cells_becomes_a_project() {
     assert_eq!(sizes, [cells, 5 * cells / 2, 6 * cells]);
     let checked = durometer(ROOT, &["check", project.join("scene.toml").to_str().expect("ASCII")]);
     assert_eq!(checked.code, Some(0), "{}", checked.err);
+}
+
+/// `levels` splits the cells of a volume mesh within the facets that it has, and no more of them than fit.
+#[test]
+fn a_volume_mesh_is_refined_by_levels() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/scene.toml");
+    let body = |levels: u32| {
+        let (spec, _) = read_scene(&file, &[("mesh.levels".into(), i64::from(levels).into())]).expect("a scene");
+        Body::load(&file, &spec.mesh, &mut |_| {})
+    };
+    let [given, fine] = [0, 2].map(|levels| body(levels).expect("a sound mesh"));
+    assert_eq!(fine.mesh.cell_count(), 64 * given.mesh.cell_count());
+    assert!((fine.mesh.volume() / given.mesh.volume() - 1.0).abs() < 1e-12);
+    assert_ne!(fine.sha256, given.sha256);
+    for (name, region) in &given.mesh.regions {
+        let own = &fine.mesh.regions[name];
+        let (area, before) = (fine.mesh.region_area(&own.facets), given.mesh.region_area(&region.facets));
+        assert!((area - before).abs() <= 1e-12 * before, "{name}");
+    }
+    assert!(fine.notes.iter().any(|note| note.contains("is split into 64; the boundary stays")), "{:?}", fine.notes);
+    assert!(body(8).expect_err("too many").to_string().contains("each makes eight cells of one, of "));
+    assert!(body(9).expect_err("too many").to_string().contains("take at most 8"));
+}
+
+/// Rounding about zero is zero in the bounds, and the end that is held is told as in the scene.
+#[test]
+fn bounds_and_fixture_are_those_of_the_scene() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    let head = "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
+    let points = "-1.77635684e-15 0 0\n40 0 0\n0 10 0\n0 -1e-15 10\n";
+    std::fs::write(at("bar.vtk"), format!("{head}{points}CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n")).expect("room");
+    let said = stdout(&durometer(&["import", &at("bar.vtk"), "--scene", &at("scene.toml")]));
+    assert!(said.contains("bounds       (0, 0, 0) to (40, 10, 10) in units of the file"), "{said}");
+    assert!(said.contains("fixture      the larger flat end along x\n"), "{said}");
+    let scene = std::fs::read_to_string(at("scene.toml")).expect("a scene");
+    assert!(scene.contains("# EXAMPLE: the larger flat end along x\n"), "{scene}");
+    // A volume mesh has its cells
+    let refused = durometer(&["new", &at("bar.vtk"), &at("project"), "--cells", "5000"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("it is a volume mesh, which is taken over; leave"), "{said}");
 }

@@ -277,6 +277,23 @@ fn data_of_cells_that_are_cut_off_are_refused() {
     assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
 }
 
+/// Words by which C on Windows writes them, in the middle and at the end of the data of the cells, cost no region.
+#[test]
+fn numbers_that_are_not_finite_are_numbers() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("quality.vtk");
+    let head = std::fs::read_to_string(file("nan-type.vtk")).expect("there").replace("\nnan", "\n10\nCELL_DATA 2");
+    let side = "SCALARS side int 1\nLOOKUP_TABLE default\n1 2\n";
+    for word in ["nan", "-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND00", "1.#INF"] {
+        let quality = format!("SCALARS quality double 1\nLOOKUP_TABLE default\n1.0 {word}\n");
+        for data in [format!("{quality}{side}"), format!("{side}{quality}")] {
+            std::fs::write(&path, format!("{head}{data}")).expect("writable");
+            let mesh = mesh::read(&path, 1.0).unwrap_or_else(|e| panic!("{word}: {e}"));
+            assert!(["side_1", "side_2"].iter().all(|name| mesh.regions.contains_key(*name)), "{word}");
+        }
+    }
+}
+
 /// Voxels are hexahedra with their nodes in another order.
 #[test]
 fn voxels_are_split_as_hexahedra() {
@@ -387,6 +404,10 @@ fn every_bad_file_is_refused_with_its_message() {
         ("unknown-type.msh", ": element type 99 is not known; save tetrahedra of order 1 or 2, or hexahedra, wedges or pyramids of order 1, which split = true of [mesh] divides".into()),
         ("truncated-2.msh", format!(", line 5: the file ends where the nodes (5 announced) should follow; {CUT}")),
         ("unknown-node-2.msh", ": element 2 refers to node 5, which the file does not define; write the file again".into()),
+        ("lost-node-2.msh", format!(", line 31: expected an element on a line of its own, found \"7 4 2 2 2 5 9 11\"; {DAMAGED}")),
+        ("count-twice-2.msh", format!(", line 25: expected an element on a line of its own, found \"18\"; {DAMAGED}")),
+        ("decimal-node.vtk", format!(", line 9: expected the nodes of the cells, found \"4.9\"; {DAMAGED}")),
+        ("nan-type.vtk", format!(", line 12: expected the cell types, found \"nan\"; {DAMAGED}")),
         ("utf-16.vtk", ": this is text in UTF-16; save it as UTF-8".into()),
         ("zero-volume.msh", ": cell 2 has zero volume (0.000e0 m^3); remove or remesh it".into()),
     ];

@@ -390,6 +390,24 @@ fn cyclic_data_give_the_constants_back() {
     assert!((last(&given) / last(&fitted) - 1.0).abs() < 1e-4);
 }
 
+/// A scale of the stress is one of m, an energy density, and changes no ratio; a zero of the stress moves all of them.
+#[test]
+fn stated_errors_are_in_the_intervals_of_softening() {
+    let rows = cyclic_table(&[1.3, 1.6, 1.9], 0.0, 1);
+    let fit = |name: &str, accuracy: &str| {
+        let mut request = request(name, &rows);
+        request.options.accuracy = accuracy.parse().expect("valid");
+        fit_softening(&request).expect("a fit").1
+    };
+    let half = |b: Bounded| 0.5 * (b.interval[1] - b.interval[0]) / b.value;
+    let scale = fit("scale", "stress_scale=10%");
+    assert!((half(scale.m) / 0.1 - 1.0).abs() < 1e-3, "{scale}");
+    assert!(half(scale.beta) < 1e-3 && half(scale.r) < 1e-3, "{scale}");
+    let zero = fit("zero", "stress_zero=1kPa");
+    assert!([zero.r, zero.m, zero.beta].into_iter().all(|b| half(b) > 1e-3), "{zero}");
+    assert!(zero.to_string().contains("and the stated ones of the measurement"), "{zero}");
+}
+
 /// Shares of 200 draws in which the intervals hold r, m, β and the set, and in which a set is stated.
 fn covered(name: &str, rows: [i32; 2], set: f64, noise: f64) -> [f64; 5] {
     let one = |seed: u64| {

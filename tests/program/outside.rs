@@ -4,7 +4,7 @@
 
 use crate::common::tools;
 use durometer::mesh::generate::MeshStore;
-use durometer::mesh::generate::body::Body;
+use durometer::mesh::generate::body::ParametricBody;
 use durometer::prelude::*;
 use durometer::report::canvas::{INK, figure, line, mm};
 use durometer::report::export::save;
@@ -85,7 +85,7 @@ dt = "1 s"
 fn a_body_is_a_folder() {
     let folder = home_with_a_wedge();
     let home = folder.path().to_path_buf();
-    let declared = Body::load(&home, "wedge").unwrap_or_else(|e| panic!("{e}"));
+    let declared = ParametricBody::load(&home, "wedge").unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(declared.parameters.len(), 2);
 
     let project = MeshStore::find().unwrap_or_else(|e| panic!("{e}"));

@@ -36,6 +36,9 @@ const STIFFNESS_DAMPING: &str =
 const VISCOUS: &str = "[[effect]]\nkind = \"viscous_damping\"\nregion = \"body\"\neta = \"100 Pa s\"\n";
 const RELAXING: &str = "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\n\
     prony = [{ g = 0.2, tau = \"20 ms\" }, { g = 0.15, tau = \"0.2 s\" }]\n";
+/// Another law that adds to that of the body.
+const ADDED: &str = "[laws.second]\nlaw = \"neo_hookean_split\"\nmu = \"30 kPa\"\nnu = 0.45\n\
+    [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"second\"\noverlap = \"add\"\n";
 
 /// The states of the full model after each step.
 fn states(scene: &Scene, points: &[Vec<f64>], names: &[String]) -> Vec<FullState> {
@@ -73,11 +76,12 @@ const MIDPOINT: &str = "{ kind = \"generalised_alpha\", rho = 1 }";
 
 /// With as many modes as a run has states, and all points, the reduced trajectory is the full one: the displacements of every step are in the space, and with
 /// them velocities and accelerations. The solver leaves 1e-10 of the forces, which bending turns into 1e-8 of the motion, and modes below 1e-7 are left out;
-/// a run adds these up over its steps.
+/// a run adds these up over its steps. Where two laws add up the viscosity acts once, and the law relaxes that is told to.
 #[test]
 fn all_modes_and_all_points_give_the_full_trajectory() {
     let all = [MASS_DAMPING, STIFFNESS_DAMPING, VISCOUS, RELAXING].concat();
     let mixed = [MASS_DAMPING, VISCOUS, RELAXING].concat();
+    let [first, second] = ["rubber", "second"].map(|law| [ADDED, VISCOUS, &RELAXING.replace("rubber", law)].concat());
     for (order, law, formulation, integrator, parts, drive, ranges) in [
         (Order::Linear, SOFT, "displacement", EULER, "", BY_TENSION, TENSIONS),
         (Order::Linear, SOFT, "displacement", BDF2, MASS_DAMPING, BY_LENGTH, LENGTHS),
@@ -85,6 +89,8 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
         (Order::Linear, SOFT, "displacement", EULER, VISCOUS, BY_LENGTH, LENGTHS),
         (Order::Linear, SOFT, "displacement", BDF2, RELAXING, BY_TENSION, TENSIONS),
         (Order::Linear, SOFT, "displacement", ALPHA, &all, BY_TENSION, TENSIONS),
+        (Order::Linear, SOFT, "displacement", EULER, &first, BY_TENSION, TENSIONS),
+        (Order::Linear, SOFT, "displacement", EULER, &second, BY_TENSION, TENSIONS),
         (Order::Quadratic, SPLIT, "mixed", EULER, &mixed, BY_LENGTH, LENGTHS),
         (Order::Quadratic, SPLIT, "mixed", BDF2, RELAXING, BY_TENSION, TENSIONS),
     ] {

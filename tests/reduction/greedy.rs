@@ -2,12 +2,15 @@
 
 use crate::bar::{self, Bar, SCENE};
 use crate::common::program::durometer;
+use crate::common::studies::run_folder;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
+use durometer::prelude::write_report;
 use durometer::reduction::training::greedy::Search;
 use durometer::reduction::{FullState, Training, errors};
 use durometer::scene::Scene;
 use durometer::study::kinds::reduction::path::{ordered, random, spread};
+use durometer::study::rounds::Rounds;
 use serde_json::Value;
 use std::path::Path;
 
@@ -183,6 +186,24 @@ fn a_search_is_continued_with_the_same_bits() {
     let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]).code_and_said();
     assert_eq!(code, Some(0), "{words}");
     assert_eq!(json(&at.join("whole/derived.json"))["training"], 18);
+}
+
+/// A run of the library goes on to the end of the search, as that of the program does: the report is of all its states.
+#[test]
+fn a_run_of_the_library_ends_its_search() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let without_meshes = STUDY.split("[meshes]").next().expect("the first part");
+    let few = without_meshes.replace("states = 18, start = 8, batch = 3", "states = 10, start = 8, batch = 1");
+    std::fs::write(at.join("scene.toml"), SCENE).expect("room");
+    std::fs::write(at.join("study.toml"), few).expect("room");
+    let records = run_folder(at);
+    let added = records.iter().filter(|record| record.id.contains("greedy-")).count();
+    assert_eq!(added, 2, "{:?}", records.iter().map(|record| &record.id).collect::<Vec<_>>());
+    let results = at.join("results");
+    assert!(Rounds::read(&results).has_ended());
+    write_report(&results).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(json(&results.join("derived.json"))["training"], 10);
 }
 
 /// Plans that cannot be are refused before anything runs.

@@ -7,6 +7,7 @@ mod bar;
 mod constants;
 mod dynamics;
 mod fallback;
+mod files;
 mod greedy;
 mod origin;
 mod statics;

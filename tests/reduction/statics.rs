@@ -50,6 +50,44 @@ fn trained() -> &'static (Scene, Vec<FullState>, Vec<FullState>, ReducedModel) {
     })
 }
 
+/// A cavity that no pressure ever acts in tells its volume, like one with a pressure: both are exact with all modes and all points, as in
+/// [`all_modes_and_all_points_give_the_full_model`].
+#[test]
+fn the_volume_of_a_cavity_without_pressure_follows_the_body() {
+    let held: String = ["y", "z"]
+        .iter()
+        .flat_map(|axis| ["min", "max"].map(|side| (axis, side)))
+        .map(|(a, side)| format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{a}{side}\"\ncomponents = \"{a}\"\n"))
+        .collect();
+    let build = |pressure: &str, points: usize| {
+        let text = format!(
+            "[mesh]\nbody = \"block\"\n[laws.rubber]\nlaw = \"neo_hookean\"\nmu = \"100 kPa\"\nnu = 0.3\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [1, 0, 0]\n\
+             traction = {{ kind = \"controlled\", initial = \"0 Pa\", range = [\"-20 kPa\", \"20 kPa\"] }}\n\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n{held}\
+             [[constraint]]\nkind = \"cavity\"\nname = \"gas\"\nregion = \"xmax\"\n\
+             drive = {{ kind = \"pressure\", signal = \"{pressure}\" }}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"{points} s\"\ndt = \"1 s\"\n\
+             [[probe]]\nkind = \"position\"\nregion = \"xmax\"\n"
+        );
+        scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Quadratic), &text)
+    };
+    let names = ["gas_volume_m3", "xmax_x_m"].map(String::from);
+    for pressure in ["0 Pa", "1 Pa"] {
+        let tractions = [-20e3, -12e3, -5e3, 4e3, 11e3, 20e3].map(|traction| vec![traction]).to_vec();
+        let known = states(|n| build(pressure, n), tractions, &names);
+        let scene = build(pressure, 1);
+        let training = Training::new(&scene, &known, &names).unwrap_or_else(|e| panic!("{e}"));
+        let model = training.model(6, None, &[]).unwrap_or_else(|e| panic!("{e}"));
+        for (state, row) in known.iter().zip(errors(&model, &known).expect("a law of the library")) {
+            for ((error, _), size) in row.iter().zip(&model.largest_changes) {
+                assert!(error.abs() < 1e-6 * size, "{pressure}: {row:?} at {:?}", state.inputs);
+            }
+        }
+    }
+}
+
 /// With as many modes as the states have, at a state of the training, and with all points, a reduced equilibrium is the full one: the
 /// solver leaves 1e-8 of the forces, which bending turns into 1e-6 of the motion at most.
 #[test]

@@ -8,7 +8,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-const STUDY: &str = r#"
+pub(super) const STUDY: &str = r#"
 kind = "reduction"
 question = "How few?"
 expectation = "Few."
@@ -36,7 +36,7 @@ fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
 
-fn write(folder: &Path, name: &str, text: &str) {
+pub(super) fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).expect("room");
 }
 
@@ -55,9 +55,9 @@ fn a_study_makes_models_that_the_program_steps() {
     assert!(verdict.starts_with("The model of"), "{verdict}");
     let derived = std::fs::read(at.join("out/derived.json")).expect("it is there");
     let record: Value = serde_json::from_slice(&derived).expect("JSON");
-    assert_eq!(record["training"], 24);
-    assert_eq!(record["models"].as_array().map(Vec::len), Some(2));
+    assert_eq!((&record["training"], record["models"].as_array().map(Vec::len)), (&24.into(), Some(2)));
     medians_are_those_of_the_errors(&record);
+    a_full_step_is_that_between_neighbours(at, &record);
 
     // Nothing is made again where nothing has changed; a lost model is
     let again = durometer(at, &["report", "out"]);
@@ -136,6 +136,18 @@ fn the_weight_is_held(answers: &[Value]) {
     assert_eq!(answers[0]["held_back"], 20);
     let confidence = answers[0]["confidence"].as_f64().expect("a number");
     assert!((confidence - (1.0 - 0.95_f64.powi(20))).abs() < 1e-12, "{confidence}");
+}
+
+/// The time of the full model is that of one of the ten states of each run that was held back: in the median the mean of two runs.
+fn a_full_step_is_that_between_neighbours(folder: &Path, record: &Value) {
+    let cpu_s = |run: usize| {
+        let file = folder.join(format!("out/cases/held-back-static-{run}.json"));
+        let case: Value = serde_json::from_slice(&std::fs::read(file).expect("its record")).expect("JSON");
+        case["cpu_s"].as_f64().expect("a time")
+    };
+    let (found, expected) = (record["full_step_s"].as_f64().expect("a time"), 0.05 * (cpu_s(1) + cpu_s(2)));
+    assert!((found - expected).abs() <= 1e-9 * expected, "{found} s and {expected} s");
+    assert_eq!(record["full_from_rest"], false);
 }
 
 /// The states that were held back are of an even number, so that a median is the mean of the two in the middle.
@@ -244,6 +256,14 @@ fn a_study_makes_models_that_move() {
     assert_ne!(targeted[1]["inputs"], targeted[2]["inputs"]);
     assert_eq!(targeted[2]["inputs"], targeted[3]["inputs"]);
 
+    // The duration of a run is that of one stage
+    let second = "[[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"10 ms\"\n";
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("it was written");
+    write(at, "scene.toml", &(scene.clone() + second));
+    let ran = durometer(at, &["check", "study.toml"]);
+    assert!(ran.code == Some(2) && ran.err.contains("the scene has 2 stages"), "{}\n{}", ran.out, ran.err);
+    write(at, "scene.toml", &scene);
+
     for (from, to, word) in [
         ("corner = \"0.1 s\"", "corner = \"0.3 s\"", "longer"),
         ("duration = \"0.2 s\"", "duration = \"0.2 m\"", "duration"),
@@ -251,6 +271,27 @@ fn a_study_makes_models_that_move() {
         write(at, "study.toml", &study.replacen(from, to, 1));
         let ran = durometer(at, &["run", "study.toml", "--out", "refused"]);
         assert!(ran.code == Some(2) && ran.err.contains(word), "{to}: {}\n{}", ran.out, ran.err);
+    }
+}
+
+/// Two iterations are too few for the largest loads: their steps are cut, and a model of one step is not made of states at other times. The runs and the step are
+/// named.
+#[test]
+fn runs_with_cut_steps_make_no_model() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let parts = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1100 kg/m^3\"\nmass = \"consistent\"\n\
+        [[stage]]\nintegrator = \"implicit_euler\"\nduration = \"1 s\"\ndt = \"20 ms\"\n[numerics]\nmax_iterations = 2\n";
+    let scene = SCENE.replace("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n", parts);
+    write(at, "scene.toml", &scene.replace("[8, 2, 2]", "[4, 1, 1]"));
+    let in_time = "modes = [3]\nmotion = { duration = \"0.2 s\", corner = \"0.1 s\" }";
+    let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 3");
+    let study = study.replace("held_back = 20", "held_back = 2").replace("\"-10 m/s^2\"", "\"0 m/s^2\"");
+    write(at, "study.toml", &study);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
+    assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
+    for words in ["no model could be made", "dt = 0.02 s were cut", "training-in-time-1", "held-back-in-time-2"] {
+        assert!(ran.err.contains(words), "{words}: {}", ran.err);
     }
 }
 
@@ -367,6 +408,28 @@ fn mistakes_of_a_study_are_refused() {
         let ran = durometer(at, &["run", "study.toml", "--out", "refused"]);
         assert_eq!(ran.code, Some(2), "{to}: {}\n{}", ran.out, ran.err);
         assert!(ran.err.contains(word), "{to}: {}", ran.err);
+    }
+}
+
+/// An input is a whole signal, and not a term of a sum or a factor in one. It is refused before anything runs, with the key of the whole.
+#[test]
+fn a_part_of_a_signal_is_no_input() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let whole = "constraint.cable.drive.signal";
+    for (signal, key) in [
+        ("{ kind = \"sum\", of = [\"0 N\", \"0.1 N\"] }", "of.0"),
+        ("{ kind = \"sum\", of = [\"0 N\", { kind = \"product\", of = [\"0 N\", -1] }] }", "of.1.of.0"),
+        ("{ kind = \"hold\", signal = \"0 N\", at = \"1 s\" }", "signal"),
+    ] {
+        write(at, "scene.toml", &SCENE.replace("signal = \"0 N\"", &format!("signal = {signal}")));
+        write(at, "study.toml", &STUDY.replace(whole, &format!("{whole}.{key}")));
+        for arguments in [&["check", "study.toml"][..], &["run", "study.toml", "--out", "out"]] {
+            let ran = durometer(at, arguments);
+            assert_eq!(ran.code, Some(2), "{key}: {}\n{}", ran.out, ran.err);
+            assert!(ran.err.contains("part of the signal") && ran.err.contains(whole), "{key}: {}", ran.err);
+            assert!(!at.join("out/cases").exists(), "{key}");
+        }
     }
 }
 

@@ -151,25 +151,3 @@ fn example(root: &Value, schema: &Value, all: bool) -> Value {
         _ => "x".into(),
     }
 }
-
-/// Calls a function with every property of every table of a schema.
-pub fn each_key(schema: &Value, see: &mut dyn FnMut(&str, &Value)) {
-    fn walk(schema: &Value, name: &str, see: &mut dyn FnMut(&str, &Value)) {
-        match schema {
-            Value::Object(keys) => {
-                for (key, value) in keys {
-                    let inner = format!("{name}/{key}");
-                    if name.ends_with("/properties") {
-                        see(&inner, value);
-                    }
-                    walk(value, &inner, see);
-                }
-            }
-            Value::Array(list) => {
-                list.iter().enumerate().for_each(|(k, value)| walk(value, &format!("{name}/{k}"), see))
-            }
-            _ => {}
-        }
-    }
-    walk(schema, "", see);
-}

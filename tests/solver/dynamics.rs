@@ -5,7 +5,7 @@ use crate::common::{body, column, elastic, hold, law, move_to, newton, nodes, ra
 use durometer::effect::{Cable, CableLength, Gravity, Guide, Inertia, Lumping, Mass, MassDamping};
 use durometer::math::signal::Signal;
 use durometer::math::tensor::Vec3;
-use durometer::mesh::embed::ball_weights;
+use durometer::mesh::ball::ball_weights;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan, initial_acceleration};

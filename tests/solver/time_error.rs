@@ -8,6 +8,11 @@ use durometer::solve::Status;
 
 /// A beam whose cable is shortened within 20 ms and then held for 3 s; its first mode has some 30 ms and dies within 0.3 s.
 fn pull_and_hold(dt: &str, numerics: &str) -> Run {
+    pulled(&format!("[[stage]]\nintegrator = \"bdf2\"\nduration = \"3 s\"\ndt = \"{dt}\""), numerics)
+}
+
+/// The same beam in other stages.
+fn pulled(stages: &str, numerics: &str) -> Run {
     let text = format!(
         r#"
 [mesh]
@@ -38,10 +43,7 @@ guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
 pull_point = ["-10 mm", "5 mm", "2 mm"]
 guide_radius = "5 mm"
 drive = {{ kind = "length", signal = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "20 ms" }} }}
-[[stage]]
-integrator = "bdf2"
-duration = "3 s"
-dt = "{dt}"
+{stages}
 [[probe]]
 kind = "position"
 region = "xmax"
@@ -50,7 +52,7 @@ region = "xmax"
 "#
     );
     let run = run(&scene(block(6, 1, 1, 0.04, 0.01, 0.01, Order::Linear), &text));
-    assert_eq!(run.status, Status::Converged, "{dt} {numerics}");
+    assert_eq!(run.status, Status::Converged, "{stages} {numerics}");
     run
 }
 
@@ -93,4 +95,14 @@ fn steps_are_cut_only_for_the_error() {
     assert_eq!((loose.totals, &loose.rows), (plain.totals, &plain.rows));
     let strict = pull_and_hold("5 ms", "time_error = \"1e-9 mm\"\ncuts = 1");
     assert!(strict.totals.coarse > 0 && strict.totals.steps <= 1200, "{:?}", strict.totals);
+}
+
+/// The pull at rest in one step, which is cut, and 40 ms in steps of 2 ms: the former are no steps in time.
+#[test]
+fn parts_of_a_static_step_are_no_steps_in_time() {
+    let stages = "[[stage]]\nintegrator = \"static\"\nduration = \"20 ms\"\ndt = \"20 ms\"\n\
+                  [[stage]]\nintegrator = \"bdf2\"\nduration = \"40 ms\"\ndt = \"2 ms\"";
+    let totals = pulled(stages, "max_iterations = 3").totals;
+    assert!(totals.cuts > 0 && totals.steps > 21, "{totals:?}");
+    assert_eq!(totals.in_time, 20);
 }

@@ -1,9 +1,12 @@
 //! The documentation agrees with the code: the reference names every key of the files, links resolve, command lines
 //! parse, example scenes and studies are read.
 
+use crate::parts::each_part;
 use crate::source::{root, rust_files};
 use durometer::scene::spec::{ConstraintSpec, EffectSpec, ProbeSpec, SelectorSpec};
 use durometer::scene::{ParameterKey, overrides, read_scene};
+use durometer::study::schema;
+use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -19,67 +22,6 @@ fn reference() -> String {
     let mut pages: Vec<PathBuf> = folder.flatten().map(|entry| entry.path()).collect();
     pages.sort();
     pages.iter().map(text).collect::<Vec<_>>().join("\n")
-}
-
-/// `BendingAngle` → `bending_angle`
-fn snake(name: &str) -> String {
-    let mut out = String::new();
-    for (k, c) in name.chars().enumerate() {
-        if c.is_uppercase() && k > 0 {
-            out.push('_');
-        }
-        out.extend(c.to_lowercase());
-    }
-    out
-}
-
-/// Names that files may hold, from the source of types that are read from files: fields of structs, variants and their
-/// fields of enums, under their serde names.
-fn keys_of(source: &str, types: &[&str]) -> BTreeSet<String> {
-    let mut keys = BTreeSet::new();
-    let mut inside = None;
-    let (mut renamed, mut skipped) = (None, false);
-    for line in source.lines() {
-        let declared = ["pub struct ", "pub enum "].iter().find_map(|head| line.strip_prefix(head));
-        if let Some(rest) = declared {
-            let name = rest.split([' ', '<', '(', ';']).next().unwrap_or_default();
-            inside = types.contains(&name).then_some(line.starts_with("pub enum"));
-            continue;
-        }
-        if line.starts_with('}') {
-            inside = None;
-        }
-        let Some(is_enum) = inside else { continue };
-        let code = line.split("//").next().unwrap_or_default().trim();
-        if let Some(at) = code.find("rename = \"") {
-            renamed = code[at + 10..].split('"').next().map(str::to_string);
-        }
-        if code.starts_with('#') || code.is_empty() {
-            skipped |= code.contains("serde(skip)");
-            continue;
-        }
-        if std::mem::take(&mut skipped) {
-            continue;
-        }
-        let code = code.strip_prefix("pub ").unwrap_or(code);
-        if is_enum && code.starts_with(char::is_uppercase) {
-            let name: String = code.chars().take_while(|c| c.is_alphanumeric()).collect();
-            keys.insert(renamed.take().unwrap_or_else(|| snake(&name)));
-        }
-        // Fields: `name: Type`, several on one line within braces.
-        let fields = match (is_enum, code.split_once('{')) {
-            (true, Some((_, fields))) => fields,
-            _ => code,
-        };
-        for field in fields.split(',') {
-            let Some((name, _)) = field.split_once(':') else { continue };
-            let name = name.trim();
-            if !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '_') {
-                keys.insert(renamed.take().unwrap_or_else(|| name.to_string()));
-            }
-        }
-    }
-    keys
 }
 
 /// Words in code style: between backticks or in fenced blocks.
@@ -106,88 +48,27 @@ fn missing(keys: BTreeSet<String>) -> Vec<String> {
     keys.into_iter().filter(|key| !words.contains(key)).collect()
 }
 
-/// All sources of the modules whose types are read from scene and study files.
-fn sources() -> String {
-    sources_in(&["src/scene", "src/study", "src/calibrate/inverse"])
-}
-
-/// All sources below some folders.
-fn sources_in(folders: &[&str]) -> String {
-    fn walk(folder: &Path, out: &mut String) {
-        for entry in std::fs::read_dir(folder).expect("a folder of the project").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                walk(&path, out);
-            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("scene/text/quantity.rs") {
-                // The values of quantities hold no keys.
-                out.push_str(&text(&path));
-                out.push('\n');
-            }
+/// Names that a file may hold by its schema: its keys, and the words that a value is one of.
+fn names_of(schema: &Value) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    each_part(schema, &mut |path, part| {
+        let mut ends = path.rsplit('/');
+        match (ends.next(), ends.next()) {
+            (Some(key), Some("properties")) => names.extend([key.to_string()]),
+            (Some("const"), _) | (_, Some("enum")) => names.extend(part.as_str().map(String::from)),
+            _ => {}
         }
-    }
-    let mut out = String::new();
-    for folder in folders {
-        walk(&root().join(folder), &mut out);
-    }
-    out
-}
-
-/// Types that are read from files: those whose name ends with `Spec`, and a few enums of study files.
-fn types_of_files(source: &str) -> Vec<&str> {
-    let heads = ["pub struct ", "pub enum "];
-    let declared = source.lines().filter_map(|line| heads.iter().find_map(|head| line.strip_prefix(head)));
-    let names = declared.map(|rest| rest.split([' ', '<', '(', ';']).next().unwrap_or_default());
-    let others = ["Combine", "Bound", "Role", "Quantity"];
-    // A signal is written as a constant or as one of its functions: its own variants are no keys.
-    names.filter(|name| (name.ends_with("Spec") && *name != "SignalSpec") || others.contains(name)).collect()
+    });
+    names
 }
 
 #[test]
 fn the_reference_names_every_key_of_a_scene_and_a_study() {
-    let source = sources();
-    let keys = keys_of(&source, &types_of_files(&source));
-    let sure = [
-        "viscous_damping",
-        "generalised_alpha",
-        "max_steps",
-        "probe",
-        "tet10",
-        "sphere",
-        "octant",
-        "half_space",
-        "slivers",
-        "setup",
-        "at_least",
-        "time_budget",
-        "collapsed",
-        "perturbation",
-        "EA",
-        "after",
-        "guide_radius",
-        "multiplier",
-        "stick_velocity",
-        "about",
-        "spin",
-        "floor",
-        "turn",
-        "raised_cosine",
-        "amplitude",
-        "slack",
-        "over",
-        "von_mises",
-        "every",
-        "expectation",
-        "members",
-        "values",
-        "list",
-        "time_step",
-        "symbol",
-        "weighting",
-    ];
-    for sure in sure {
-        assert!(keys.contains(sure), "the reader of the source missed {sure}: {keys:?}");
+    for schema in [schema::scene(), schema::study()] {
+        let names = names_of(schema.as_value());
+        assert!(names.len() > 100, "{names:?}");
+        assert_eq!(missing(names), Vec::<String>::new(), "not in docs/reference");
     }
-    assert_eq!(missing(keys), Vec::<String>::new(), "not in docs/reference");
 }
 
 #[test]
@@ -204,12 +85,11 @@ fn the_reference_names_every_law_constant_and_body() {
     }
 }
 
-/// Variants of an enum in a source, in snake case.
-fn variants(source: &str, name: &str) -> BTreeSet<String> {
-    let head = format!("pub enum {name} {{");
-    let lines = source.lines().skip_while(|line| *line != head).take_while(|line| *line != "}");
-    let names = lines.filter_map(|line| line.strip_prefix("    ")).filter(|line| line.starts_with(char::is_uppercase));
-    names.map(|line| snake(line.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default())).collect()
+/// Names of the integrators, as a stage has them.
+fn integrators() -> BTreeSet<String> {
+    let schema = schema::scene();
+    let kinds = schema.pointer("/$defs/IntegratorSpec/oneOf").and_then(Value::as_array).expect("a table for each kind");
+    kinds.iter().filter_map(|kind| kind["properties"]["kind"]["const"].as_str()).map(String::from).collect()
 }
 
 #[test]
@@ -229,7 +109,7 @@ fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
     }
     // One section serves the three forms of implicit Euler
     let words = code_words(&text("docs/explanation/integrators.md"));
-    let integrators = variants(&sources(), "IntegratorSpec");
+    let integrators = integrators();
     assert!(integrators.len() > 4, "{integrators:?}");
     let missing: Vec<&String> = integrators.iter().filter(|kind| !words.contains(*kind)).collect();
     assert!(missing.is_empty(), "docs/explanation/integrators.md has no {missing:?}");
@@ -238,7 +118,7 @@ fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
 /// The table of the reference with this head has a row for each kind that a scene file can choose, and no other.
 #[test]
 fn the_reference_has_a_row_for_every_kind() {
-    let integrators = variants(&sources(), "IntegratorSpec");
+    let integrators = integrators();
     let integrators: Vec<&str> = integrators.iter().map(String::as_str).collect();
     for (kinds, page, head) in [
         (EffectSpec::KINDS, "effects", "| `kind` | keys |"),
@@ -663,7 +543,7 @@ fn example_scenes_and_studies_are_read() {
                     let measured = root().join("data/synthetic-dumbbell/pull.csv");
                     std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");
                 }
-                durometer::study::expand::parse(
+                durometer::study::study_file::parse(
                     &folder.path().join("study.toml"),
                     block,
                     durometer::study::kind::Extent::Whole,
@@ -684,7 +564,7 @@ fn example_scenes_and_studies_are_read() {
 /// Types that the column "in the code" of the notation names are types of the source.
 #[test]
 fn the_notation_names_types_that_exist() {
-    let source = sources_in(&["src"]);
+    let source: String = rust_files("src").into_iter().map(|source| source.text).collect();
     let declared = |name: &str| {
         ["struct", "enum", "trait"].iter().any(|kind| {
             let head = format!("{kind} {name}");
@@ -757,15 +637,15 @@ fn the_book_links_to_folders_outside_of_it() {
 }
 
 /// A schema that parts of a file fulfil: only what tells its tables apart is required.
-fn of_parts(schema: &mut serde_json::Value) {
+fn of_parts(schema: &mut Value) {
     match schema {
-        serde_json::Value::Object(keys) => {
-            if let Some(serde_json::Value::Array(required)) = keys.get_mut("required") {
+        Value::Object(keys) => {
+            if let Some(Value::Array(required)) = keys.get_mut("required") {
                 required.retain(|key| ["kind", "law", "include"].iter().any(|needed| key == needed));
             }
             keys.values_mut().for_each(of_parts);
         }
-        serde_json::Value::Array(list) => list.iter_mut().for_each(of_parts),
+        Value::Array(list) => list.iter_mut().for_each(of_parts),
         _ => {}
     }
 }
@@ -773,7 +653,6 @@ fn of_parts(schema: &mut serde_json::Value) {
 /// Every listing in TOML parses, and the parts of scenes and studies have the keys of their schemas.
 #[test]
 fn listings_in_toml_have_known_keys() {
-    use durometer::study::schema;
     let mut scene = schema::scene().to_value();
     let mut study = schema::study().to_value();
     of_parts(&mut scene);
@@ -782,7 +661,7 @@ fn listings_in_toml_have_known_keys() {
     kinds.as_array().into_iter().flatten().for_each(|kind| assert!(kind["properties"].is_object()));
     let mut kinds = kinds.as_array().cloned().unwrap_or_default();
     kinds.iter_mut().for_each(|kind| kind["required"] = serde_json::json!([]));
-    let own = |of: &serde_json::Value| -> BTreeSet<String> {
+    let own = |of: &Value| -> BTreeSet<String> {
         of["properties"].as_object().into_iter().flatten().map(|(key, _)| key.clone()).collect()
     };
     let of_studies: BTreeSet<String> = kinds.iter().flat_map(own).collect();

@@ -10,6 +10,8 @@ mod errors;
 mod gallery;
 mod language;
 mod names;
+#[path = "../schema/parts.rs"]
+mod parts;
 mod source;
 
 use std::collections::BTreeSet;

@@ -2,7 +2,8 @@
 
 use durometer::study::expand::Study;
 use durometer::study::listing::{State, list};
-use durometer::study::run::runner::{Options, Watch, run};
+use durometer::study::run::growing::run;
+use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::results;
 use std::path::Path;

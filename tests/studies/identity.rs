@@ -3,8 +3,9 @@
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
 use durometer::study::report;
+use durometer::study::run::growing::run;
 use durometer::study::run::only::Only;
-use durometer::study::run::runner::{Options, Watch, run};
+use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::folder::Store;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::seal::sealed;

@@ -276,7 +276,7 @@ fn mistakes_are_named_together() {
         .replace("light = 5.0 }", "lihgt = 5.0 }")
         .replace("keys = [\"effect.load.traction.to\"]", "keys = [\"effect.load.pressure\"]")
         .replace("name = \"heavy\"", "name = \"heavy\"\nexperiment = \"light\"");
-    let why = durometer::study::expand::parse(&folder.path().join("study.toml"), &text, Extent::Whole)
+    let why = durometer::study::study_file::parse(&folder.path().join("study.toml"), &text, Extent::Whole)
         .err()
         .expect("it is refused")
         .to_string();

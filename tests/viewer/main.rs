@@ -305,6 +305,17 @@ fn the_build_makes_the_program_that_is_committed() {
     assert!(output.is_success(), "{}", output.err);
 }
 
+/// Marks of axes and colour bars have texts that tell neighbours apart, in one notation.
+#[test]
+fn marks_are_written_with_the_digits_of_their_distance() {
+    if tools::is_missing(is_there("node"), "node") {
+        return;
+    }
+    let root = Path::new(ROOT).join("viewer");
+    let output = Command::new("node").arg("test/units.mjs").current_dir(root).output().expect("node starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success())
 }

@@ -537,9 +537,9 @@ export class App {
     });
     const bar = el("div", { class: "bar" });
     bar.style.background = `linear-gradient(to top, ${grades.join(",")})`;
-    for (const v of ticks(low * factor, high * factor)) {
-      const tick = el("span", {}, number(v));
-      tick.style.bottom = `${(100 * (v / factor - low)) / (high - low || 1)}%`;
+    for (const { value, text } of ticks(low * factor, high * factor)) {
+      const tick = el("span", {}, text);
+      tick.style.bottom = `${(100 * (value / factor - low)) / (high - low || 1)}%`;
       bar.append(tick);
     }
     this.legend.append(el("b", {}, unit ? `${q.name} [${unit}]` : q.name), bar);

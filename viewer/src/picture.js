@@ -2,7 +2,7 @@
 
 import { GIFEncoder, applyPalette, quantize } from "gifenc";
 import { colour, css } from "./colours.js";
-import { number, ticks } from "./units.js";
+import { ticks } from "./units.js";
 
 const FONT = "Arial, Helvetica, sans-serif";
 
@@ -94,10 +94,10 @@ function legend(c, o, { x, width, height, unit }) {
   c.strokeRect(x, top, wide, bottom - top);
   c.font = `${0.85 * unit}px ${FONT}`;
   const [low, high] = range;
-  for (const v of ticks(low, high, 5)) {
-    const y = bottom - ((v - low) / (high - low || 1)) * (bottom - top);
+  for (const { value, text } of ticks(low, high, 5)) {
+    const y = bottom - ((value - low) / (high - low || 1)) * (bottom - top);
     c.fillRect(x + wide, y - c.lineWidth / 2, 0.3 * unit, c.lineWidth);
-    c.fillText(number(v), x + wide + 0.5 * unit, y + 0.3 * unit);
+    c.fillText(text, x + wide + 0.5 * unit, y + 0.3 * unit);
   }
   const words = title.split(" ");
   const lines = [""];

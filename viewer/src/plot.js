@@ -1,6 +1,6 @@
 // A recorded column over time, with a mark at the state that is shown.
 
-import { column, number, ticks } from "./units.js";
+import { column, ticks } from "./units.js";
 import { PALETTE, css } from "./colours.js";
 
 const NS = "http://www.w3.org/2000/svg";
@@ -66,16 +66,16 @@ export class Plot {
     let [y0, y1] = ends(lines.map(([, v]) => v));
     if (!(y1 > y0)) [y0, y1] = [y0 - 1, y1 + 1];
     const marks = ticks(y0, y1, 4);
-    const [x0, x1, top, bottom] = [12 + 6.4 * Math.max(...marks.map((v) => number(v).length)), w - 10, 22, h - 22];
+    const [x0, x1, top, bottom] = [12 + 6.4 * Math.max(...marks.map(({ text }) => text.length)), w - 10, 22, h - 22];
     this.scale = { x0, x1, t0, t1 };
     const px = (t) => x0 + ((t - t0) / (t1 - t0 || 1)) * (x1 - x0);
     const py = (v) => bottom - ((v - y0) / (y1 - y0)) * (bottom - top);
-    for (const v of marks) {
-      svg.append(node("line", { class: "grid", x1: x0, x2: x1, y1: py(v), y2: py(v) }), node("text", { x: x0 - 5, y: py(v) + 4, "text-anchor": "end" }, number(v)));
+    for (const { value, text } of marks) {
+      svg.append(node("line", { class: "grid", x1: x0, x2: x1, y1: py(value), y2: py(value) }), node("text", { x: x0 - 5, y: py(value) + 4, "text-anchor": "end" }, text));
     }
-    ticks(t0, t1, 4).forEach((t, k, all) => {
+    ticks(t0, t1, 4).forEach(({ value, text }, k, all) => {
       const isLast = k === all.length - 1;
-      svg.append(node("text", { x: isLast ? Math.min(px(t), w - 14) : px(t), y: h - 6, "text-anchor": "middle" }, `${number(t)}${isLast && this.cases[0].rises ? " s" : ""}`));
+      svg.append(node("text", { x: isLast ? Math.min(px(value), w - 14) : px(value), y: h - 6, "text-anchor": "middle" }, `${text}${isLast && this.cases[0].rises ? " s" : ""}`));
     });
     const { words, unit } = column(name);
     svg.append(node("text", { x: 4, y: 13 }, `${words}${unit ? ` [${unit}]` : ""}`));

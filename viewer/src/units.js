@@ -27,12 +27,15 @@ export function rounded(size) {
   return [5, 2, 1].map((f) => f * ten).find((v) => v <= size * 1.000001) ?? ten;
 }
 
+/** With a power of ten, and no zeros at the end of so many decimals. */
+const powered = (v, decimals) => v.toExponential(Math.max(0, decimals)).replace(/\.?0+e/, "e");
+
 /** Four digits. */
 export function number(v, digits = 4) {
   if (!Number.isFinite(v)) return "–";
   if (v === 0) return "0";
   const size = Math.abs(v);
-  const text = size >= 1e5 || size < 1e-3 ? v.toExponential(digits - 1).replace(/\.?0+e/, "e") : String(Number(v.toPrecision(digits)));
+  const text = size >= 1e5 || size < 1e-3 ? powered(v, digits - 1) : String(Number(v.toPrecision(digits)));
   return text.replaceAll("-", "−");
 }
 
@@ -45,14 +48,22 @@ export function column(name) {
   return { words, unit: unit ? (written[unit] ?? unit) : "" };
 }
 
-/** Round numbers between two ends. */
+const exponent = (v) => Number(Math.abs(v).toExponential().split("e")[1]);
+
+/** Round numbers between two ends, each with its text: in one notation, with the digits by which neighbours differ. */
 export function ticks(low, high, count = 5) {
   const span = high - low;
-  if (!(span > 0)) return [low];
+  if (!(span > 0)) return [{ value: low, text: number(low) }];
   const raw = span / count;
-  const size = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 2.5, 5, 10].map((f) => f * size).find((s) => s >= raw * 0.999);
-  const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k++) out.push(Number((k * step).toPrecision(12)));
-  return out;
+  const ten = Math.floor(Math.log10(raw));
+  const size = 10 ** ten;
+  const factor = [1, 2, 2.5, 5, 10].find((f) => f * size >= raw * 0.999);
+  const step = factor * size;
+  const values = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k++) values.push(Number((k * step).toPrecision(15)));
+  const last = factor === 2.5 ? ten - 1 : ten;
+  const largest = Math.max(...values.map(Math.abs));
+  const isPlain = largest === 0 || (largest >= 1e-3 && largest < 1e5);
+  const written = (v) => (v === 0 ? "0" : isPlain ? String(Number(v.toFixed(Math.max(0, -last)))) : powered(v, exponent(v) - last));
+  return values.map((value) => ({ value, text: written(value).replaceAll("-", "−") }));
 }

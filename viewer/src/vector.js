@@ -2,7 +2,7 @@
 
 import { colour, css } from "./colours.js";
 import { lineOf, share } from "./picture.js";
-import { number, ticks } from "./units.js";
+import { ticks } from "./units.js";
 
 /** Above so many shapes a view becomes a picture within the graphic: editors of vector graphics do not open more. */
 const MOST = 60_000;
@@ -182,9 +182,9 @@ function legend(o, x, width, height, size) {
     `<rect x="${short(x)}" y="${short(top)}" width="${short(wide)}" height="${short(bottom - top)}" fill="url(#grades)" stroke="${o.ink}"/>`,
   ];
   const [low, high] = range;
-  for (const v of ticks(low, high, 5)) {
-    const y = bottom - ((v - low) / (high - low || 1)) * (bottom - top);
-    out.push(`<path d="M${short(x + wide)} ${short(y)}h4" stroke="${o.ink}"/><text x="${short(x + wide + 7)}" y="${short(y + 0.35 * size)}">${number(v)}</text>`);
+  for (const { value, text } of ticks(low, high, 5)) {
+    const y = bottom - ((value - low) / (high - low || 1)) * (bottom - top);
+    out.push(`<path d="M${short(x + wide)} ${short(y)}h4" stroke="${o.ink}"/><text x="${short(x + wide + 7)}" y="${short(y + 0.35 * size)}">${text}</text>`);
   }
   const lines = [""];
   for (const word of title.split(" ")) {

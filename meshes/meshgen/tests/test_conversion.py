@@ -354,6 +354,14 @@ class Conversion(Case):
             for line in (begin + 3, (begin + end) // 2, end):
                 Path(self.path("cut.unv")).write_text("\n".join(text.splitlines()[:line]))
                 self.reject(f"cannot read cut.unv: the data set that begins in line {begin + 1} has no line with -1 at its end", "cut.unv", "gmsh")
+        # A field of ten columns within a data set is no mark, and gmsh passes over a second mark at a beginning
+        label = "    -1\n  2414\n        -1\nfield\n    -1\n"
+        for name, more in (("label.unv", text + label), ("twice.unv", text.replace("    -1\n  2412", "    -1\n    -1\n  2412", 1))):
+            self.assertNotEqual(more, text)
+            Path(self.path(name)).write_text(more)
+            self.assertEqual(self.sizes(name, "gmsh"), self.sizes("a.unv", "gmsh"))
+        Path(self.path("cut.unv")).write_text(text + label[:-7])
+        self.reject("has no line with -1 at its end", "cut.unv", "gmsh")
 
     def test_files_of_tetgen_that_are_damaged(self):
         self.store("a.ele")
@@ -419,6 +427,11 @@ class Conversion(Case):
             self.assertIn(old, text)
             Path(self.path("bad.su2")).write_text(text.replace(old, new))
             self.reject(words, "bad.su2", "su2")
+        for old, new in (("made by hand", "Würfel"), ("again", "Rückseite")):
+            Path(self.path("latin.su2")).write_bytes(text.replace(old, new).encode("latin-1"))
+            self.assertEqual(self.sizes("latin.su2", "su2"), self.sizes("a.su2", "su2"))
+        Path(self.path("latin.su2")).write_bytes(text.replace("left", "rück").encode("latin-1"))
+        self.reject("cannot read latin.su2: line 20: it is no text in UTF-8 save the file as UTF-8", "latin.su2", "su2")
 
     def test_netgen(self):
         triangles = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 7], [5, 6, 7]])
@@ -436,6 +449,13 @@ class Conversion(Case):
         self.assertEqual(self.sizes("packed.vol.gz", "netgen"), self.sizes("named.vol", "netgen"))
         Path(self.path("cut.vol")).write_text(text[:begin])
         self.reject("cannot read cut.vol: it has no line endmesh", "cut.vol", "netgen")
+        # As Netgen writes them: by a tab
+        names = "materials\n2\n1 soft\n2 hard part\n\n\nbcnames\n3\n1\tinner wall\n2\t\n3\tsoft\n\n\n"
+        Path(self.path("tab.vol")).write_text(text[:begin] + names + text[end:])
+        self.assertEqual(self.sizes("tab.vol", "netgen"), {"soft": {4: 2, 2: 1}, "hard part": {4: 3}, "inner wall": {2: 1}, "facets_2": {2: 1}})
+        for key, damaged in (("materials", names.replace("2", "4", 1)), ("bcnames", names.replace("\n3\n", "\n30\n"))):
+            Path(self.path("short.vol")).write_text(text[:begin] + damaged + text[end:])
+            self.reject(f"cannot read short.vol: {key} has fewer names than it announces", "short.vol", "netgen")
 
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'

@@ -108,6 +108,7 @@ const LENGTH: &[&str] = &[
     "extensometer",
     "crosshead",
     "position",
+    "travel",
     "traverse",
     "weg",
     "verlängerung",
@@ -321,7 +322,7 @@ pub fn is_compressive(name: &str) -> bool {
 
 /// True of a strain that comes from the travel of the crosshead: "Tensile strain (Displacement)".
 pub fn is_travel(name: &str) -> bool {
-    has(&words(name), &["displacement", "crosshead", "position", "traverse", "stroke", "weg"])
+    has(&words(name), &["displacement", "crosshead", "position", "travel", "traverse", "stroke", "weg"])
 }
 
 /// True of the name of a column that tells specimens apart: "Specimen", "Sample ID", "Probe Nr.".
@@ -476,6 +477,7 @@ mod tests {
             ("Extension (%)", Some(Engineering)),
             ("Elongation (mm)", Some(Displacement)),
             ("Déplacement (mm)", Some(Displacement)),
+            ("Travel [mm]", Some(Displacement)),
             ("λ1", Some(Stretch)),
             ("extension ratio", Some(Stretch)),
             ("Extension_Ratio [-]", Some(Stretch)),

@@ -67,11 +67,11 @@ fn of_one(
     }
 }
 
-/// Errors where the specimen of each row is given, in one mode; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
+/// Errors where the specimen of each row is given, in one mode. Residual and fitted values are weighted; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
 /// its own, count as constants of all.
 pub fn of_specimens(
     jacobian: &DMatrix<f64>,
-    residual: &DVector<f64>,
+    (residual, fitted): (&DVector<f64>, &DVector<f64>),
     specimen: &[usize],
     curves: &[Vec<usize>],
     rounding: bool,
@@ -79,7 +79,7 @@ pub fn of_specimens(
     let (n, p) = jacobian.shape();
     let directions = directions(jacobian);
     if specimen.iter().all(|k| *k == specimen[0]) || n <= p {
-        return of_curves_along(&directions, residual, curves, rounding, Known::default());
+        return of_one(&directions, (residual, rounding), fitted, curves);
     }
     between(&directions, (residual, rounding), None, specimen, curves)
 }

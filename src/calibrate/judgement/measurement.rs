@@ -5,8 +5,8 @@
 //! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
 //! expression of uncertainty in measurement*, 5.1.2, type B).
 //!
-//! Zeros are those of each curve, a specimen in one mode. Between several specimens they are a part of the scatter, which is measured, and are not
-//! added a second time; scales and the compliance are common to all.
+//! Zeros are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
+//! added a second time; those of the one specimen of another mode are. Scales and the compliance are common to all.
 //!
 //! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
 
@@ -49,7 +49,14 @@ pub fn contributions(
     if accuracy.0.is_empty() {
         return Ok(stated);
     }
-    let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
+    let groups = curves(fitted);
+    let of_mode = |row: usize| groups.iter().filter(|rows| fitted[rows[0]].mode == fitted[row].mode).count();
+    // The curves whose zeros are in no scatter
+    let alone: Vec<&Vec<usize>> = match answer.errors.model {
+        ErrorModel::Specimens { .. } => vec![],
+        ErrorModel::Levels { .. } => groups.iter().filter(|rows| of_mode(rows[0]) == 1).collect(),
+        _ => groups.iter().collect(),
+    };
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     let slope = |s: &Sample| match s.stretch == 1.0 && !setting.slack.is_empty() {
         true => 0.0,
@@ -57,8 +64,7 @@ pub fn contributions(
     };
     // The stress without its scatter, which would take up the residuals
     let law = |s: &Sample| setting.model.at(&answer.values, s);
-    let groups = curves(fitted);
-    for (kind, half_width) in accuracy.0.iter().filter(|(kind, _)| !(is_measured && kind.is_of_a_curve())) {
+    for (kind, half_width) in accuracy.0.iter().filter(|(kind, _)| !(alone.is_empty() && kind.is_of_a_curve())) {
         let area = || dimensions.needed_section(*kind);
         let change: Box<dyn Fn(&Sample) -> f64> = match kind {
             SharedError::StressZero => Box::new(|_| 1.0),
@@ -81,7 +87,7 @@ pub fn contributions(
             residuals
         };
         let columns: Vec<DVector<f64>> = match kind.is_of_a_curve() {
-            true => groups.iter().map(|rows| moved(rows)).collect(),
+            true => alone.iter().map(|rows| moved(rows)).collect(),
             false => vec![moved(&(0..fitted.len()).collect::<Vec<_>>())],
         };
         let shifts: Vec<DVector<f64>> = columns.iter().map(|c| &step * c).collect();

@@ -44,7 +44,8 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
     let target = record.values().component_mul(&weighted.weight).norm();
     let rounding = series.residual.norm() <= ROUNDING * target;
     let specimens = record.specimen_of_rows();
-    let errors = errors::of_specimens(&jacobian, &series.residual, &specimens, &record.curves(), rounding);
+    let fitted = weighted.target() - &series.residual;
+    let errors = errors::of_specimens(&jacobian, (&series.residual, &fitted), &specimens, &record.curves(), rounding);
     let native = native(&series, free);
     let answer = answer(record, &series, &native, free);
     let by = derivatives(record, &series, &native, free);

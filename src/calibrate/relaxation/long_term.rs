@@ -47,7 +47,9 @@ impl Beyond<'_> {
         let wide = DMatrix::from_columns(&columns);
         let step = errors::directions(&wide).inverse() * &self.series.residual;
         let residual = &self.series.residual - &wide * &step;
-        let errors = errors::of_specimens(&wide, &residual, &record.specimen_of_rows(), &record.curves(), false);
+        let fitted = self.weighted.target() - &residual;
+        let errors =
+            errors::of_specimens(&wide, (&residual, &fitted), &record.specimen_of_rows(), &record.curves(), false);
         if errors.free == 0 {
             return 0.0;
         }

@@ -1,7 +1,7 @@
 //! Relaxation: from a test in time or frequency to a Prony series with intervals, which the effect `viscoelastic` takes.
 //!
-//! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `weights`
-//! (factors that are not negative), `search` (times and number of terms), `retardation` (creep → relaxation), `long_term` (what is left of the modulus), `fit` (all of it), `result`.
+//! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `search`
+//! (times and number of terms), `retardation` (creep → relaxation), `long_term` (what is left of the modulus), `fit` (all of it), `result`.
 
 mod error;
 mod file;
@@ -12,7 +12,6 @@ mod result;
 mod retardation;
 mod search;
 mod table;
-mod weights;
 
 pub use error::RelaxationError;
 pub use file::series_table;

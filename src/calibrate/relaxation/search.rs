@@ -17,7 +17,7 @@
 
 use super::error::RelaxationError;
 use super::response::{Record, TestKind};
-use super::weights::nonnegative;
+use crate::math::nonnegative::dense_weights;
 use nalgebra::{DMatrix, DVector};
 
 /// Data points of the search
@@ -60,7 +60,8 @@ pub struct Weighted<'a> {
 }
 
 impl Weighted<'_> {
-    fn target(&self) -> DVector<f64> {
+    /// w y of each value.
+    pub fn target(&self) -> DVector<f64> {
         self.record.values().component_mul(&self.weight)
     }
 
@@ -76,7 +77,7 @@ impl Weighted<'_> {
     /// Factors at these times.
     fn factors(&self, times: &[f64]) -> Result<(DVector<f64>, DVector<f64>), RelaxationError> {
         let (a, y) = (self.matrix(times), self.target());
-        let c = nonnegative(&a, &y)?;
+        let c = dense_weights(&a, &y).map_err(|e| RelaxationError::Solver { status: e.status })?;
         let residual = y - a * &c;
         Ok((c, residual))
     }

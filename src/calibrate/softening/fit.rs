@@ -6,9 +6,12 @@ use super::path::{CyclicPath, divide};
 use super::result::{SofteningFit, summary};
 use super::rows::FirstLoading;
 use super::search::{Answer, Search};
+use super::stated::widened;
 use crate::calibrate::judgement::errors::{self, Errors, directions};
 use crate::calibrate::judgement::origin::Origin;
-use crate::calibrate::{Bounded, Experiment, FitOptions, FitRequest, FitResult, Sample, SlackChoice, fit_experiment};
+use crate::calibrate::{
+    Bounded, CurveSet, Experiment, FitOptions, FitRequest, FitResult, Sample, SlackChoice, fit_experiment,
+};
 use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 
@@ -51,6 +54,17 @@ pub fn fit_softening_experiment(
     experiment: &Experiment,
     options: &FitOptions,
 ) -> Result<(FitResult, SofteningFit), SofteningFitError> {
+    let (law, softening, sets) = of_data(experiment, options)?;
+    let accuracy = options.accuracy.or(&experiment.accuracy);
+    let softening = widened(softening, experiment, options, &accuracy)?.with_words(&law, sets);
+    Ok((law, softening))
+}
+
+/// Law and softening by the scatter of the data, without words, and the curves of a figure.
+pub(super) fn of_data(
+    experiment: &Experiment,
+    options: &FitOptions,
+) -> Result<(FitResult, SofteningFit, Vec<CurveSet>), SofteningFitError> {
     let path = divide(experiment)?;
     let rows = path.softened.len();
     if rows < ROWS {
@@ -59,8 +73,8 @@ pub fn fit_softening_experiment(
     let first = Experiment { samples: path.virgin.clone(), alternatives: vec![], ..experiment.clone() };
     let law = fit_experiment(&first, &FitOptions { slack: SlackChoice::No, ..options.clone() })?;
     let first = FirstLoading::of(&law)?;
-    let softening = judged(&law, &first, &path)?;
-    Ok((law, softening))
+    let (softening, sets) = judged(&law, &first, &path)?;
+    Ok((law, softening, sets))
 }
 
 /// Criterion of Schwarz with first-order autocorrelated errors of a residual and `constants` constants.
@@ -83,7 +97,11 @@ struct Judged {
 }
 
 /// The answer with a permanent set where its interval leaves out zero, else without.
-fn judged(law: &FitResult, first: &FirstLoading, path: &CyclicPath) -> Result<SofteningFit, SofteningFitError> {
+fn judged(
+    law: &FitResult,
+    first: &FirstLoading,
+    path: &CyclicPath,
+) -> Result<(SofteningFit, Vec<CurveSet>), SofteningFitError> {
     let rows = &path.softened;
     let samples: Vec<Sample> = rows.iter().map(|r| r.sample).collect();
     let points = first.points(rows, 0.0)?;
@@ -141,7 +159,7 @@ fn judged(law: &FitResult, first: &FirstLoading, path: &CyclicPath) -> Result<So
         summary: summary(),
     };
     let fitted: Vec<f64> = samples.iter().zip(residual.iter()).map(|(s, r)| s.stress - r).collect();
-    Ok(result.with_words(law, sets(path, first, &soft, answer.u[3], &fitted)))
+    Ok((result, sets(path, first, &soft, answer.u[3], &fitted)))
 }
 
 /// Intervals of an answer. With B = (JᵀJ)⁻¹Jᵀ of its unknowns and K = ∂(ηP_law)/∂θ by the constants θ of the law, an error δθ of the law moves the unknowns by

@@ -87,8 +87,10 @@ impl SofteningFit {
         ];
         s.method = vec![
             format!(
-                "95 % intervals: {}; Student's t with {} degrees of freedom, with the errors of the constants of the law",
-                self.errors, self.degrees
+                "95 % intervals: {}; Student's t with {} degrees of freedom, with the errors of the constants of the law{}",
+                self.errors,
+                self.degrees,
+                if law.measurement.is_empty() { "" } else { " and the stated ones of the measurement" }
             ),
             format!(
                 "the law of the first loading was fitted to {} data points at or above every stretch before them",

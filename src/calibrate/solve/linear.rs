@@ -15,9 +15,8 @@ use crate::calibrate::{FitError, Mode};
 use crate::material::FitTerms;
 use crate::material::principal::PrincipalDerivatives;
 use crate::material::registry::find;
+use crate::math::convex::{SecondOrderConeT, minimum};
 use crate::math::svd::svd;
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SecondOrderConeT, SolverStatus, SupportedConeT};
 use nalgebra::{DMatrix, DVector};
 
 /// δ: the incremental stiffness stays above this part of the Neo-Hookean one \[–\]
@@ -26,6 +25,8 @@ const MARGIN: f64 = 1e-3;
 const RANK: f64 = 1e-12;
 /// Largest relative difference of the stresses of the two solvers \[–\]
 const AGREEMENT: f64 = 1e-7;
+/// Tolerance of the QP \[–\]
+const TOLERANCE: f64 = 1e-12;
 /// The QP begins with every fifth point
 const SPARSE: usize = 5;
 
@@ -145,33 +146,17 @@ fn quadratic(
 ) -> Result<DVector<f64>, FitError> {
     let n = g.len();
     // 1e-12: directions that no data point determines stay where the cones leave them, near zero
-    let diagonal: Vec<Vec<f64>> =
-        (0..n).map(|i| (0..n).map(|j| if i == j { g[i] * g[i] + 1e-12 } else { 0.0 }).collect()).collect();
-    let q: Vec<f64> = (0..n).map(|k| -g[k] * d[k]).collect();
+    let diagonal = DMatrix::from_diagonal(&g.map(|g| g * g + 1e-12));
+    let q = -g.component_mul(d);
     // s = (a + d, a − d, 2b)(x) − δ(…)₀ in the cone: −C y + s = −δ(…)₀, each cone scaled by its reference
-    let (mut rows, mut b) = (Vec::<Vec<f64>>::new(), Vec::new());
-    for cone in used.iter().map(|k| &cones[*k]) {
+    let (mut rows, mut b) = (DMatrix::zeros(3 * used.len(), n), DVector::zeros(3 * used.len()));
+    for (k, cone) in used.iter().map(|k| &cones[*k]).enumerate() {
         for i in 0..3 {
             let x = DVector::from_iterator(n, cone.terms.iter().map(|t| t[i] / cone.reference[0]));
-            rows.push((back.transpose() * x).iter().map(|v| -v).collect());
-            b.push(-MARGIN * cone.reference[i] / cone.reference[0]);
+            rows.set_row(3 * k + i, &-(back.transpose() * x).transpose());
+            b[3 * k + i] = -MARGIN * cone.reference[i] / cone.reference[0];
         }
     }
-    let kinds: Vec<SupportedConeT<f64>> = used.iter().map(|_| SecondOrderConeT(3)).collect();
-    let settings = DefaultSettings {
-        verbose: false,
-        tol_gap_abs: 1e-12,
-        tol_gap_rel: 1e-12,
-        tol_feas: 1e-12,
-        ..DefaultSettings::default()
-    };
-    let fail = |status: String| FitError::Solver { solver: "clarabel", status };
-    let (quadratic, linear) = (CscMatrix::from(&diagonal), CscMatrix::from(&rows));
-    let mut solver =
-        DefaultSolver::new(&quadratic, &q, &linear, &b, &kinds, settings).map_err(|e| fail(format!("{e:?}")))?;
-    solver.solve();
-    match solver.solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),
-        status => Err(fail(format!("{status:?}"))),
-    }
+    minimum((&diagonal, &q), (&rows, &b), &vec![SecondOrderConeT(3); used.len()], Some(TOLERANCE))
+        .map_err(|e| FitError::Solver { solver: "clarabel", status: e.status })
 }

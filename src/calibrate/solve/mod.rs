@@ -3,7 +3,6 @@
 mod error_rows;
 pub(super) mod linear;
 pub(super) mod noise;
-pub(super) mod nonnegative;
 pub(super) mod offset;
 mod pattern;
 pub(super) mod refit;

@@ -11,11 +11,11 @@
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
-use super::nonnegative::{nonnegative, reduce};
 use super::rows::{Rows, padded, side_by_side};
 use super::solver_check::SolverCheck;
 use crate::calibrate::FitError;
 use crate::material::ShapedTerm;
+use crate::math::nonnegative::{few_weights, reduce};
 use crate::math::svd::svd;
 use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
@@ -114,7 +114,7 @@ impl Projected<'_> {
     fn at(&self, x: &[f64]) -> Option<Projection> {
         let columns = self.columns(x)?;
         let (r, d) = reduce(&side_by_side(&columns), &self.rows.target);
-        let c = nonnegative(&r, &d, &(0..x.len()).collect::<Vec<_>>()).0;
+        let c = few_weights(&r, &d, &(0..x.len()).collect::<Vec<_>>()).0;
         let residual = self.residual(&columns, &c);
         Some(Projection { c, columns, residual })
     }
@@ -247,7 +247,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
     }
     // Terms without a factor cannot move: choices with fewer of them first, then the part of the stresses that is explained
     let rate = |c: &Vec<usize>| {
-        let (factors, explained) = nonnegative(&r, &d, c);
+        let (factors, explained) = few_weights(&r, &d, c);
         (factors.iter().filter(|c| **c == 0.0).count(), -explained)
     };
     let mut rated: Vec<_> = choices.iter().map(|c| (rate(c), c)).collect();

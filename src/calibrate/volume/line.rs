@@ -1,8 +1,16 @@
 //! A straight line through data, with the errors of direct fits; of several specimens one slope and an offset of each.
+//!
+//! ```text
+//! a = σ²/s²,   σ² = the least of   (median |xᵢ₋₁ − 2xᵢ + xᵢ₊₁|/(0.6745 √6))²   and   Σ r²/(n − p)/slope²
+//! ```
+//!
+//! Noise of x makes the slope of least squares too small by the share a of the variance s² of x that is noise (W. A. Fuller, *Measurement Error Models*, 1987, section 1.1). It is
+//! no more than what x is rough by from row to row, and no more than what the residual r shows; the end of the interval that is farther from zero is moved by a times the slope. The value is not
+//! corrected, since uneven loading is rough without an error.
 
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{median, t_quantile};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
@@ -26,10 +34,15 @@ pub struct Line {
     pub errors: errors::Errors,
     /// Coefficient of (x − x̄)² with its interval
     pub bend: Bounded,
+    /// Share by which noise of x may make the slope too small \[–\]
+    pub attenuation: f64,
 }
 
 /// Part of y below which a residual is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
+
+/// Median of the magnitude of a normal error over its standard deviation
+const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
 /// y = offset + slope x by least squares, and the second-order term that would be added.
 pub fn line(points: &Points) -> Line {
@@ -48,7 +61,8 @@ pub fn line(points: &Points) -> Line {
         let found = svd(j.clone(), true, true).solve(&target, 1e-14).expect("both factors were asked for");
         let residual = &target - &j * &found;
         let rounding = residual.norm() <= ROUNDING * target.norm();
-        let errors = errors::of_specimens(&j, &residual, specimen, &curves, rounding);
+        let fitted = &target - &residual;
+        let errors = errors::of_specimens(&j, (&residual, &fitted), specimen, &curves, rounding);
         let t = if errors.free > 0 { t_quantile(0.95, errors.free) } else { f64::INFINITY };
         let bounded = |k: usize| {
             let half = if rounding { 0.0 } else { t * errors.deviations[k] };
@@ -58,11 +72,26 @@ pub fn line(points: &Points) -> Line {
     };
     let bend = solve(2).0[count + 1];
     let (found, residual, errors) = solve(1);
-    let spread = |rows: &Vec<usize>| {
-        let centre = rows.iter().map(|i| y[*i]).sum::<f64>() / rows.len().max(1) as f64;
-        rows.iter().map(|i| (y[*i] - centre).powi(2)).sum::<f64>()
-    };
-    let spread = curves.iter().map(spread).sum::<f64>().sqrt();
+    let of_y = curves.iter().map(|rows| spread(y, rows)).sum::<f64>().sqrt();
     let offsets = found[..count].to_vec();
-    Line { slope: found[count], offsets, misfit: residual.norm() / spread, residual, errors, bend }
+    let mut slope = found[count];
+    let of_residual = residual.norm_squared() / (n - n.min(count + 1)).max(1) as f64 / slope.value.powi(2);
+    let noise = of_residual.min(roughness(x, &curves).powi(2));
+    let variance = curves.iter().map(|rows| spread(x, rows)).sum::<f64>() / n as f64;
+    let attenuation = if noise > 0.0 { noise / variance } else { 0.0 };
+    slope.interval[usize::from(slope.value > 0.0)] += attenuation * slope.value;
+    Line { slope, offsets, misfit: residual.norm() / of_y, residual, errors, bend, attenuation }
+}
+
+/// Sum of the squared distances of some values to their mean.
+fn spread(values: &[f64], rows: &[usize]) -> f64 {
+    let centre = rows.iter().map(|i| values[*i]).sum::<f64>() / rows.len().max(1) as f64;
+    rows.iter().map(|i| (values[*i] - centre).powi(2)).sum()
+}
+
+/// Standard deviation of independent errors that would make x as rough from row to row as it is.
+fn roughness(x: &[f64], curves: &[Vec<usize>]) -> f64 {
+    let second = |w: &[usize]| (x[w[0]] - 2.0 * x[w[1]] + x[w[2]]).abs();
+    let differences: Vec<f64> = curves.iter().flat_map(|rows| rows.windows(3).map(second)).collect();
+    if differences.is_empty() { 0.0 } else { median(&differences) / (MEDIAN * 6f64.sqrt()) }
 }

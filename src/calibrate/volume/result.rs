@@ -68,6 +68,14 @@ fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Ve
             100.0 * line.misfit
         ));
     }
+    let scatter = line.errors.deviations.get(line.offsets.len()).copied().unwrap_or(0.0);
+    if line.attenuation * line.slope.value.abs() > scatter {
+        let (what, of) = if lateral { ("nu", "strain") } else { ("kappa", "volume") };
+        messages.push(format!(
+            "noise in the {of} may make {what} up to {:.1} % too small, which its interval holds: measure the {of} more exactly, or give the means of several rows",
+            100.0 * line.attenuation
+        ));
+    }
     let [a, b] = line.bend.interval;
     if a * b > 0.0 && line.misfit > ROUNDING {
         messages.push(if lateral {

@@ -50,6 +50,7 @@ fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
     record.solver.energy_from_nothing.iter().for_each(|found| tell!("warning: {}", found.warning()));
     record.solver.collapsed_cavities.iter().for_each(|found| tell!("warning: {}", found.warning()));
+    record.solver.sunken_facets.iter().for_each(|found| tell!("warning: {}", found.warning()));
     if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
         let scatter = l.pressure_scatter;
         tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");

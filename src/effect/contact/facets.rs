@@ -2,9 +2,9 @@
 
 use super::sheet_numbers::Neighbours;
 use super::sheets::Sheets;
-use super::witness::{ON_SURFACE, Witness, from, to};
+use super::witness::{ON_SURFACE, Witness};
+use crate::math::boxes::{from_parry, overlapping, widened};
 use crate::math::tensor::{Mat3, Vec3};
-use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
@@ -53,11 +53,9 @@ impl Facets {
         let p = y - nearest.normal * nearest.gap;
         // Twice as far as the planes: the foot of y on one of them may be beyond its face.
         let reach = 2.0 * (width - nearest.gap);
-        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
         let mut planes = vec![(nearest.gap, nearest.normal)];
-        let mut triangles: Vec<u32> = self.mesh.bvh().intersect_aabb(&around).collect();
-        triangles.sort_unstable();
-        for triangle in triangles.into_iter().filter(|&t| belong(t)) {
+        let near = overlapping(self.mesh.bvh(), widened((*y, *y), reach));
+        for triangle in near.into_iter().filter(|&t| belong(t)) {
             let [a, b, c] = self.corners(triangle);
             let normal = (b - a).cross(&(c - a)).normalize();
             let gap = normal.dot(&(y - a));
@@ -80,13 +78,13 @@ impl Facets {
 
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
         let t = self.mesh.triangle(triangle);
-        [t.a, t.b, t.c].map(from)
+        [t.a, t.b, t.c].map(from_parry)
     }
 }
 
 /// Unit normal of a triangle, outward.
 fn normal(mesh: &TriMesh, t: u32) -> Vec3 {
-    let [a, b, c] = mesh.indices()[t as usize].map(|k| from(mesh.vertices()[k as usize]));
+    let [a, b, c] = mesh.indices()[t as usize].map(|k| from_parry(mesh.vertices()[k as usize]));
     (b - a).cross(&(c - a)).normalize()
 }
 

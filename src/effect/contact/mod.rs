@@ -139,7 +139,7 @@ impl Contact {
         Self::with_scalars(name, points, obstacle, None)
     }
 
-    /// With a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
+    /// Points with a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
     pub fn with_scalars(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
@@ -202,6 +202,12 @@ impl Contact {
 
     fn gap_from(&self, placed: &Placed, x: &[f64], b: usize) -> f64 {
         self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
+    }
+
+    /// The distance of a place in space from the obstacle at displacement x \[m\], negative inside.
+    pub fn distance(&self, x: &[f64]) -> impl Fn(&Vec3) -> f64 {
+        let placed = self.obstacle.at(x);
+        move |at| self.obstacle.shape.gap(&placed.local(at))
     }
 
     /// The deepest point at displacement x, with its distance \[m\].

@@ -95,7 +95,7 @@ impl Obstacle {
         self.along(x, x, 0.0)
     }
 
-    /// At x + share dx.
+    /// The obstacle as it is placed at x + share dx.
     pub(super) fn along(&self, x: &[f64], dx: &[f64], share: f64) -> Placed<'_> {
         let Some(body) = &self.body else {
             return Placed { obstacle: self, p0: Vec3::zeros(), inverse: Mat3::identity(), shrink: 1.0 };

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// Law of the pressure against the distance.
 pub trait Response: ContactPotential {
-    /// Of a point at y in the frame of the shape, with a ball of this radius about it: each with the number of its elastic slip
+    /// Witnesses of a point at y in the frame of the shape, with a ball of this radius about it, each with the number of its elastic slip
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<(usize, Witness)>;
     /// Elastic slips of a point
     fn slips(&self, shape: &Shape) -> usize;

@@ -19,7 +19,8 @@ pub use super::facets::Facets;
 pub use super::witness::Witness;
 
 use super::sheets::Sheets;
-use super::witness::{curved, from, on_triangle, sharp, to};
+use super::witness::{curved, on_triangle, sharp};
+use crate::math::boxes::{from_parry, overlapping, to_parry, widened};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::closed_surface::VolumeMoments;
 use crate::mesh::surface_file::Surface;
@@ -69,7 +70,7 @@ impl Shape {
     }
 
     pub fn cuboid(half: Vec3) -> Self {
-        Self::Box(Cuboid::new(to(&half)))
+        Self::Box(Cuboid::new(to_parry(&half)))
     }
 
     pub fn cylinder(half_height: f64, radius: f64) -> Self {
@@ -79,7 +80,7 @@ impl Shape {
     /// Closed, with triangles that look outward.
     pub fn surface(surface: &Surface) -> Result<Self, ShapeError> {
         check(surface)?;
-        let points = surface.points.iter().map(to).collect();
+        let points = surface.points.iter().map(to_parry).collect();
         Ok(Self::Surface(Box::new(Facets::new(points, surface.triangles.clone()))))
     }
 
@@ -92,7 +93,7 @@ impl Shape {
             Self::Cylinder(s) => s.local_aabb(),
             Self::Surface(s) => s.mesh.local_aabb(),
         };
-        Some([from(bounds.mins), from(bounds.maxs)])
+        Some([from_parry(bounds.mins), from_parry(bounds.maxs)])
     }
 
     /// Mass \[kg\], centre of mass \[m\], and inertia about it \[kg m²\], with the density \[kg/m³\]; a floor has none.
@@ -104,15 +105,15 @@ impl Shape {
             Self::Cylinder(s) => s.mass_properties(density),
             Self::Surface(s) => {
                 // parry loses the principal axes of bodies that are small in its units
-                let points: Vec<Vec3> = s.mesh.vertices().iter().copied().map(from).collect();
+                let points: Vec<Vec3> = s.mesh.vertices().iter().copied().map(from_parry).collect();
                 let VolumeMoments { volume, center, second } = VolumeMoments::within(&points, s.mesh.indices());
                 let inertia = (Mat3::identity() * second.trace() - second) * density;
                 return (density * volume, center, inertia);
             }
         };
         let inertia = properties.reconstruct_inertia_matrix();
-        let inertia = Mat3::from_columns(&[inertia.x_axis, inertia.y_axis, inertia.z_axis].map(from));
-        (properties.mass(), from(properties.local_com), inertia)
+        let inertia = Mat3::from_columns(&[inertia.x_axis, inertia.y_axis, inertia.z_axis].map(from_parry));
+        (properties.mass(), from_parry(properties.local_com), inertia)
     }
 
     /// The boundary as triangles, round ones in `parts` around; a floor has none.
@@ -124,19 +125,19 @@ impl Shape {
             Self::Cylinder(s) => s.to_trimesh(parts),
             Self::Surface(s) => (s.mesh.vertices().to_vec(), s.mesh.indices().to_vec()),
         };
-        Some(Surface { points: points.into_iter().map(from).collect(), triangles })
+        Some(Surface { points: points.into_iter().map(from_parry).collect(), triangles })
     }
 
     /// The nearest point of the boundary, and whether y is inside.
     fn project(&self, y: &Vec3) -> (Vec3, bool) {
         let projection = match self {
-            Self::Floor(s) => s.project_local_point(to(y), false),
-            Self::Sphere(s) => s.project_local_point(to(y), false),
-            Self::Box(s) => s.project_local_point(to(y), false),
-            Self::Cylinder(s) => s.project_local_point(to(y), false),
-            Self::Surface(s) => s.mesh.project_local_point(to(y), false),
+            Self::Floor(s) => s.project_local_point(to_parry(y), false),
+            Self::Sphere(s) => s.project_local_point(to_parry(y), false),
+            Self::Box(s) => s.project_local_point(to_parry(y), false),
+            Self::Cylinder(s) => s.project_local_point(to_parry(y), false),
+            Self::Surface(s) => s.mesh.project_local_point(to_parry(y), false),
         };
-        (from(projection.point), projection.is_inside)
+        (from_parry(projection.point), projection.is_inside)
     }
 
     /// d(y) \[m\], negative inside.
@@ -158,7 +159,7 @@ impl Shape {
             Self::Sphere(s) => curved(y.norm() - s.radius, s.radius, y, None),
             Self::Box(s) => {
                 let (p, inside) = self.project(y);
-                let half = from(s.half_extents);
+                let half = from_parry(s.half_extents);
                 let beyond = |i: usize| y[i].abs() - half[i];
                 let nearest = (0..3).max_by(|a, b| beyond(*a).total_cmp(&beyond(*b))).into_iter();
                 let face: Vec<usize> =
@@ -182,9 +183,10 @@ impl Shape {
                 sharp(y, &p, inside, around * around.transpose() * (s.radius / across.norm()), || radial)
             }
             Self::Surface(s) => {
-                let (projection, (triangle, location)) = s.mesh.project_local_point_and_get_location(to(y), false);
+                let (projection, (triangle, location)) =
+                    s.mesh.project_local_point_and_get_location(to_parry(y), false);
                 let sides = [true, projection.is_inside];
-                on_triangle(&s.mesh.triangle(triangle), y, &from(projection.point), sides, location)
+                on_triangle(&s.mesh.triangle(triangle), y, &from_parry(projection.point), sides, location)
             }
         }
     }
@@ -227,14 +229,11 @@ impl Shape {
             let nearest = self.nearest(y);
             return if nearest.gap < reach { vec![nearest] } else { Vec::new() };
         };
-        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
-        let mut triangles: Vec<u32> = s.mesh.bvh().intersect_aabb(&around).collect();
-        triangles.sort_unstable();
         let mut found = BTreeMap::<u32, Witness>::new();
-        for k in triangles {
+        for k in overlapping(s.mesh.bvh(), widened((*y, *y), reach)) {
             let triangle = s.mesh.triangle(k);
-            let (projection, location) = triangle.project_local_point_and_get_location(to(y), false);
-            let witness = on_triangle(&triangle, y, &from(projection.point), [false, false], location);
+            let (projection, location) = triangle.project_local_point_and_get_location(to_parry(y), false);
+            let witness = on_triangle(&triangle, y, &from_parry(projection.point), [false, false], location);
             let of_side = found.entry(s.sides[k as usize]).or_insert(witness);
             if witness.gap < of_side.gap {
                 *of_side = witness;

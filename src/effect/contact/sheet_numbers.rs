@@ -7,7 +7,7 @@
 //! What is joined gets its number one after the other, that with the most concave edges first: the least one that nothing has from which it is apart. As long as there are few
 //! sheets, opposite walls of a slot are on different ones too, since a ball may press on both.
 
-use super::witness::from;
+use crate::math::boxes::from_parry;
 use crate::math::tensor::Vec3;
 use parry3d_f64::shape::TriMesh;
 use std::collections::{BTreeMap, BTreeSet};
@@ -152,9 +152,9 @@ fn edges(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<Edge>
     neighbours.iter().filter_map(edge).collect()
 }
 
-/// Of the edge between two triangles that has the vertex `on`.
+/// Whether the edge between two triangles that has the vertex `on` is sharp and concave.
 pub(super) fn is_sharp_and_concave(mesh: &TriMesh, normals: &[Vec3], [one, other]: [usize; 2], on: u32) -> bool {
-    let vertex = |k: u32| from(mesh.vertices()[k as usize]);
+    let vertex = |k: u32| from_parry(mesh.vertices()[k as usize]);
     let beyond: Vec3 = mesh.indices()[other].iter().map(|&k| vertex(k) - vertex(on)).sum();
     normals[one].angle(&normals[other]) > HOLLOW && beyond.dot(&normals[one]) > 0.0
 }

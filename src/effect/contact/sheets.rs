@@ -17,7 +17,8 @@
 //! smooth hollow, where a point meets the nearest side.
 
 use super::sheet_numbers::{Neighbours, SheetNumbers, is_sharp_and_concave};
-use super::witness::{ON_SURFACE, Witness, from, on_triangle, to};
+use super::witness::{ON_SURFACE, Witness, on_triangle};
+use crate::math::boxes::{from_parry, to_parry};
 use crate::math::tensor::{Mat3, Vec3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
@@ -89,7 +90,7 @@ impl Sheets {
         }
         let all = (0..numbers.count).map(|k| Sheet::new(mesh, normals, neighbours, &numbers, k)).collect();
         let bounds = mesh.local_aabb();
-        let rounding = ON_SURFACE * from(bounds.maxs - bounds.mins).norm();
+        let rounding = ON_SURFACE * from_parry(bounds.maxs - bounds.mins).norm();
         Some(Self { all, numbers: numbers.sheets, rounding })
     }
 
@@ -104,9 +105,9 @@ impl Sheets {
 
     /// The contacts of a point y with the `surface`: each with its sheet, at most one of each.
     pub(super) fn contacts(&self, surface: &TriMesh, y: &Vec3) -> Vec<(usize, Witness)> {
-        let (nearest, (triangle, location)) = surface.project_local_point_and_get_location(to(y), false);
-        let outside = if nearest.is_inside { from(nearest.point) } else { *y };
-        let distance = (outside - from(nearest.point)).norm();
+        let (nearest, (triangle, location)) = surface.project_local_point_and_get_location(to_parry(y), false);
+        let outside = if nearest.is_inside { from_parry(nearest.point) } else { *y };
+        let distance = (outside - from_parry(nearest.point)).norm();
         let seen: Vec<Seen> = self.all.iter().map(|sheet| sheet.see(&outside, distance + self.rounding)).collect();
         let nearest_ones = (0..seen.len()).filter(|&k| (seen[k].distance - distance).abs() <= self.rounding);
         let owner = nearest_ones.min_by_key(|&k| seen[k].end == End::Other);
@@ -114,7 +115,10 @@ impl Sheets {
             // Beyond the edges of a very rough surface a sheet may come out of it, nearer than all else.
             if owner.is_none() && k == self.of_triangle(triangle) {
                 let sides = [true, nearest.is_inside];
-                return Some((k, on_triangle(&surface.triangle(triangle), y, &from(nearest.point), sides, location)));
+                return Some((
+                    k,
+                    on_triangle(&surface.triangle(triangle), y, &from_parry(nearest.point), sides, location),
+                ));
             }
             let witness = if nearest.is_inside { self.all[k].witness(own, y) } else { own.witness };
             let is_contact = owner == Some(k) || self.is_contact(surface, &outside, &seen[..k], (&self.all[k], own));
@@ -133,9 +137,9 @@ impl Sheets {
             End::Beyond | End::Other => false,
             End::Own => {
                 let near = own.at + (y - own.at) * NEAR;
-                let nearest = surface.project_local_point_and_get_location(to(&near), false).0;
+                let nearest = surface.project_local_point_and_get_location(to_parry(&near), false).0;
                 !nearest.is_inside
-                    && (near - from(nearest.point)).norm() >= (1.0 - LESS) * NEAR * own.distance
+                    && (near - from_parry(nearest.point)).norm() >= (1.0 - LESS) * NEAR * own.distance
                     && lower.iter().all(|other| (other.at - own.at).norm() > self.rounding)
             }
         }
@@ -146,7 +150,7 @@ impl Sheet {
     /// Sheet `k`.
     fn new(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours, numbers: &SheetNumbers, k: usize) -> Self {
         let mut points: Vec<Vector> = mesh.vertices().to_vec();
-        let vertex = |v: u32| from(mesh.vertices()[v as usize]);
+        let vertex = |v: u32| from_parry(mesh.vertices()[v as usize]);
         let of_surface: Vec<usize> = (0..normals.len()).filter(|&t| numbers.sheets[t] == k).collect();
         let mut triangles: Vec<[u32; 3]> = of_surface.iter().map(|&t| mesh.indices()[t]).collect();
         let own = triangles.len();
@@ -163,7 +167,7 @@ impl Sheet {
             let [far_i, far_j] = [i, j].map(|v| {
                 let key = (numbers.groups[t], v);
                 *moved.entry(key).or_insert_with(|| {
-                    points.push(to(&(vertex(v) + beyond.motion(key))));
+                    points.push(to_parry(&(vertex(v) + beyond.motion(key))));
                     points.len() as u32 - 1
                 })
             });
@@ -184,8 +188,8 @@ impl Sheet {
     /// The nearest point of y, which is not inside. Where it is one of the whole surface, within `nearest` of y, y is in front of it: in the plane of a side,
     /// beyond the end of its sheet, the triangles of this one alone have y on either side.
     fn see(&self, y: &Vec3, nearest: f64) -> Seen {
-        let (projection, (triangle, location)) = self.mesh.project_local_point_and_get_location(to(y), false);
-        let (at, end) = (from(projection.point), self.end(triangle as usize, location));
+        let (projection, (triangle, location)) = self.mesh.project_local_point_and_get_location(to_parry(y), false);
+        let (at, end) = (from_parry(projection.point), self.end(triangle as usize, location));
         let distance = (y - at).norm();
         let inside = end < End::Other && projection.is_inside && distance > nearest;
         let witness = on_triangle(&self.mesh.triangle(triangle), y, &at, [true, inside], location);
@@ -198,8 +202,8 @@ impl Sheet {
             return Witness { gap: witness.normal.dot(&(y - at)), ..*witness };
         }
         let triangle = self.mesh.triangle(*triangle);
-        let (projection, location) = triangle.project_local_point_and_get_location(to(y), false);
-        on_triangle(&triangle, y, &from(projection.point), [true, false], location)
+        let (projection, location) = triangle.project_local_point_and_get_location(to_parry(y), false);
+        on_triangle(&triangle, y, &from_parry(projection.point), [true, false], location)
     }
 
     /// Whether y, which is outside, is behind the other side of the concave edge beyond which its nearest point is.
@@ -264,15 +268,17 @@ struct Beyond {
 
 impl Beyond {
     fn of(mesh: &TriMesh, normals: &[Vec3], numbers: &SheetNumbers, concave: &[(usize, (u32, u32))]) -> Self {
-        let vertex = |v: u32| from(mesh.vertices()[v as usize]);
+        let vertex = |v: u32| from_parry(mesh.vertices()[v as usize]);
         let bounds = mesh.local_aabb();
-        let size = from(bounds.maxs - bounds.mins).norm();
+        let size = from_parry(bounds.maxs - bounds.mins).norm();
         let mut of = BTreeMap::<(usize, u32), (Mat3, Vec3, f64)>::new();
         for &(t, (i, j)) in concave {
             let out = (vertex(j) - vertex(i)).cross(&normals[t]).normalize();
             let start = (vertex(i) + vertex(j)) / 2.0 + out * (INSIDE * size);
-            let way =
-                mesh.cast_local_ray(&Ray::new(to(&start), to(&out)), size, false).unwrap_or(0.0).max(INSIDE * size);
+            let way = mesh
+                .cast_local_ray(&Ray::new(to_parry(&start), to_parry(&out)), size, false)
+                .unwrap_or(0.0)
+                .max(INSIDE * size);
             let width = mesh.indices()[t].iter().map(|&v| out.dot(&(vertex(i) - vertex(v)))).fold(0.0, f64::max);
             for v in [i, j] {
                 let none = (Mat3::identity() * HELD, Vec3::zeros(), f64::INFINITY);

@@ -1,7 +1,7 @@
 //! Distance of a point from an obstacle with its derivatives, by the nearest point of a curved side, of an edge, or of a triangle.
 
+use crate::math::boxes::from_parry;
 use crate::math::tensor::{Mat3, Vec3};
-use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{Triangle, TrianglePointLocation};
 
 /// Share of the size of a triangle below which the distance from it is rounding \[–\].
@@ -18,15 +18,7 @@ pub struct Witness {
     pub curvature: Mat3,
 }
 
-pub(super) fn to(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
-pub(super) fn from(v: Vector) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
-}
-
-/// Of a rounded side: `from_axis` from the centre or axis to y.
+/// The witness of a rounded side; `from_axis` is the vector from the centre or axis to y.
 pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>) -> Witness {
     let normal = from_axis.try_normalize(0.0).unwrap_or(Vec3::x());
     let along = axis.map_or(Mat3::zeros(), |a| a * a.transpose());
@@ -34,7 +26,7 @@ pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>
     Witness { gap, normal, curvature }
 }
 
-/// Of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
+/// The witness of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
 pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
     let sign = if inside { -1.0 } else { 1.0 };
     let away = y - p;
@@ -47,7 +39,7 @@ pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn(
     Witness { gap: sign * distance, normal, curvature }
 }
 
-/// Of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
+/// The witness of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
 pub(super) fn on_triangle(
     t: &Triangle,
     y: &Vec3,
@@ -55,7 +47,7 @@ pub(super) fn on_triangle(
     [solid, inside]: [bool; 2],
     location: TrianglePointLocation,
 ) -> Witness {
-    let [a, b, c] = [t.a, t.b, t.c].map(from);
+    let [a, b, c] = [t.a, t.b, t.c].map(from_parry);
     let plane = (b - a).cross(&(c - a)).normalize();
     let line = |from: Vec3, to: Vec3| {
         let along = (to - from).normalize();

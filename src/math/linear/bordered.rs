@@ -15,7 +15,7 @@ pub(super) struct Bordered {
 }
 
 impl Bordered {
-    /// As [`Direct::new`].
+    /// The factorisation of a pattern, as [`Direct::new`].
     pub fn new(pattern: &Pattern, in_order: bool) -> Option<Self> {
         let border = Border::new(pattern, in_order);
         let direct = match &border {
@@ -53,12 +53,12 @@ impl Bordered {
         Ok(pivots.saturating_sub(border.f.len()))
     }
 
-    /// In place, unchecked; `columns` one after the other.
+    /// Solves in place, unchecked; `columns` are one after the other.
     pub fn solve(&self, columns: &mut [f64]) {
         widened(self.border.as_ref(), columns, |wide| self.direct.solve(wide));
     }
 
-    /// With L rounded to single precision.
+    /// Solves with L rounded to single precision.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
         let Self { border, direct } = self;
         widened(border.as_ref(), columns, |wide| direct.solve_roughly(wide));

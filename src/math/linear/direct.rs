@@ -103,12 +103,12 @@ impl Direct {
         Ok(roots.iter().map(|update| update.negative).sum())
     }
 
-    /// In place, unchecked; `columns` of length n one after the other.
+    /// Solves in place, unchecked; `columns` of length n are one after the other.
     pub fn solve(&self, columns: &mut [f64]) {
         self.substitute(&self.l, columns, |x, _| x, |x, _| x);
     }
 
-    /// With L rounded to single precision: half the memory traffic. Columns are scaled to the range of single precision.
+    /// Solves with L rounded to single precision: half the memory traffic. Columns are scaled to the range of single precision.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
         if !std::mem::replace(&mut self.rounded, true) {
             if self.single.is_empty() {

@@ -59,7 +59,7 @@ pub(super) struct EliminationTree {
 }
 
 impl EliminationTree {
-    /// Of a pattern whose columns are postordered; none where L has more entries than 32 bits count.
+    /// The tree of a pattern whose columns are postordered; none where L has more entries than 32 bits count.
     pub fn new(pattern: &SymPattern) -> Option<Self> {
         let n = pattern.n;
         let (col_ptr, row_idx) = pattern.upper();

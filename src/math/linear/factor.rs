@@ -87,22 +87,22 @@ const SET_UP_BYTES: f64 = 72.0;
 const PATIENCE: usize = 150;
 
 impl Factor {
-    /// For matrices that are expected to be positive definite.
+    /// A factor of matrices that are expected to be positive definite.
     pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::by(Method::default(), pattern.into(), Definiteness::Positive)
     }
 
-    /// For matrices of saddle points: LDLᵀ at once.
+    /// A factor of matrices of saddle points: LDLᵀ at once.
     pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::by(Method::default(), pattern.into(), Definiteness::Saddle)
     }
 
-    /// Directly or iteratively, by a method.
+    /// A factor that is direct or iterative, by a method.
     pub fn by(method: Method, pattern: Arc<Pattern>, definiteness: Definiteness) -> Self {
         Self::with(pattern, method, definiteness, true)
     }
 
-    /// For another pattern of the same size, with an elimination order of its own; counts and times go on.
+    /// Goes over to another pattern of the same size, with an elimination order of its own; counts and times go on.
     pub fn take_pattern(&mut self, pattern: &Arc<Pattern>, in_order: bool) {
         if Arc::ptr_eq(&self.pattern, pattern) {
             return;

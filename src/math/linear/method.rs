@@ -48,7 +48,7 @@ pub(super) struct Cost {
 /// the direct one counts negative eigenvalues, which is worth the time as long as it is little.
 const OPERATIONS: f64 = 5e4;
 
-/// Of the values of L.
+/// Memory of the values of L \[GB\].
 pub(super) fn gigabytes(nnz: usize) -> f64 {
     8e-9 * nnz as f64
 }

@@ -108,7 +108,7 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
 }
 
 impl<const R: usize, const C: usize> BlockMatrix<R, C> {
-    /// In single precision.
+    /// The matrix in single precision.
     pub fn rounded(self) -> BlockMatrix<R, C, f32> {
         let values = self.values.iter().map(|block| block.map(|column| column.map(|v| v as f32))).collect();
         BlockMatrix { columns: self.columns, row_ptr: self.row_ptr, col: self.col, values }

@@ -76,14 +76,14 @@ impl Nodal {
         BlockMatrix { columns: nodes, row_ptr: self.row_ptr.clone(), col: self.col.clone(), values: blocks }
     }
 
-    /// By nodes, with zeros where there is no equation.
+    /// The values by nodes, with zeros where there is no equation.
     pub fn gather(&self, v: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.row_ptr.len() - 1];
         self.component.iter().zip(v).for_each(|(&(node, c), v)| out[node as usize][c as usize] = *v);
         out
     }
 
-    /// Back to equations.
+    /// Takes values by nodes back to equations.
     pub fn scatter(&self, v: &[[f64; 3]], out: &mut [f64]) {
         out.iter_mut().zip(&self.component).for_each(|(out, &(node, c))| *out = v[node as usize][c as usize]);
     }

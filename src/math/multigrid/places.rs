@@ -40,7 +40,7 @@ impl Places {
         self.dofs.iter().map(component).collect()
     }
 
-    /// Per node that has an equation: the six motions, with zeros where it has none. `displacement` is \[3 × nodes\] u \[m\], or empty at rest.
+    /// The six motions of each node that has an equation, with zeros where it has none. `displacement` is \[3 × nodes\] u \[m\], or empty at rest.
     pub fn rigid_modes(&self, displacement: &[f64]) -> Vec<Block<3, 6>> {
         let nodes = self.nodes();
         let at = |&n: &u32| {

@@ -62,6 +62,24 @@ impl<'a> Cursor<'a> {
         Some(std::str::from_utf8(&rest[..len]).unwrap_or("(bytes that are no text)").trim_end_matches('\r'))
     }
 
+    /// The value that `read` makes of the words of the next line, all of them and none of another.
+    pub fn whole_line<T>(
+        &mut self,
+        wanted: &str,
+        read: impl FnOnce(&mut Self) -> Result<T, MeshError>,
+    ) -> Result<T, MeshError> {
+        let blanks = self.data[self.pos..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let begin = self.pos + blanks;
+        let line = self.data[begin..].split(|b| *b == b'\n').next().unwrap_or_default();
+        let value = read(self);
+        let rest = self.data.get(self.pos..begin + line.len());
+        if rest.is_some_and(|rest| value.is_err() || rest.trim_ascii().is_empty()) {
+            return value;
+        }
+        self.pos = begin;
+        Err(self.syntax(wanted, String::from_utf8_lossy(line).trim()))
+    }
+
     /// `N` bytes, in the machine's order.
     fn bytes<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N], MeshError> {
         let rest = &self.data[self.pos..];
@@ -95,7 +113,12 @@ impl<'a> Cursor<'a> {
 
     /// An 8-byte float, or a word of a text file.
     pub fn double(&mut self, wanted: &str) -> Result<f64, MeshError> {
-        if self.binary { Ok(f64::from_ne_bytes(self.bytes(wanted)?)) } else { self.parse(wanted) }
+        if self.binary {
+            return Ok(f64::from_ne_bytes(self.bytes(wanted)?));
+        }
+        let word = self.word().ok_or_else(|| self.truncated(wanted))?;
+        let number = word.parse().ok().or_else(|| is_no_number(word).then_some(f64::NAN));
+        number.ok_or_else(|| self.syntax(wanted, word))
     }
 
     /// A 4-byte float, or a word of a text file.
@@ -125,4 +148,10 @@ impl<'a> Cursor<'a> {
         self.pos = pos;
         word
     }
+}
+
+/// Whether C on Windows writes a number that is not finite so: `-nan(ind)`, `1.#QNAN`, `-1.#INF`.
+fn is_no_number(word: &str) -> bool {
+    let word = word.trim_start_matches('-');
+    word.starts_with("1.#") || word.starts_with("nan(") && word.ends_with(')')
 }

@@ -61,7 +61,8 @@ pub(super) fn read_elements(
         let block = if binary { Some(block(at)?) } else { None };
         for _ in 0..block.map_or(1, |b| b.count) {
             read += 1;
-            let element = element(at, block, names, index, raw)?;
+            let next = |at: &mut Cursor| element(at, block, names, index, raw);
+            let element = if binary { next(at) } else { at.whole_line("an element on a line of its own", next) }?;
             let mut key = element.nodes[..kind(&raw.file, element.number)?.1].to_vec();
             key.sort_unstable();
             match known.get(&(element.number, key.clone())) {

@@ -135,8 +135,9 @@ fn turns(points: &[Vec3], fan: &[[u32; 3]]) -> bool {
         let [a, b, c] = t.map(|k| points[k as usize]);
         (b - a).cross(&(c - a))
     };
-    let whole: Vec3 = fan.iter().map(area).sum();
-    fan.iter().any(|t| area(t).dot(&whole) < 0.0)
+    // Not their sum, which is zero where a face crosses itself in the middle
+    let largest = fan.iter().map(area).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
+    largest.is_some_and(|largest| fan.iter().any(|t| area(t).dot(&largest) < 0.0))
 }
 
 #[cfg(test)]
@@ -152,6 +153,8 @@ mod tests {
         assert!((seen.areas().iter().sum::<f64>() - 3.0).abs() < 1e-15);
         let why = obj(&format!("{vertices}f 2 3 4 5 6 1\n")).expect_err("a triangle is turned over");
         assert!(why.contains("line 7 is concave"), "{why}");
+        let why = obj("v 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nf 1 2 3 4\n").expect_err("as much is turned over as is not");
+        assert!(why.contains("line 5 is concave or crosses itself"), "{why}");
     }
 
     /// A unit square of two triangles in every format has two triangles, four vertices, the area 1.

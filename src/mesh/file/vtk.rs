@@ -115,30 +115,45 @@ struct Grid {
 }
 
 impl Grid {
-    /// `count` values of VTK's `kind`, which follow on the next line.
-    fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
+    /// `count` values of VTK's `kind`, which follow on the next line, each read by `one` with the bytes of a value and whether they are a float.
+    fn block<T>(
+        &self,
+        at: &mut Cursor,
+        kind: &str,
+        count: usize,
+        wanted: &str,
+        one: impl Fn(&mut Cursor, usize, bool) -> Result<T, MeshError>,
+    ) -> Result<Vec<T>, MeshError> {
         at.line();
         at.binary = self.binary;
         let width = width(kind).ok_or_else(|| at.syntax("a data type", kind))?;
         at.count(count as i64, if self.binary { width } else { 1 }, wanted)?;
-        let float = matches!(kind, "float" | "double");
-        let values = (0..count).map(|_| match (self.binary, float, width) {
-            (true, true, 4) => at.float(wanted),
-            (true, false, 1) => at.byte(wanted).map(f64::from),
-            (true, false, 2) => at.short(wanted).map(f64::from),
-            (true, false, 4) => at.int(wanted).map(|v| v as f64),
-            (true, false, _) => at.long(wanted).map(|v| v as f64),
-            _ => at.double(wanted),
-        });
-        let values = values.collect();
+        let values = (0..count).map(|_| one(at, width, is_float(kind))).collect();
         at.binary = false;
         values
+    }
+
+    /// Numbers of any kind.
+    fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
+        self.block(at, kind, count, wanted, |at, width, float| match (at.binary, float, width) {
+            (true, true, 4) => at.float(wanted),
+            (true, false, _) => integer(at, width, wanted).map(|v| v as f64),
+            _ => at.double(wanted),
+        })
+    }
+
+    /// Integers: a float is none.
+    fn integers(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<i64>, MeshError> {
+        if is_float(kind) {
+            return Err(at.syntax("a data type of integers", kind));
+        }
+        self.block(at, kind, count, wanted, |at, width, _| integer(at, width, wanted))
     }
 
     /// A count on this line, then so many 4-byte integers.
     fn numbers(&self, at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
         let count = at.parse(wanted)?;
-        Ok(self.values(at, "int", count, wanted)?.into_iter().map(|v| v as i64).collect())
+        self.integers(at, "int", count, wanted)
     }
 
     fn points(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
@@ -156,28 +171,27 @@ impl Grid {
         if at.peek() == Some("OFFSETS") {
             at.word();
             let kind = at.word().unwrap_or_default();
-            let offsets = self.values(at, kind, count, "the cell offsets")?;
+            let offsets = self.integers(at, kind, count, "the cell offsets")?;
             self.offsets = offsets.into_iter().map(|v| v as usize).collect();
             match at.word() {
                 Some("CONNECTIVITY") => {}
                 other => return Err(at.syntax("CONNECTIVITY", other.unwrap_or_default())),
             }
             let kind = at.word().unwrap_or_default();
-            let nodes = self.values(at, kind, size, "the nodes of the cells")?;
-            self.nodes = nodes.into_iter().map(|v| v as i64).collect();
+            self.nodes = self.integers(at, kind, size, "the nodes of the cells")?;
             let rising = self.offsets.windows(2).all(|w| w[0] <= w[1]);
             if !rising || self.offsets.last().is_some_and(|&end| end > size) {
                 return Err(at.syntax("rising cell offsets", "offsets that do not fit the connectivity"));
             }
             return Ok(());
         }
-        let list = self.values(at, "int", size, "the nodes of the cells")?;
+        let list = self.integers(at, "int", size, "the nodes of the cells")?;
         self.offsets = vec![0];
         let mut rest = &list[..];
         for _ in 0..count {
             let Some((&n, tail)) = rest.split_first() else { return Err(at.truncated("a cell")) };
             let nodes = tail.get(..n as usize).ok_or_else(|| at.truncated("the nodes of a cell"))?;
-            self.nodes.extend(nodes.iter().map(|&v| v as i64));
+            self.nodes.extend(nodes);
             self.offsets.push(self.nodes.len());
             rest = &tail[nodes.len()..];
         }
@@ -217,11 +231,7 @@ impl Grid {
             at.word();
             at.word();
         }
-        let values = self.values(at, kind, count.saturating_mul(components), "the data of the cells")?;
-        if components == 1 && kind != "float" && kind != "double" {
-            self.tags.insert(name.to_string(), values.into_iter().map(|v| v as i64).collect());
-        }
-        Ok(())
+        self.tag(at, (name, kind), [components, count], Some(count), "the data of the cells")
     }
 
     /// `FIELD name n`, then n times `name components tuples type` and values; kept if they belong to the cells.
@@ -236,12 +246,26 @@ impl Grid {
             let components: usize = at.parse("the components of an array")?;
             let tuples: usize = at.parse("the tuples of an array")?;
             let kind = at.word().unwrap_or_default();
-            let values = self.values(at, kind, components.saturating_mul(tuples), "an array")?;
-            if components == 1 && Some(tuples) == cells && kind != "float" && kind != "double" {
-                self.tags.insert(name.to_string(), values.into_iter().map(|v| v as i64).collect());
-            }
+            self.tag(at, (name, kind), [components, tuples], cells, "an array")?;
         }
         Ok(())
+    }
+
+    /// Values of an array of so many components and tuples; kept if they are one integer for each of the cells.
+    fn tag(
+        &mut self,
+        at: &mut Cursor,
+        (name, kind): (&str, &str),
+        [components, tuples]: [usize; 2],
+        cells: Option<usize>,
+        wanted: &str,
+    ) -> Result<(), MeshError> {
+        if components == 1 && Some(tuples) == cells && !is_float(kind) {
+            let values = self.integers(at, kind, tuples, wanted)?;
+            self.tags.insert(name.to_string(), values);
+            return Ok(());
+        }
+        self.values(at, kind, components.saturating_mul(tuples), wanted).map(drop)
     }
 
     fn into_raw(self, file: &Path) -> Result<RawMesh, MeshError> {
@@ -302,6 +326,20 @@ impl Grid {
 fn skip_metadata(at: &mut Cursor) {
     at.line();
     while at.line().is_some_and(|line| !line.trim().is_empty()) {}
+}
+
+/// An integer of so many bytes, or a word of a text file.
+fn integer(at: &mut Cursor, width: usize, wanted: &str) -> Result<i64, MeshError> {
+    match width {
+        1 if at.binary => at.byte(wanted).map(i64::from),
+        2 if at.binary => at.short(wanted).map(i64::from),
+        4 => at.int(wanted),
+        _ => at.long(wanted),
+    }
+}
+
+fn is_float(kind: &str) -> bool {
+    matches!(kind, "float" | "double")
 }
 
 /// Bytes of a value of VTK's data types (`vtktypeint64`: version 5).

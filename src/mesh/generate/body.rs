@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// A parametric body: `meshes/<name>/body.toml`.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
-pub struct Body {
+pub struct ParametricBody {
     #[serde(skip)]
     pub name: String,
     /// Counts up when the geometry changes for the same parameters
@@ -48,7 +48,7 @@ impl Parameter {
     }
 }
 
-impl Body {
+impl ParametricBody {
     /// Reads the declaration of a body; an unknown name is refused with the nearest known one.
     pub fn load(home: &Path, name: &str) -> Result<Self, GenerateError> {
         let known = names(home);

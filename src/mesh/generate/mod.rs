@@ -16,7 +16,7 @@ mod store;
 #[cfg(all(test, unix))]
 mod tests;
 
-pub use body::Body;
+pub use body::ParametricBody;
 pub use error::GenerateError;
 pub use manifest::{CablePath, Manifest};
 pub use python::{Check, Mesher, end_meshers};

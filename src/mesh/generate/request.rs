@@ -1,7 +1,7 @@
 //! The request to the mesher (geometry and size), and its hash, which names the answer.
 
 use super::GenerateError;
-use super::body::Body;
+use super::body::ParametricBody;
 use super::referred::digest;
 use super::size_field::SizeField;
 use crate::mesh::file::format::recognise;
@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Counts up when the conversion of mesh files changes.
-const CONVERTER: u32 = 4;
+const CONVERTER: u32 = 5;
 
 /// A mesh to be made. Lengths in metres.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -70,6 +70,16 @@ pub enum Generator {
     Cgal,
 }
 
+impl Generator {
+    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
+    fn version(self) -> u32 {
+        match self {
+            Self::Gmsh => 0,
+            Self::Cgal => 1,
+        }
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
@@ -79,7 +89,7 @@ pub enum Size {
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Within `distance` \[m\] of a place the edge length is `length` \[m\].
+/// Smaller cells: the edge length is `length` \[m\] within `distance` \[m\] of a place.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Grading {
     #[serde(flatten)]
@@ -144,7 +154,7 @@ impl MeshRequest {
         let mut content = Value::Null;
         match &self.source {
             Source::Body { name, parameters } => {
-                let body = Body::load(home, name)?;
+                let body = ParametricBody::load(home, name)?;
                 self.grading.iter().try_for_each(|g| match &g.near {
                     GradedPlace::Feature(name) => body.check_feature(name),
                     GradedPlace::Points(_) | GradedPlace::Box(_) => Ok(()),
@@ -178,6 +188,9 @@ impl MeshRequest {
         let mut named = without_field(&request);
         if !content.is_null() {
             named["parameters"] = content;
+        }
+        if self.generator.version() > 0 {
+            named["mesher"] = json!(self.generator.version());
         }
         let name = storage::sha256(canonical(&named))[..16].to_string();
         Ok((request, name))

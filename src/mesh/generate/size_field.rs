@@ -16,7 +16,7 @@ pub struct SizeField {
 }
 
 impl SizeField {
-    /// From edge lengths \[cells of the mesh\] in units of `length`, both \[m\]. A corner has the volume-weighted geometric mean of
+    /// The size field of edge lengths \[cells of the mesh\] in units of `length`, both \[m\]. A corner has the volume-weighted geometric mean of
     /// the cells around it, at most `growth` times the distance above any other corner.
     pub fn new(mesh: &TetMesh, lengths: &[f64], length: f64, growth: f64) -> Self {
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];

@@ -122,6 +122,9 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(with("width", 0.021), base);
     assert_ne!(name(&MeshRequest { seed: 1, ..request() }), base);
     assert_ne!(name(&MeshRequest::body("rod", Size::Cells { count: 4500, tolerance: 0.02 })), base);
+    // Cells of several solids that CGAL meshed before belonged to none
+    let by_cgal = name(&MeshRequest { generator: Generator::Cgal, ..request() });
+    assert_ne!(by_cgal, "6d7fab3e9b2cb891", "the name of a mesh of the mesher before");
     // A file counts by its content.
     let (a, b) = (store.home.path.join("a.stl"), store.home.path.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));
@@ -186,7 +189,7 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     let grading = vec![Grading { near: GradedPlace::Feature("palm".into()), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");
-    let body = Body::load(&store.home.path, "rod").expect("there");
+    let body = ParametricBody::load(&store.home.path, "rod").expect("there");
     assert_eq!(body.parse("width", "7.5 mm"), Ok(7.5e-3));
     assert_eq!(body.parse("phalanges", "3"), Ok(3.0));
     let error = body.parse("width", "7.5").expect_err("no unit").to_string();

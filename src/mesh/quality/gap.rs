@@ -3,11 +3,11 @@
 //! From the middle of every facet the nearest one is looked for that faces it within 45°. Facets of one part, as of solids of which only some facets
 //! are common, count where they lie on each other: a slit may be narrow on purpose. Curved facets count as flat triangles.
 
+use crate::math::boxes::{aabb, hierarchy};
+use crate::math::nearest::to_triangle;
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
-use crate::mesh::embed::closest_on_triangle;
 use crate::mesh::geometry::bounds;
-use crate::mesh::locator::{aabb, hierarchy};
 use crate::mesh::made::parts::parts_by_faces;
 use crate::mesh::surface::boundary::facet_cells;
 use rayon::prelude::*;
@@ -98,8 +98,7 @@ fn facing(one: &Facet, other: &Facet) -> Option<Facing> {
     if one.normal.dot(&other.normal) > OPPOSITE {
         return None;
     }
-    let [a, b, c] = other.corners;
-    let distance = (closest_on_triangle(one.middle, a, b, c) - one.middle).norm();
+    let distance = to_triangle(&one.middle, &other.corners);
     let to_corner = |p: &Vec3| other.corners.iter().map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min);
     let corners = one.corners.iter().map(to_corner).fold(0.0, f64::max);
     (distance <= reach).then(|| Facing {

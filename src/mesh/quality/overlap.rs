@@ -2,9 +2,9 @@
 //!
 //! Faces in contact share no volume. Curved facets count as flat triangles.
 
+use crate::math::boxes::{aabb, hierarchy, overlapping};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::embed::{cell_bounds, invert};
-use crate::mesh::locator::{aabb, hierarchy};
 use crate::mesh::made::parts::{apart, image};
 use crate::mesh::surface::boundary::{add_boundary, boundary_facets};
 use crate::mesh::surface::flat::{edges, flat_triangles};
@@ -91,9 +91,7 @@ fn pierced(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let ends = edges(&flat_triangles(a, &boundary_facets(a)));
     ends.into_iter().find_map(|(ends, _)| {
         let [p, q] = ends.map(|k| a.points[k as usize]);
-        let around = aabb(geometry::bounds([p, q].into_iter()));
-        let mut near: Vec<u32> = boxes.intersect_aabb(&around).collect();
-        near.sort_unstable();
+        let near = overlapping(&boxes, geometry::bounds([p, q].into_iter()));
         near.into_iter().find_map(|t| Some(p + (q - p) * pierces(&p, &q, &triangles[t as usize])?))
     })
 }

@@ -7,11 +7,11 @@
 //!
 //! Facets held in the direction of their normal (planes of symmetry, plane strain, clamped faces) are no sides of a wall.
 
+use crate::math::boxes::to_parry;
 use crate::math::tensor::Vec3;
 use crate::math::threads;
 use crate::mesh::TetMesh;
 use crate::mesh::surface::boundary::boundary_facets;
-use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
 
@@ -61,7 +61,7 @@ struct Side {
 pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wall> {
     let facets: Vec<[u32; 3]> =
         boundary_facets(mesh).into_iter().map(|f| std::array::from_fn(|k| mesh.facet(f as usize)[k])).collect();
-    let points = mesh.points.iter().map(to).collect();
+    let points = mesh.points.iter().map(to_parry).collect();
     let surface = TriMesh::new(points, facets.clone()).ok()?;
     let normals: Vec<Vec3> = facets.iter().map(|t| normal(mesh, t)).collect();
     let is_held = |k: usize| {
@@ -74,7 +74,7 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
         let n = normals[k].normalize();
         // Off the facet itself, by far less than a cell
         let start = middle - n * (1e-6 * area.sqrt());
-        let hit = surface.cast_local_ray_and_get_normal(&Ray::new(to(&start), to(&-n)), f64::MAX, false)?;
+        let hit = surface.cast_local_ray_and_get_normal(&Ray::new(to_parry(&start), to_parry(&-n)), f64::MAX, false)?;
         let other = hit.subshape as usize;
         let is_wall = free[other] && normals[other].normalize().dot(&n) < OPPOSITE;
         is_wall.then_some(Side { corners: facets[k], normal: n, middle, area, thickness: hit.time_of_impact })
@@ -124,10 +124,6 @@ fn parts([a, b, c]: &[Vec3; 3], whole: f64) -> Vec<(Vec3, f64)> {
 fn normal(mesh: &TetMesh, corners: &[u32; 3]) -> Vec3 {
     let [a, b, c] = corners.map(|node| mesh.points[node as usize]);
     (b - a).cross(&(c - a))
-}
-
-fn to(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
 }
 
 /// Counts edges between the sides of a wall.

@@ -56,7 +56,7 @@ pub(in crate::mesh) fn add_boundary(mesh: &mut TetMesh) {
     push_boundary(mesh, &faces, |_| false);
 }
 
-/// For every facet the cell it is outward of, and whether it lies inside the body (between two regions).
+/// The cell that each facet is outward of, and whether it lies inside the body (between two regions).
 pub fn facet_cells(mesh: &TetMesh) -> Vec<(u32, bool)> {
     let faces = Faces::of(mesh).expect("a checked mesh has at most two cells at a face");
     let cell = |f: usize| {

@@ -71,7 +71,7 @@ pub struct VolumeMoments {
 }
 
 impl VolumeMoments {
-    /// Within triangles that are turned outward. Each makes a tetrahedron with one of the vertices, over which, with the sides a, b, c from there and
+    /// The integrals over the volume within triangles that are turned outward. Each makes a tetrahedron with one of the vertices, over which, with the sides a, b, c from there and
     /// s = a + b + c, ∫ X dV = V s/4 and ∫ X Xᵀ dV = V (aaᵀ + bbᵀ + ccᵀ + ssᵀ)/20.
     pub fn within(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let origin = triangles.first().map_or(Vec3::zeros(), |t| points[t[0] as usize]);

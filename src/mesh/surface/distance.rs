@@ -1,8 +1,8 @@
 //! Distances of points from a triangulated surface.
 
+use crate::math::boxes::to_parry;
 use crate::math::tensor::Vec3;
 use crate::mesh::file::surface_file::Surface;
-use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::TriMesh;
 
@@ -20,26 +20,22 @@ pub struct Near {
 impl Nearest {
     /// None of a surface without triangles.
     pub fn new(surface: &Surface) -> Option<Self> {
-        let points = surface.points.iter().map(vector).collect();
+        let points = surface.points.iter().map(to_parry).collect();
         TriMesh::new(points, surface.triangles.clone()).ok().map(Self)
     }
 
     /// The triangle that is nearest to a point.
     pub fn of(&self, at: &Vec3) -> Near {
-        let at = vector(at);
+        let at = to_parry(at);
         let (on, (triangle, _)) = self.0.project_local_point_and_get_location(at, false);
         Near { triangle, distance: (on.point - at).length() }
     }
 }
 
-fn vector(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::embed::closest_on_triangle;
+    use crate::math::nearest::to_triangle;
 
     /// Against the least distance of all triangles of a surface of random ones.
     #[test]
@@ -53,10 +49,7 @@ mod tests {
             let p = at() * 2.0;
             let [off, least] =
                 [tree.of(&p).triangle as usize..tree.of(&p).triangle as usize + 1, 0..100].map(|range| {
-                    let away = |k: usize| {
-                        let [a, b, c] = triangles[k].map(|n| points[n as usize]);
-                        (closest_on_triangle(p, a, b, c) - p).norm()
-                    };
+                    let away = |k: usize| to_triangle(&p, &triangles[k].map(|n| points[n as usize]));
                     range.map(away).fold(f64::INFINITY, f64::min)
                 });
             assert!((off - least).abs() < 1e-12 && (tree.of(&p).distance - least).abs() < 1e-12);

@@ -64,7 +64,7 @@ pub fn adjoint_solutions(
         if at.x.len() != scene.system.rest().x.len() {
             return Err(ReductionError::OtherScene(format!("{} unknowns", at.x.len())));
         }
-        let gradients = gradients(own, &at, names);
+        let gradients = gradients(own, &at, (names, &state.values));
         let step = Step { system: &own.system, integrator: Integrator::Static, past: &at, dt: 1.0 };
         let mut found = adjoints(own.method(), &step, &at, &gradients).map_err(ReductionError::Adjoint)?;
         if let Some(rescaled) = &mut rescaled {
@@ -131,12 +131,14 @@ fn full(scene: &Scene, of: &FullState, signals: usize) -> State {
     State { x: of.x.clone(), lambda: of.lambda.clone(), inputs, ..scene.system.rest() }
 }
 
-/// Gradients of recorded columns at a state.
-fn gradients(scene: &Scene, state: &State, names: &[String]) -> Vec<Gradient> {
+/// Gradients of recorded columns at a state, where they have these values.
+fn gradients(scene: &Scene, state: &State, (names, values): (&[String], &[f64])) -> Vec<Gradient> {
+    let value = |column: &String| names.iter().zip(values).find(|(name, _)| *name == column).map(|(_, value)| *value);
     let of = |recorder: &dyn Recorder| {
-        let mut memory = recorder.memory();
-        recorder.remember(&scene.body, state, &mut memory);
-        recorder.columns().into_iter().zip(recorder.gradients(&scene.body, state, &memory)).collect::<Vec<_>>()
+        let columns = recorder.columns();
+        let recorded: Vec<Option<f64>> = columns.iter().map(value).collect();
+        let memory = recorder.memory_at(&scene.body, state, &recorded);
+        columns.into_iter().zip(recorder.gradients(&scene.body, state, &memory)).collect::<Vec<_>>()
     };
     let all: Vec<(String, Option<Gradient>)> = scene.recorders().flat_map(of).collect();
     let find = |name: &String| all.iter().find(|(column, _)| column == name).and_then(|(_, g)| g.clone());

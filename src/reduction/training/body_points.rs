@@ -2,12 +2,13 @@
 
 use crate::effect::{Constitution, cofactor_by_rows};
 use crate::material::volumetric::Volumetric;
-use crate::material::{Law, LawCard, Want};
+use crate::material::{Law, LawCard, Prony, Want};
 use crate::math::tensor::{Mat3, det_minus_one, rows};
 use crate::reduction::error::ReductionError;
 use crate::reduction::points::parted_law::parted;
 use crate::reduction::points::rate_points::StoredRates;
 use crate::scene::Scene;
+use crate::scene::spec::EffectSpec;
 use std::collections::BTreeMap;
 
 /// All points of the elastic effects, part by part, block by block.
@@ -57,16 +58,22 @@ impl<'a> Part<'a> {
 impl<'a> BodyPoints<'a> {
     /// Those of a scene; an error where the forces of an elastic effect depend on more than single points.
     pub fn of(scene: &'a Scene) -> Result<Self, ReductionError> {
-        let part = |stressed: &'a std::sync::Arc<dyn crate::effect::Stressed>| {
+        let law = |effect: &'a EffectSpec| match effect {
+            EffectSpec::Elastic(solid) => Some(solid.law.as_str()),
+            _ => None,
+        };
+        let mut left = RatesOfCells::of(scene);
+        let part = |(stressed, law): (&'a std::sync::Arc<dyn crate::effect::Stressed>, &str)| {
             let constitution = stressed.constitution().ok_or_else(|| ReductionError::Unsupported {
                 what: "an elastic effect".into(),
                 why: "its forces depend on means over cells".into(),
                 remedy: "take formulation = \"mixed\" or \"displacement\"".into(),
             })?;
-            let (rates, of_blocks) = rates(scene, &constitution.points.cells);
+            let (rates, of_blocks) = left.take(law, &constitution.points.cells);
             Part::of(constitution, rates, of_blocks)
         };
-        Ok(Self { parts: scene.stressed.iter().map(part).collect::<Result<_, ReductionError>>()? })
+        let laws = scene.spec.effects.iter().filter_map(law);
+        Ok(Self { parts: scene.stressed.iter().zip(laws).map(part).collect::<Result<_, ReductionError>>()? })
     }
 
     /// The places of all points.
@@ -179,24 +186,46 @@ impl<'a> BodyPoints<'a> {
     }
 }
 
-/// The different forces by rates of these cells, the first of the first cell, and which of them each cell has.
-fn rates(scene: &Scene, cells: &[u32]) -> (Vec<StoredRates>, Vec<usize>) {
-    let mut of_cells: BTreeMap<u32, StoredRates> = BTreeMap::new();
-    for effect in &scene.viscous {
-        effect.cells().iter().for_each(|&c| of_cells.entry(c).or_default().viscosity += effect.eta());
+/// Forces by rates of the cells that no part has yet: where the laws of several parts add up they act once.
+struct RatesOfCells<'a> {
+    /// η \[Pa s\]
+    viscous: BTreeMap<u32, f64>,
+    /// Name of the law that relaxes, and its series
+    relaxing: BTreeMap<u32, (&'a str, &'a Prony)>,
+}
+
+impl<'a> RatesOfCells<'a> {
+    fn of(scene: &'a Scene) -> Self {
+        let mut all = Self { viscous: BTreeMap::new(), relaxing: BTreeMap::new() };
+        for effect in &scene.viscous {
+            effect.cells().iter().for_each(|&c| *all.viscous.entry(c).or_default() += effect.eta());
+        }
+        let laws = scene.spec.effects.iter().filter_map(|effect| match effect {
+            EffectSpec::Viscoelastic(relaxing) => Some(relaxing.law.as_str()),
+            _ => None,
+        });
+        for (effect, law) in scene.relaxing.iter().zip(laws) {
+            all.relaxing.extend(effect.cells().iter().map(|&c| (c, (law, effect.prony()))));
+        }
+        all
     }
-    for effect in &scene.relaxing {
-        let series = || Some(effect.prony().clone());
-        effect.cells().iter().for_each(|&c| of_cells.entry(c).or_default().relaxation = series());
+
+    /// Those of a part with the law of this name, on these cells: the different ones, the first of the first cell, and which of them each cell has.
+    fn take(&mut self, law: &str, cells: &[u32]) -> (Vec<StoredRates>, Vec<usize>) {
+        let mut all = vec![];
+        let of_blocks = cells.iter().map(|c| {
+            let relaxes = self.relaxing.get(c).is_some_and(|(other, _)| *other == law);
+            let series = if relaxes { self.relaxing.remove(c) } else { None };
+            let own = StoredRates {
+                viscosity: self.viscous.remove(c).unwrap_or_default(),
+                relaxation: series.map(|(_, prony)| prony.clone()),
+            };
+            all.iter().position(|other| *other == own).unwrap_or_else(|| {
+                all.push(own);
+                all.len() - 1
+            })
+        });
+        let of_blocks = of_blocks.collect();
+        (all, of_blocks)
     }
-    let mut all = vec![];
-    let of_blocks = cells.iter().map(|c| {
-        let own = of_cells.get(c).cloned().unwrap_or_default();
-        all.iter().position(|other| *other == own).unwrap_or_else(|| {
-            all.push(own);
-            all.len() - 1
-        })
-    });
-    let of_blocks = of_blocks.collect();
-    (all, of_blocks)
 }

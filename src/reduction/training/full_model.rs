@@ -2,10 +2,13 @@
 //!
 //! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
 
+use crate::math::units::parts;
 use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
-use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, overrides, read_scene};
+use crate::scene::{
+    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, named_files, overrides, read_scene,
+};
 use crate::solve::Status;
 use crate::storage::sha256;
 use std::path::{Path, PathBuf};
@@ -30,6 +33,8 @@ pub enum FullModelError {
     OtherScene { file: PathBuf, key: String },
     #[error("{}: the reduced model was made on another mesh; give the scene of its study with its mesh, or make the model again", file.display())]
     OtherMesh { file: PathBuf },
+    #[error("{}: the reduced model was made with other contents of {other}, a file of this scene; give the scene of its study with that file as it was, or make the model again", file.display())]
+    OtherFile { file: PathBuf, other: String },
     #[error("the full model finds no equilibrium at these inputs: {0}")]
     NoEquilibrium(String),
 }
@@ -50,6 +55,8 @@ pub struct FullModel {
     /// Columns of the quantities
     names: Vec<String>,
     running: Option<Running>,
+    /// Files of the scene whose contents a model of an earlier version does not know, those of the mesh apart
+    uncompared: Vec<String>,
 }
 
 /// A scene that runs, with the constants that it has.
@@ -73,7 +80,7 @@ enum Answer {
 const STEPS: usize = 1_000_000;
 
 impl FullModel {
-    /// The scene in `file`, which must be that of the study that made the model, on the same mesh.
+    /// The scene in `file`, which must be that of the study that made the model, with the same files and on the same mesh.
     ///
     /// # Errors
     ///
@@ -104,22 +111,27 @@ impl FullModel {
         if mesh_digest(&body) != origin.mesh_sha256 {
             return Err(FullModelError::OtherMesh { file: file.into() });
         }
+        let uncompared = compare_files(&origin.files, file, (&spec.mesh, &text))?;
         let mut stage = toml::Table::new();
         stage.insert("integrator".into(), "static".into());
         stage.insert("duration".into(), format!("{STEPS} s").into());
         stage.insert("dt".into(), "1 s".into());
-        // It answers beyond the ranges of the reduced model too
-        let open = changes.iter().filter_map(|(path, value)| {
-            let mut signal = value.as_table()?.clone();
-            signal.remove("range")?;
-            Some((path.clone(), toml::Value::Table(signal)))
-        });
+        let open = changes.iter().filter_map(|(path, value)| Some((path.clone(), unloaded(value)?)));
         let changes: Vec<(String, toml::Value)> =
             open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
         let text = changed_scene(file, &text, &changes)?.1;
         let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k)).count();
         let names = model.quantities.iter().map(|q| q.name.clone()).collect();
-        Ok(Self { file: file.into(), text, body, constants: model.constants.clone(), signals, names, running: None })
+        Ok(Self {
+            file: file.into(),
+            text,
+            body,
+            constants: model.constants.clone(),
+            signals,
+            names,
+            running: None,
+            uncompared,
+        })
     }
 
     /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest.
@@ -149,6 +161,11 @@ impl FullModel {
                 }
             }
         }
+    }
+
+    /// Files of the scene that could not be compared with those of the study, since a model of an earlier version does not know them. The mesh was compared.
+    pub fn uncompared(&self) -> &[String] {
+        &self.uncompared
     }
 
     /// Back to rest.
@@ -189,6 +206,22 @@ impl Drop for Running {
     }
 }
 
+/// Refuses files that are not those of the study. The names of files that cannot be compared, where none is known.
+fn compare_files(
+    known: &[FileDigest],
+    scene: &Path,
+    (mesh, text): (&MeshSpec, &str),
+) -> Result<Vec<String>, FullModelError> {
+    let base = scene.parent().unwrap_or(Path::new(""));
+    if let Some(of_study) = known.iter().find(|of_study| FileDigest::of(base, of_study.file.clone()) != **of_study) {
+        return Err(FullModelError::OtherFile { file: scene.into(), other: of_study.file.clone() });
+    }
+    let named = if known.is_empty() { named_files(scene, &text.parse().unwrap_or_default()) } else { vec![] };
+    let of_parts = mesh.parts.iter().filter_map(|part| part.file.as_deref());
+    let of_mesh: Vec<&Path> = mesh.file.as_deref().into_iter().chain(of_parts).collect();
+    Ok(named.into_iter().map(|f| f.file).filter(|name| !of_mesh.contains(&Path::new(name))).collect())
+}
+
 /// Runs a scene as it is asked.
 fn run(scene: &Scene, mut asked: Asked) {
     let tell = asked.tell.clone();
@@ -223,6 +256,16 @@ impl Controller for Asked {
     }
 }
 
+/// A controlled signal that has any value, also beyond the ranges of the reduced model, and none at the start, where the body is not deformed.
+fn unloaded(signal: &toml::Value) -> Option<toml::Value> {
+    let mut signal = signal.as_table()?.clone();
+    signal.remove("range")?;
+    let unit = signal.get("initial").and_then(toml::Value::as_str).and_then(|text| parts(text).ok()).map(|of| of.1);
+    let zero = unit.map_or(toml::Value::Float(0.0), |unit| format!("0 {unit}").into());
+    signal.insert("initial".into(), zero);
+    Some(signal.into())
+}
+
 /// Path of the first key that two scenes have in different ways.
 fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
     let below = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
@@ -238,5 +281,27 @@ fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
             a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, &below(&k.to_string())))
         }
         _ => (a != b).then(|| path.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A study marks its inputs by values within their ranges, which the undeformed body at the start does not have.
+    #[test]
+    fn a_full_model_begins_without_loads() {
+        for (signal, expected) in [
+            ("{ kind = 'controlled', initial = '13 mm', range = ['0 mm', '26 mm'] }", Some("0 mm")),
+            ("{ kind = 'controlled', initial = '3.25 m/s^2', range = ['1 m/s^2', '9 m/s^2'] }", Some("0 m/s^2")),
+            ("{ kind = 'controlled', initial = 0.5, range = [0.0, 1.0] }", None),
+        ] {
+            let table: toml::Table = format!("signal = {signal}").parse().expect("TOML");
+            let found = unloaded(&table["signal"]).expect("a signal that is left open");
+            let expected = expected.map_or(toml::Value::Float(0.0), Into::into);
+            assert_eq!((found.get("initial"), found.get("range")), (Some(&expected), None));
+        }
+        // A list of stages, and a constant of a law
+        assert_eq!([toml::Value::Array(vec![]), "60 kPa".into()].map(|other| unloaded(&other)), [None, None]);
     }
 }

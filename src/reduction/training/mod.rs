@@ -9,5 +9,6 @@ pub(super) mod full_state;
 pub mod greedy;
 pub mod points_at;
 pub mod sampling;
+mod steps_of_runs;
 pub mod train;
 pub mod transient;

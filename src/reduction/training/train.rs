@@ -10,7 +10,7 @@ use super::sampling::{Selection, select, stored};
 use crate::math::vector::{dot, norm};
 use crate::reduction::constants::{ConstantInputs, Constants};
 use crate::reduction::error::ReductionError;
-use crate::reduction::forces::{ReducedCable, cables, check, loads, reduced_force};
+use crate::reduction::forces::{ReducedCable, cables, check, effects_of_loads, loads, reduced_force};
 use crate::reduction::inputs::{Input, signals};
 use crate::reduction::model::{Bar, ErrorModel, Origin, ReducedModel};
 use crate::reduction::points::Sizes;
@@ -170,11 +170,9 @@ impl<'a> Training<'a> {
             (fields, &tests),
             &self.states,
         )?;
-        let loads = scene.system.effects.iter().filter_map(|effect| {
-            let degree = effect.capabilities().degree?;
-            Some(reduced_force(&**effect, &space.fields, (&basis.modes[..n], &model.inputs, steps), degree))
-        });
-        let loads = loads.collect::<Result<_, _>>()?;
+        let loads = effects_of_loads(scene)
+            .map(|(effect, load)| reduced_force((effect.blocks(), load), &space.fields, (&basis.modes[..n], steps)))
+            .collect();
         let pairs = space.fields.iter().flat_map(|z| basis.modes[n..].iter().map(move |p| (z, p)));
         let compliance = pairs.map(|(z, p)| points.compliance(z, p)).collect();
         model.sizes.tests = space.fields.len();

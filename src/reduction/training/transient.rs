@@ -7,6 +7,7 @@ use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
 use super::full_state::FullState;
 use super::sampling::{Selection, select_for, stored};
+use super::steps_of_runs::steps_of_runs;
 use super::train::{Projected, assemble, bars, check_names, left_out, project};
 use crate::math::vector::dot;
 use crate::reduction::error::ReductionError;
@@ -109,11 +110,15 @@ impl<'a> TransientTraining<'a> {
         Ok((basis.singular_values, basis.pressure_values))
     }
 
-    /// States of the runs at even distances, no more than needed.
+    /// Steps of each run that are taken, at most so many of all.
+    fn taken(&self, most: usize) -> Vec<Vec<usize>> {
+        steps_of_runs(self.runs.iter().map(Vec::len), most)
+    }
+
+    /// States of the runs, no more than needed.
     fn snapshots(&self) -> Vec<&[f64]> {
-        let all: Vec<&[f64]> = self.runs.iter().flatten().map(|s| &s.x[..]).collect();
-        let each = all.len().div_ceil(SNAPSHOTS).max(1);
-        all.into_iter().step_by(each).collect()
+        let taken = self.taken(SNAPSHOTS);
+        self.runs.iter().zip(&taken).flat_map(|(run, steps)| steps.iter().map(|&k| &run[k].x[..])).collect()
     }
 
     fn without_estimate(
@@ -193,17 +198,14 @@ impl<'a> TransientTraining<'a> {
             let own: Vec<usize> = (0..places.len()).filter(|p| points.kind(&places[*p]) == (part, kind)).collect();
             parts.push((Points::new(&of, sizes)?.moving(&of.rates, *dt), own, Sums::new(sizes)));
         }
-        let states: usize = runs.iter().map(Vec::len).sum();
-        let each = states.div_ceil((MOST_ROWS / modes).max(FEWEST_STATES)).max(1);
         let undefined = |e: crate::material::LawError| ReductionError::Law(e.to_string());
-        let (mut out, mut number) = (vec![], 0);
-        for run in *runs {
+        let mut out = vec![];
+        for (run, taken) in runs.iter().zip(self.taken((MOST_ROWS / modes).max(FEWEST_STATES))) {
             let fields: Vec<&[f64]> = run.iter().map(|s| &s.x[..]).collect();
             let mut last = vec![0.0; modes];
             let mut memories: Vec<Vec<f64>> = parts.iter().map(|(p, _, _)| vec![0.0; p.memory()]).collect();
-            for y in project(points, &space.basis, &fields) {
-                let is_taken = number % each == 0;
-                number += 1;
+            for (step, y) in project(points, &space.basis, &fields).into_iter().enumerate() {
+                let is_taken = taken.contains(&step);
                 let mut forces: Vec<PointForce> = vec![([0.0; 9], 0.0); if is_taken { places.len() } else { 0 }];
                 for ((part, own, sums), memory) in parts.iter_mut().zip(&mut memories) {
                     part.begin(&last[..n], memory);

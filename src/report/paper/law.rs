@@ -1,6 +1,8 @@
 //! Laws of a scene with their constants and where these come from, in sentences.
 
 use crate::calibrate::within;
+use crate::material::parameter::Choice;
+use crate::material::volumetric::CHOICE;
 use crate::material::{LawInfo, Parameter, VolumetricKind, find};
 use crate::math::units::{self, Dimension};
 use crate::report::names::symbol;
@@ -20,7 +22,9 @@ pub struct LawGroup<'a> {
 pub fn groups(laws: &[(String, Table)]) -> Vec<LawGroup<'_>> {
     let several = laws.iter().any(|(name, _)| *name != laws[0].0);
     let is_alike = |a: &Table, b: &Table| {
-        a.keys().eq(b.keys()) && ["law", "provenance"].iter().all(|key| a.get(*key) == b.get(*key))
+        let entry = a.get("law").and_then(Value::as_str).and_then(|law| find(law).ok());
+        let choices = entry.iter().flat_map(|entry| entry.info.choices).map(|choice| choice.name);
+        a.keys().eq(b.keys()) && ["law", "provenance"].into_iter().chain(choices).all(|key| a.get(key) == b.get(key))
     };
     laws.iter().fold(vec![], |mut all: Vec<LawGroup>, (name, table)| {
         let name = several.then_some(name.as_str());
@@ -37,13 +41,14 @@ pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
     let first = group.tables.first();
     let law = first.and_then(|table| table.get("law")?.as_str());
     let (Some(first), Some(Ok(entry))) = (first, law.map(find)) else { return to };
-    let chosen = first.get("volumetric").and_then(Value::as_str);
-    let volumetric = VolumetricKind::ALL.into_iter().find(|kind| Some(kind.name()) == chosen);
+    let chosen = |choice: &Choice| first.get(choice.name).and_then(Value::as_str).or(choice.default);
+    let volumetric = entry.info.choices.iter().find(|choice| choice.name == CHOICE.name).and_then(chosen);
+    let volumetric = VolumetricKind::ALL.into_iter().find(|kind| Some(kind.name()) == volumetric);
     let to = match group.name {
         Some(name) => to.text(format!("Law {}: ", name.replace('_', " "))),
         None => to,
     };
-    let to = formula(to, entry.info);
+    let to = formula(to, entry.info, &in_form(entry.info, chosen));
     let to = match volumetric {
         Some(kind) => to.text(", ").formula(format!("U(J) = {}", kind.formula())),
         None => to,
@@ -80,17 +85,29 @@ pub fn constants(group: &[&Table]) -> String {
 /// Adds a sentence on the form of a law, without constants; a law that does not exist is left out.
 pub fn named(to: Paragraph, law: &str) -> Paragraph {
     match find(law) {
-        Ok(entry) => formula(to, entry.info).text(". "),
+        Ok(entry) => formula(to, entry.info, entry.info.formula).text(". "),
         Err(_) => to,
     }
 }
 
+/// The formula of a law with the options that were chosen.
+fn in_form<'a>(info: &LawInfo, chosen: impl Fn(&Choice) -> Option<&'a str>) -> String {
+    info.choices.iter().filter(|choice| !choice.formulas.is_empty()).fold(info.formula.to_string(), |text, choice| {
+        let of =
+            |option: Option<&str>| choice.options.iter().position(|o| Some(*o) == option).map(|k| choice.formulas[k]);
+        match (of(choice.default), of(chosen(choice))) {
+            (Some(written), Some(own)) => text.replace(written, own),
+            _ => text,
+        }
+    })
+}
+
 /// Name, source and formula.
-fn formula(to: Paragraph, info: &LawInfo) -> Paragraph {
+fn formula(to: Paragraph, info: &LawInfo, formula: &str) -> Paragraph {
     let cited = Reference::named_in(info.source);
     let source = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
     let to = to.text(format!("{} law{source}", capital(info.title))).cite(cited);
-    to.text(", ").formula(info.formula)
+    to.text(", ").formula(formula)
 }
 
 /// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene, or the range of several values.
@@ -200,6 +217,28 @@ mod tests {
         // A sum names no term
         let ogden = words("law = \"ogden\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu = 0.49\n");
         assert!(!ogden.contains("= 0;") && ogden.contains("ν = 0.49;"), "{ogden}");
+    }
+
+    /// The energy is that of the chosen or usual form, stated once; laws of different forms are no range of one.
+    #[test]
+    fn the_energy_is_that_of_the_form_of_the_scene() {
+        let table = |text: &str| -> Table { text.parse().expect("TOML") };
+        let words = |table: &Table| {
+            describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![table] }).markdown()
+        };
+        let split = "law = \"neo_hookean_split\"\nE = \"1 MPa\"\nnu = 0.49\n";
+        let (usual, quadratic) = (table(split), table(&format!("{split}volumetric = \"quadratic\"")));
+        let logarithmic = table(&format!("{split}volumetric = \"logarithmic\""));
+        for (law, own) in [(&usual, "U(J) = ½κ(J − 1)²"), (&logarithmic, "U(J) = ½κ(ln J)²")] {
+            let words = words(law);
+            assert!(words.contains(own) && words.matches("½κ").count() == 1, "{words}");
+        }
+        let ogden =
+            "law = \"ogden\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu = 0.49\nvolumetric = \"quadratic\"\nconvention = ";
+        assert!(words(&table(&format!("{ogden}\"abaqus\""))).contains("Σ (2μ\\_n/α\\_n²)("));
+        assert!(words(&table(&format!("{ogden}\"ogden\""))).contains("Σ (μ\\_n/α\\_n)("));
+        let laws = [quadratic, logarithmic].map(|law| ("rubber".to_string(), law));
+        assert_eq!(groups(&laws).len(), 2);
     }
 
     /// Laws that differ in a constant are one sentence with its range and count; another source is a sentence of its own.

@@ -1,9 +1,10 @@
 //! Several bodies in one scene: each from its own source or an image of the mesh of `[mesh]`. Each has its whole boundary as the region `skin`.
 
+use super::Body;
 use super::grid::mesh_hash;
 use super::mesh_file::content;
 use super::mesh_spec::{MeshSpec, PartSpec};
-use super::{Body, has_source};
+use super::request::has_source;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
@@ -11,7 +12,6 @@ use crate::mesh::generate::{CablePath, MeshStore};
 use crate::mesh::overlap::overlap;
 use crate::mesh::parts::{image, side_by_side};
 use crate::mesh::{Region, TetMesh};
-use crate::scene::build::patches::Patches;
 use crate::scene::build::shape::{ShapeFault, TurnSpec};
 use crate::scene::error::{SceneError, part};
 use crate::scene::text::name::is_name;
@@ -68,17 +68,7 @@ impl Body {
         let sha256 = mesh_hash(&mesh);
         let mut seen = std::collections::BTreeSet::new();
         sources.retain(|s| seen.insert(s.clone()));
-        Ok(Self {
-            mesh,
-            paths,
-            source: sources.join(" + "),
-            sha256,
-            notes,
-            warnings,
-            volumes,
-            undeformed: None,
-            patches: Patches::default(),
-        })
+        Ok(Self { paths, notes, warnings, volumes, ..Self::new(mesh, sources.join(" + "), sha256) })
     }
 }
 

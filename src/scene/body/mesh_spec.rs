@@ -1,6 +1,7 @@
 //! `[mesh]` of a scene.
 
 use crate::math::units::{self, Dimension};
+use crate::mesh::Order;
 use crate::scene::build::shape::TurnSpec;
 use crate::scene::parts::selectors::SelectorSpec;
 use crate::scene::text::quantity::{Angle, Length, Quantity, Time};
@@ -23,7 +24,7 @@ pub struct MeshSpec {
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
-    /// Each cell into eight, this often
+    /// Each cell into eight, this often, also those of a volume mesh
     #[serde(default)]
     pub levels: u32,
     /// Places where the cells are smaller
@@ -144,6 +145,32 @@ pub enum ElementSpec {
     Tet4,
     /// Quadratic, with ten nodes
     Tet10,
+}
+
+impl ElementSpec {
+    /// Name as in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tet4 => "tet4",
+            Self::Tet10 => "tet10",
+        }
+    }
+
+    /// The element of this order.
+    pub fn of(order: Order) -> Self {
+        match order {
+            Order::Linear => Self::Tet4,
+            Order::Quadratic => Self::Tet10,
+        }
+    }
+
+    /// Order of its shape functions.
+    pub fn order(self) -> Order {
+        match self {
+            Self::Tet4 => Order::Linear,
+            Self::Tet10 => Order::Quadratic,
+        }
+    }
 }
 
 /// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.

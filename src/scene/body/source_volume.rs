@@ -24,7 +24,7 @@ pub struct SourceVolume {
 }
 
 impl SourceVolume {
-    /// From the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
+    /// The volumes in the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
     /// mesher does not know the volume that is enclosed.
     pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
         let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);

@@ -2,7 +2,7 @@
 
 use super::mesh_file::volume_mesh;
 use super::mesh_spec::MeshSpec;
-use super::{has_source, request_from};
+use super::request::{has_source, request_from};
 use crate::mesh::format::{Format, Reader};
 use crate::mesh::generate::{GenerateError, MeshStore};
 use crate::scene::error::{SceneError, part};

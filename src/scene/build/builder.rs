@@ -36,6 +36,8 @@ pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
 /// Results of effects for later parts, for the system, for probes and for the record.
 #[derive(Default)]
 pub(in crate::scene) struct Gathered {
+    /// Of the notes, those that are warnings
+    pub(in crate::scene) warnings: Vec<String>,
     /// Effects with a stiffness, by their region: see [`Gathered::offer_stiffness`]
     pub(in crate::scene) stored: Vec<(String, Arc<dyn Effect>)>,
     /// Quadrature points of their cells
@@ -147,7 +149,7 @@ pub(in crate::scene) struct Tables<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// On a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
+    /// A builder on a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
     pub(in crate::scene) fn new(
         file: &'a Path,
         tables: &Tables<'a>,

@@ -48,7 +48,7 @@ use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Effect, System, SystemError, SystemParts, Ties};
 use additions::Additions;
-use builder::{Builder, Tables};
+use builder::{Builder, LawSource, Tables};
 use cover::check_cover;
 use skin::NamedSkin;
 use std::collections::BTreeMap;
@@ -69,7 +69,7 @@ pub struct Scene {
     pub points: Vec<Vec3>,
     /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
     pub law: Option<Box<dyn Law>>,
-    /// Points of the cells that elastic effects and springs act on, and the cables of the system, for probes
+    /// Points of the cells that elastic effects and springs act on, for probes
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
@@ -104,6 +104,8 @@ pub struct Scene {
     pub(super) simulated: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub notes: Vec<String>,
+    /// Of the notes, those that are warnings, apart from those of the body
+    pub(super) warnings: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
     /// Time that building it took, a part of its `time_budget`
@@ -275,9 +277,9 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// `warning` for a note on a doubtful size of the body, `note` for others.
+    /// `warning` for a note on a doubtful body or a part of the scene that does not fit it, `note` for others.
     pub fn kind_of_note(&self, note: &String) -> &'static str {
-        if self.body.warnings.contains(note) { "warning" } else { "note" }
+        if self.body.warnings.contains(note) || self.warnings.contains(note) { "warning" } else { "note" }
     }
 
     /// A scene from its specification, with the mesh that it names; paths are relative to the current folder.
@@ -320,8 +322,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let simulated = identity(file, (&spec, &text), &body, &additions);
         let Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant } = additions;
-        let tables =
-            Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
+        let tables = tables(&spec, &own_laws);
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
@@ -386,6 +387,7 @@ impl Scene {
             simulated,
             text,
             notes,
+            warnings: gathered.warnings,
             no_limit,
             set_up: begun.elapsed(),
             wall: OnceLock::new(),
@@ -448,6 +450,11 @@ fn frames(spec: &SceneSpec) -> (usize, usize) {
     let obstacles = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
     let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
     (spec.rigids.len() + obstacles, inserts)
+}
+
+/// The tables of a scene that its parts refer to, with the laws from Rust.
+fn tables<'a>(spec: &'a SceneSpec, own_laws: &'a BTreeMap<String, LawSource>) -> Tables<'a> {
+    Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws, events: &spec.events }
 }
 
 /// Notes where laws become unstable, which places of cables are doubtful, what no contact keeps apart, and how a body may move that nothing else holds.

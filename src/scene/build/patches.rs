@@ -4,7 +4,8 @@
 use crate::math::tensor::Vec3;
 use crate::math::threads::locked;
 use crate::mesh::TetMesh;
-use crate::mesh::embed::{EmbedError, ball_weights};
+use crate::mesh::ball::ball_weights;
+use crate::mesh::embed::EmbedError;
 use std::collections::HashMap;
 use std::sync::Mutex;
 

@@ -79,7 +79,7 @@ pub struct Reply {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Controller {
-    /// Before the first step.
+    /// Is called before the first step.
     fn begin(&mut self, _opening: &Opening) -> Result<(), ControlError> {
         Ok(())
     }
@@ -88,6 +88,6 @@ pub trait Controller {
     /// so far, and keep them if nothing is set.
     fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError>;
 
-    /// After the last step, with the last row and the name of the status.
+    /// Is called after the last step, with the last row and the name of the status.
     fn end(&mut self, _row: &[f64], _status: &str) {}
 }

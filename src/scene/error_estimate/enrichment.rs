@@ -12,7 +12,6 @@ use crate::mesh::{Order, Region, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::body::source_volume::SourceVolume;
 use crate::scene::build::SceneBuilder;
-use crate::scene::build::patches::Patches;
 use crate::scene::build::regions::regions;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
@@ -255,15 +254,10 @@ impl EnrichedScene {
     ) -> Result<Self, EstimateError> {
         let Body { paths, source, sha256, notes, warnings, .. } = &*scene.body;
         let body = Body {
-            mesh: map.mesh.clone(),
             paths: paths.clone(),
-            source: source.clone(),
-            sha256: sha256.clone(),
             notes: notes.clone(),
             warnings: warnings.clone(),
-            volumes: vec![],
-            undeformed: None,
-            patches: Patches::default(),
+            ..Body::new(map.mesh.clone(), source.clone(), sha256.clone())
         };
         let body = Arc::new(body);
         let build = |mut spec: SceneSpec| {

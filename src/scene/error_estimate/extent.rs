@@ -21,12 +21,12 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// For a run that is followed whole, whose changes are not known.
+    /// The extent in a run that is followed whole, whose changes are not known.
     pub fn unknown(scene: &Scene) -> Self {
         Self { unknown: cut_regions(scene), ..Self::default() }
     }
 
-    /// For the regions of a scene.
+    /// The enriched space with wider regions, if a region of the scene has a border through cells.
     pub fn new(enriched: &EnrichedScene, scene: &Scene) -> Self {
         let is_of_nodes = |region: &Region| region.facets.is_empty() && region.cells.is_empty();
         let (of_nodes, mut unknown): (Vec<String>, Vec<String>) =
@@ -44,7 +44,7 @@ impl Extent {
         Self { wider, unknown, factorisations: 0 }
     }
 
-    /// Of all columns at a solution in the enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
+    /// The changes of all columns at a solution in the enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
     /// not known.
     pub fn changes(&mut self, solved: &Solved) -> Vec<f64> {
         if let Some((wider, names)) = self.wider.take() {

@@ -26,7 +26,7 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// For a run of `scene` from its first state, with what its recorders remember there.
+    /// The enriched space on the smooth surface, for a run of `scene` from its first state, with what its recorders remember there.
     pub fn new(enriched: &EnrichedScene, scene: &Scene, (first, memory): (&Kept, &[f64])) -> Self {
         let surface = enriched.on_smooth_surface(scene);
         let (mut start, mut factorisations) = (None, 0);
@@ -46,7 +46,7 @@ impl Geometry {
         }
     }
 
-    /// Of all columns at a solution in the enriched space; none where the smooth surface is no measure, folds cells or has no equilibrium.
+    /// The errors of all columns at a solution in the enriched space; none where the smooth surface is no measure, folds cells or has no equilibrium.
     pub fn errors(&mut self, solved: &Solved) -> Option<Vec<GeometryError>> {
         let (moved, part) = match &self.surface {
             SmoothSurface::Flat => return Some(vec![GeometryError::default(); solved.values.len()]),

@@ -155,7 +155,7 @@ pub struct ErrorEstimator<'a> {
 type Localised<'a> = Box<dyn Fn(&QuantityError) -> bool + 'a>;
 
 impl<'a> ErrorEstimator<'a> {
-    /// For a run of this scene; an error where the scene has no estimate.
+    /// An estimator for a run of this scene; an error where the scene has no estimate.
     ///
     /// # Errors
     ///

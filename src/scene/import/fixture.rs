@@ -38,6 +38,14 @@ pub struct Slab {
     pub flat: bool,
 }
 
+impl Slab {
+    /// Which end of the body it holds: `the larger flat end along z`.
+    pub fn end(&self) -> String {
+        let kind = if self.flat { "larger flat" } else { "wider" };
+        format!("the {kind} end along {}", ["x", "y", "z"][self.axis])
+    }
+}
+
 /// A region whose name says that the body is held there and that all components have nodes of, else slabs at ends. `of_cells` are the
 /// components by [`crate::mesh::parts::parts`].
 pub(in crate::scene) fn fixture(mesh: &TetMesh, of_cells: &[u32]) -> Fixture {

@@ -4,7 +4,7 @@ pub(super) mod fixture;
 pub(super) mod starter;
 
 use super::body::Body;
-use super::body::mesh_file::plausible_unit;
+use super::body::mesh_file::{content, plausible_unit};
 use super::body::mesh_spec::{ElementSpec, MeshSpec};
 use super::error::{SceneError, part};
 use super::text::quantity::Length;
@@ -76,9 +76,24 @@ impl Import {
                 let size = (found.bounds.1 - found.bounds.0).norm() * metre;
                 spec.merge = (found.doubled_nodes > 0).then(|| Length(rounded_up(2e-9 * size)));
             }
-            _ => spec.cells = Some(FIRST_CELLS),
+            // The mesh of the starter scene, which is so made but once
+            _ => (spec.cells, spec.element) = (Some(FIRST_CELLS), ElementSpec::Tet10),
         }
         Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
+    }
+
+    /// The same with so many cells in place of the usual number.
+    ///
+    /// # Errors
+    ///
+    /// Where the file is a mesh, which is taken over as it is.
+    pub fn with_cells(mut self, cells: usize) -> Result<Self, SceneError> {
+        if self.spec.cells.is_none() {
+            let remedy = "leave the number of cells out; `levels = 1` in [mesh] splits each of its cells into eight";
+            return Err(content(&self.file, "it is a volume mesh, which is taken over", remedy));
+        }
+        self.spec.cells = Some(cells);
+        Ok(self)
     }
 
     /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.

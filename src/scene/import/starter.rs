@@ -35,8 +35,8 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let size = (high - low).norm();
     let name = import.file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
-    let is_shape = import.spec.cells.is_some();
-    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), is_shape || mesh.order == Order::Quadratic);
+    let (is_shape, quadratic) = (import.spec.cells.is_some(), mesh.order == Order::Quadratic);
+    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), quadratic);
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
     let fixed: Vec<String> = match &imported.fixture {
         Fixture::Region(region) => vec![region.clone()],
@@ -47,12 +47,12 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
                 let corner = |p: &Vec3| {
                     format!("[{}]", [p.x, p.y, p.z].map(|x| format!("\"{} mm\"", short(x * 1e3))).join(", "))
                 };
-                let axis = ["x", "y", "z"][slab.axis];
+                let end = slab.end();
                 line(match slab.flat {
-                    true => format!("# EXAMPLE: the larger flat end of the body along {axis}"),
+                    true => format!("# EXAMPLE: {end}"),
                     false => format!(
-                        "# EXAMPLE: the wider end of the body along {axis}, its longest direction. It has no flat end, so that this box ends within cells, and a \
-                         convergence study needs another region"
+                        "# EXAMPLE: {end}, the longest direction of the body. It has no flat end, so that this box ends within cells, and a convergence study needs \
+                         another region"
                     ),
                 });
                 let (low, high) = (corner(&slab.low), corner(&slab.high));

@@ -35,11 +35,11 @@ pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
 }
 
 fn limits(mesh: &TetMesh, wall: Option<Wall>, gap: Option<Gap>, spec: &MeshSpec) -> Vec<(&'static str, String)> {
-    let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(of_wall);
+    // A mesh that is taken over: of other sources no nodes are merged
+    let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
+    let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(|wall| of_wall(wall, is_volume_mesh));
     let overlaps = overlap_of_parts(mesh).map(|at| of_overlap(&at));
     let warnings = of_cells(mesh).into_iter().chain(walls).chain(overlaps).map(|text| ("warning", text));
-    // Of other sources no nodes are merged
-    let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
     warnings.chain(gap.map(|gap| ("note", of_gap(&gap, is_volume_mesh)))).collect()
 }
 
@@ -56,10 +56,11 @@ fn of_cells(mesh: &TetMesh) -> Option<String> {
     })
 }
 
-fn of_wall(wall: Wall) -> String {
+fn of_wall(wall: Wall, is_volume_mesh: bool) -> String {
+    let how = if is_volume_mesh { ": `levels = 1` splits each cell into eight" } else { "" };
     format!(
         "{:.1} cells across the thinnest wall, which is {:.4} mm thick, are too few to show how it bends (at least {LEAST_CELLS:.0}); refine the \
-         walls",
+         walls{how}",
         wall.cells,
         wall.thickness * 1e3
     )

@@ -6,6 +6,7 @@ pub(super) mod feedback;
 pub(super) mod jump;
 pub(super) mod mesh_limits;
 pub(super) mod stable;
+pub(super) mod sunk;
 pub(super) mod unheld;
 pub(super) mod volumes;
 pub(super) mod wrinkles;

@@ -40,11 +40,8 @@ pub(in crate::scene) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) 
             units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
         let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
         let sizes = Sizes { surface: &surface, unit_m: unit, mesh: &builder.body.mesh };
-        let attached =
-            attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(|far| match sizes.other_unit() {
-                Some(_) => part(builder.file, &place, format!("{far}; {}", sizes.words())),
-                None => part(builder.file, &place, far),
-            })?;
+        let attached = attach(&builder.body.mesh, &surface.points, spec.reach.0)
+            .map_err(|far| part(builder.file, &place, format!("{far}; {}", sizes.words())))?;
         let doubt = sizes.doubt().map(|words| format!("skin {}: {words}", spec.name));
         let outside = attached.iter().map(|a| a.outside).fold(0.0, f64::max);
         let weights = attached.into_iter().map(|a| a.weights).collect();

@@ -26,7 +26,7 @@ pub(in crate::scene) struct ExtremeRows {
 }
 
 impl ExtremeRows {
-    /// Of the columns at these positions of a row.
+    /// Follows the columns at these positions of a row.
     pub fn new(columns: Vec<usize>) -> Self {
         let at = vec![0; columns.len()];
         Self { columns, at, kept: Vec::new() }

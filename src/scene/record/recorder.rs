@@ -71,6 +71,13 @@ pub trait Recorder: Send + Sync {
     /// Takes an accepted state over into these numbers.
     fn remember(&self, _: &Body, _: &State, _memory: &mut [f64]) {}
 
+    /// The numbers that it keeps at a state of which these columns were recorded, as far as [`Recorder::gradients`] reads them.
+    fn memory_at(&self, body: &Body, state: &State, _recorded: &[Option<f64>]) -> Vec<f64> {
+        let mut memory = self.memory();
+        self.remember(body, state, &mut memory);
+        memory
+    }
+
     /// Gradients of the columns at a state that the memory has taken over; none of a column that has no derivative there. Empty if
     /// the recorder is not differentiable.
     fn gradients(&self, _: &Body, _: &State, _memory: &[f64]) -> Vec<Option<Gradient>> {

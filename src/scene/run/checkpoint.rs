@@ -140,7 +140,7 @@ impl Checkpoint {
         scene.controls.values_from_outside(&self.control)
     }
 
-    /// At rest, before the first step; an error where an input has no value there.
+    /// The checkpoint at rest, before the first step; an error where an input has no value there.
     pub(in crate::scene) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
         let observed = |state: &State| {

@@ -29,7 +29,7 @@ pub struct EnergyFromNothing {
 }
 
 impl EnergyFromNothing {
-    /// As a share of the largest energy of the stage \[–\].
+    /// The excess as a share of the largest energy of the stage \[–\].
     pub fn share(&self) -> f64 {
         if self.excess > 0.0 { self.excess / self.largest } else { 0.0 }
     }

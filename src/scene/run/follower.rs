@@ -36,7 +36,7 @@ pub(super) struct RunRecorder<'a, 'o> {
 }
 
 impl<'a, 'o> RunRecorder<'a, 'o> {
-    /// Before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint; `refused` ends the run there.
+    /// A recorder before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint; `refused` ends the run there.
     pub fn new(scene: &'a Scene, mut options: RunOptions<'o>, refused: Option<ControlError>) -> Self {
         let restart = options.restart.take();
         let last_point = restart.clone().filter(|_| options.save_end);
@@ -87,7 +87,7 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         self.checkpoint.rows.last().map_or(0.0, |row| row[0])
     }
 
-    /// After the last step: saves the end, and tells the controller. Records, kept states, options, and the error that ended the run.
+    /// Ends a run after its last step: saves the end, and tells the controller. Returns records, kept states, options, and the error that ended the run.
     pub fn finish(mut self, status: &Status) -> (Checkpoint, Vec<Saved>, RunOptions<'o>, Option<ControlError>) {
         if let Some(checkpoint) = self.last_point.take() {
             self.options.save(&checkpoint, "end", &mut self.kept);

@@ -17,6 +17,14 @@ pub struct FileDigest {
     pub sha256: String,
 }
 
+impl FileDigest {
+    /// A file below a folder, as it is now.
+    pub fn of(base: &Path, file: String) -> Self {
+        let sha256 = storage::read(&base.join(&file), DATA_LIMIT).map(sha256).unwrap_or_default();
+        Self { file, sha256 }
+    }
+}
+
 /// Keys under which a scene names files, wherever they are.
 const KEYS: [&str; 2] = ["file", "reference"];
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
@@ -57,11 +65,7 @@ fn digests(scene_file: &Path, mut names: Vec<String>) -> Vec<FileDigest> {
             names.push(other);
         }
     }
-    let digest = |file: String| {
-        let sha256 = storage::read(&base.join(&file), DATA_LIMIT).map(sha256).unwrap_or_default();
-        FileDigest { file, sha256 }
-    };
-    names.into_iter().map(digest).collect()
+    names.into_iter().map(|file| FileDigest::of(base, file)).collect()
 }
 
 /// The files that a mesh file refers to; none of one that cannot be read, which the run refuses.

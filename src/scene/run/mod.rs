@@ -13,6 +13,7 @@ use super::build::rules::against_iterations;
 use super::control::{ControlError, Fired};
 use super::linear::{LinearSpec, LinearWork};
 use super::notes::collapse::{CollapsedCavity, collapsed};
+use super::notes::sunk::{SunkenFacet, sunken};
 use super::parts::constraints::{CableEvent, pulling};
 use super::record::fields::fields;
 use super::record::output::{Field, FieldSpec};
@@ -87,6 +88,8 @@ pub struct Run {
     pub cable_events: Vec<CableEvent>,
     /// Cavities whose walls have passed through each other
     pub collapsed: Vec<CollapsedCavity>,
+    /// Facets that lie inside of an obstacle between their contact points, at the end or farthest from rest
+    pub sunken: Vec<SunkenFacet>,
     /// Name and counts of each contact
     pub contacts: Vec<(String, Counts)>,
     /// The cables that pulled where the run could not go on, and a remedy
@@ -197,9 +200,12 @@ impl Scene {
         let columns = self.columns();
         let enclosing = self.cavities.iter().filter(|cavity| cavity.encloses);
         let sensitivities = options.sensitivities.map(|recorder| recorder.finish(&columns, &checkpoint.rows));
+        let (peak, mesh) = (&checkpoint.peak, &self.body.mesh);
+        let sunken = sunken(mesh, &self.contacts, &[(state.t, &state.x), (peak.t, &peak.x)]);
         let NonlinearSolver { equations, linear, iterations, .. } = &driver.steps.solver;
         let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
+            sunken,
             collapsed: collapsed(enclosing.map(|c| &c.name[..]), &columns, &checkpoint.rows),
             columns,
             written: self.written(&checkpoint.rows),

@@ -133,7 +133,7 @@ pub struct SensitivityRecorder<'a> {
 }
 
 impl<'a> SensitivityRecorder<'a> {
-    /// For derivatives by keys of the scene, exact by constants of laws whose derivative is known and by differences of its equations by others, as are
+    /// A recorder of derivatives by keys of the scene, exact by constants of laws whose derivative is known and by differences of its equations by others, as are
     /// those of contacts and rigid bodies that follow a law; an error where there are none.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ struct Recorders {
 }
 
 impl<'a> SceneDifference<'a> {
-    /// For a key of a scene.
+    /// The scenes at other values of a key of a scene.
     ///
     /// # Errors
     ///

@@ -49,7 +49,7 @@ pub(super) struct RowDerivatives {
 }
 
 impl<'a> Sensitivity<'a> {
-    /// By differences even where an exact derivative is known, if `by_differences`.
+    /// Differentiates by these keys; by differences even where an exact derivative is known, if `by_differences`.
     pub(super) fn new(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
         check(scene)?;
         let Parameters { parameters, differences } = parameters(scene, keys, by_differences)?;

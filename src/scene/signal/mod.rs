@@ -39,7 +39,7 @@ impl SignalSpec {
         Self::function(FunctionSpec::Ramp { from: from.into(), to: to.into(), start, end: end.into() })
     }
 
-    /// From 0 to the amplitude and back, `frequency` times a second (SI).
+    /// A signal from 0 to the amplitude and back, `frequency` times a second (SI).
     pub fn raised_cosine(amplitude: f64, frequency: f64) -> Self {
         Self::function(FunctionSpec::RaisedCosine { amplitude: amplitude.into(), frequency: frequency.into() })
     }

@@ -18,8 +18,7 @@ pub(super) fn read_signal(
     let bytes = storage::read(path, DATA_LIMIT).map_err(|e| format!("{e}; the path is relative to the scene"))?;
     let mut reader = csv::Reader::from_reader(bytes.as_slice());
     let header = reader.headers().map_err(|e| format!("line 1: {e}; write for example \"t_s,value\""))?;
-    let name = |k: usize| header.get(k).unwrap_or_default().trim();
-    check_header([name(0), name(1)], (unit, factor), dimension)?;
+    check_header(two_columns(header)?, (unit, factor), dimension)?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
         let (t, value) = record.map_err(|_| {
@@ -34,6 +33,24 @@ pub(super) fn read_signal(
         rows.push((t, value * factor));
     }
     if rows.is_empty() { Err("the table has no row".into()) } else { Ok(rows) }
+}
+
+/// The names of the two columns that a table has.
+fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
+    let names: Vec<&str> = header.iter().map(str::trim).collect();
+    match names[..] {
+        [first, second] => Ok([first, second]),
+        [one] if one.contains([';', '\t']) => {
+            let mark = if one.contains(';') { "semicolons" } else { "tabs" };
+            Err(format!(
+                "line 1: its columns are separated by {mark}; separate them by commas, and write decimals with a point"
+            ))
+        }
+        _ => {
+            let fact = format!("line 1: the number of columns is {}, and a table has two, time and value", names.len());
+            Err(format!("{fact}; write each value into a file of its own"))
+        }
+    }
 }
 
 /// Refuses a first line that is no header, and names that contradict the order or the units of the columns.
@@ -119,6 +136,17 @@ mod tests {
             let error = header(names).expect_err(says);
             assert!(error.contains(says), "{names:?}: {error}");
         }
+    }
+
+    #[test]
+    fn a_table_has_two_columns_between_commas() {
+        let of = |names: &[&str]| csv::StringRecord::from(names);
+        let refused = |names: &[&str]| two_columns(&of(names)).expect_err("not two columns");
+        assert!(refused(&["t_s", "v_mm", "u_mm"]).contains("the number of columns is 3"));
+        assert!(refused(&["t_s"]).contains("the number of columns is 1"));
+        assert!(refused(&["t_s;u_mm"]).contains("separated by semicolons; separate them by commas"));
+        assert!(refused(&["t_s\tu_mm"]).contains("separated by tabs"));
+        assert_eq!(two_columns(&of(&["t_s ", " u_mm"])), Ok(["t_s", "u_mm"]));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! - enums are choices by [`kind`](super::kind),
 //! - dates are texts,
 //! - numbers are finite; TOML has `inf` and `nan` too,
+//! - a list has no more values than its type takes,
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
 use super::kind::{Choice, Chosen};
@@ -78,7 +79,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
             DeValue::Float(number) => float(number.as_str()).and_then(|number| visitor.visit_f64(number)),
             DeValue::Boolean(value) => visitor.visit_bool(value),
             DeValue::Datetime(date) => visitor.visit_str(&date.to_string()),
-            DeValue::Array(list) => visitor.visit_seq(Elements(list.into_iter())),
+            DeValue::Array(list) => whole_list(list, visitor),
             DeValue::Table(table) => visitor.visit_map(Entries::of(table)),
         };
         read.map_err(|e| e.at(self.span))
@@ -167,6 +168,17 @@ fn read<'de, S: DeserializeSeed<'de>>(seed: S, value: Spanned<DeValue<'de>>) -> 
     seed.deserialize(Reader::from(value)).map_err(|e| e.at(span))
 }
 
+/// The value that a visitor makes of a list whose elements it takes all.
+fn whole_list<'de, V: Visitor<'de>>(list: DeArray<'de>, visitor: V) -> Result<V::Value> {
+    let given = list.len();
+    let mut elements = Elements(list.into_iter());
+    let value = visitor.visit_seq(&mut elements)?;
+    match elements.0.len() {
+        0 => Ok(value),
+        left => Err(ReadError::invalid_length(given, &format!("an array of length {}", given - left).as_str())),
+    }
+}
+
 /// The elements of an array.
 struct Elements<'de>(<DeArray<'de> as IntoIterator>::IntoIter);
 
@@ -220,6 +232,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
 mod tests {
     use super::*;
     use serde::Deserialize;
+    use std::collections::BTreeMap;
 
     fn of<T: serde::de::DeserializeOwned>(text: &str) -> Result<T> {
         T::deserialize(Reader::from(DeTable::parse(text).expect(text)))
@@ -262,10 +275,13 @@ mod tests {
             ),
             (format!("{rest}size = [1]"), "invalid type: sequence, expected f64", "[1]"),
             ("x = [1, 2.0, \"3\"]".into(), "invalid type: string \"3\", expected f64", "\"3\""),
+            ("p = [[0, 1], [0]]".into(), "invalid length 1, expected an array of length 2", "[0]"),
+            ("p = [[0, 1, 2, 3]]".into(), "invalid length 4, expected an array of length 2", "[0, 1, 2, 3]"),
         ] {
-            let e = match text.starts_with('x') {
-                true => of::<std::collections::BTreeMap<String, Vec<f64>>>(&text).expect_err(&text),
-                false => of::<Numbers>(&text).expect_err(&text),
+            let e = match &text[..1] {
+                "x" => of::<BTreeMap<String, Vec<f64>>>(&text).expect_err(&text),
+                "p" => of::<BTreeMap<String, Vec<[f64; 2]>>>(&text).expect_err(&text),
+                _ => of::<Numbers>(&text).expect_err(&text),
             };
             assert!(e.message.contains(message), "{text}: {e}");
             assert_eq!(&text[e.span.expect("a place")], at);

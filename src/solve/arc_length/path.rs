@@ -99,7 +99,7 @@ fn settled(solver: &mut NonlinearSolver, system: &System, state: &State) -> Resu
 }
 
 impl<'a> PathTracer<'a> {
-    /// From a state towards `end`, with a first step of the length that the loads of `dt` cause there. The path begins at the equilibrium under the loads of the
+    /// A path that begins at a state and leads towards `end`, with a first step of the length that the loads of `dt` cause there. The path begins at the equilibrium under the loads of the
     /// time of the state, which may act in full before anything moves.
     pub fn new(
         solver: &mut NonlinearSolver,

@@ -47,7 +47,7 @@ pub(super) struct ContactPlanes<'a> {
 }
 
 impl<'a> ContactPlanes<'a> {
-    /// Of points that are within `margin` \[m\] of their reach, at displacement x in a step from `old`.
+    /// The planes of the points that are within `margin` \[m\] of their reach, at displacement x in a step from `old`.
     pub fn new(solver: &mut NonlinearSolver, system: &'a System, [x, old]: [&[f64]; 2], dt: f64, margin: f64) -> Self {
         let of_effects = system.contact_points([x, old], dt, margin, &mut solver.equations.sums.caches);
         let counts = of_effects.iter().map(Vec::len).collect();
@@ -67,7 +67,7 @@ impl<'a> ContactPlanes<'a> {
     }
 }
 
-/// From the last state to the end of the step: free motion, then one correction.
+/// Moves from the last state to the end of the step: free motion, then one correction.
 pub(super) fn move_and_correct(
     solver: &mut NonlinearSolver,
     step: &Step,

@@ -26,7 +26,7 @@ pub(super) fn pushes_unheld_body(
     pushed.then_some(Status::Singular { t: state.t, motions })
 }
 
-/// Of a step from `state` to `t` that no cut could save.
+/// The status of a step from `state` to `t` that no cut could save.
 pub(super) fn stopped(system: &System, state: &State, t: f64, why: Failure) -> Status {
     let why = match why {
         Failure::NotConverged { residual, node } if state.t == 0.0 && system.acts_at(state.clock()) => {

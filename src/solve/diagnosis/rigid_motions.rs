@@ -74,7 +74,7 @@ impl<'a> Part<'a> {
         Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
     }
 
-    /// As many equations as there are motions in the basis \[6 × motions\], which all of them together would move: rows of the motions, each the
+    /// Chooses as many equations as there are motions in the basis \[6 × motions\], which all of them together would move: rows of the motions, each the
     /// largest one across those before it.
     fn equations(&self, system: &System, basis: &DMatrix<f64>) -> Vec<usize> {
         let dofs = self.nodes.iter().flat_map(|node| 3 * node..3 * node + 3);

@@ -25,7 +25,7 @@ pub(in crate::solve) struct Schur {
 }
 
 impl Schur {
-    /// Of these constraints of the system, each with its gradient; `factor` holds the K of `sums`.
+    /// Z and S of these constraints of the system, each with its gradient; `factor` holds the K of `sums`.
     pub fn new(
         factor: &mut Factor,
         sums: &Assembled,
@@ -49,7 +49,7 @@ impl Schur {
         Ok(Self::of(z, system, rows, gradient))
     }
 
-    /// From Z of these rows \[constraints × equations\].
+    /// Z of these rows with S that follows from it \[constraints × equations\].
     pub fn of(z: Vec<f64>, system: &System, rows: &[usize], gradient: &[Vec<f64>]) -> Self {
         let m = rows.len();
         if m == 0 {

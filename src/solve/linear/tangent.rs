@@ -14,7 +14,7 @@ const SKEW: (f64, usize) = (1e-10, 100);
 /// The same with a remainder only, for directions of Newton's method.
 const REMAINDER: (f64, usize) = (1e-4, 100);
 
-/// In place; `columns` of length n one after the other. `factor` holds the K of `sums`.
+/// Solves in place; `columns` of length n one after the other. `factor` holds the K of `sums`.
 pub(in crate::solve) fn solve(factor: &mut Factor, sums: &Assembled, columns: &mut [f64]) -> Result<(), LinearError> {
     if sums.skew.is_empty() && sums.remainder.is_empty() {
         return factor.solve(&sums.k, columns);

@@ -65,7 +65,7 @@ impl LineSearch<'_> {
         motion
     }
 
-    /// By the directional derivative of the energy.
+    /// Looks for a length of the step by the directional derivative of the energy.
     fn advance_by_energy(
         &self,
         equations: &mut Equations,
@@ -145,7 +145,7 @@ impl LineSearch<'_> {
         }
         equations.evaluate(step, next, Want::Residual, None).map(|()| false)
     }
-    /// By the natural level function of the residual.
+    /// Looks for a length of the step by the natural level function of the residual.
     fn advance_by_residual(
         &self,
         equations: &mut Equations,

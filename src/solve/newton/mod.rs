@@ -100,7 +100,7 @@ impl RemainderUse {
         Self { taken: false, last_error: f64::INFINITY, rest: 0 }
     }
 
-    /// For the direction at a state of this error.
+    /// Whether it is taken for the direction at a state of this error.
     fn is_taken(&mut self, error: f64) -> bool {
         if self.taken && error > GROWN.0 * self.last_error {
             self.rest = GROWN.1;

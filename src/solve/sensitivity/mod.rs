@@ -43,14 +43,14 @@ pub struct Differentiator<'a> {
     sums: Assembled,
     /// K of the factorisation
     factored: Vec<f64>,
-    /// Per derivative: ∂/∂θ of the last state
+    /// \[derivatives\] ∂/∂θ of the last state
     pub changes: Vec<State>,
-    /// Per derivative: \[unknowns\] ∂/∂θ of the residual of the last state at fixed x
+    /// \[derivatives\]\[unknowns\] ∂/∂θ of the residual of the last state at fixed x
     residuals: Vec<Vec<f64>>,
 }
 
 impl<'a> Differentiator<'a> {
-    /// From the derivatives of the first state. `method` chooses between direct and iterative linear solvers.
+    /// A differentiator that begins with the derivatives of the first state. `method` chooses between direct and iterative linear solvers.
     pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter<'a>>, changes: Vec<State>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.definiteness());
         let residuals = vec![vec![0.0; system.dofs.equation.len()]; changes.len()];
@@ -159,7 +159,7 @@ impl<'a> Differentiator<'a> {
         Ok(true)
     }
 
-    /// Per derivative: \[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; zero elsewhere.
+    /// \[derivatives\]\[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; zero elsewhere.
     pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
         let mut reactions = self.residuals.clone();
         let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();

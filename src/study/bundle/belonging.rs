@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Refuses results of other inputs, such as those of changes by `--set` or of a scene that was edited after the run: a rerun would have others.
 pub fn check(file: &Path, dir: &Path, stored: &StudyRecord) -> Result<(), BundleError> {
-    let mut study = Study::read_with_additions(file, &[], dir)?;
+    let mut study = Study::read_with_added(file, &[], dir)?;
     let mut unknown = others(&study, stored);
     if !unknown.is_empty() {
         // Another build may have asked for them

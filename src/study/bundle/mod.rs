@@ -14,7 +14,7 @@ mod inputs;
 mod metadata;
 
 use crate::storage::{self, DATA_LIMIT, sha256};
-use crate::study::extension::Additions;
+use crate::study::extension::AddedMeshes;
 use crate::study::store::builds::builds;
 use crate::study::store::origin;
 use crate::study::store::outdated::check_summary;
@@ -162,7 +162,7 @@ pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
     let is_extended = is_listed("results/extension.toml");
     Ok(Bundle {
         study: dir.join(&environment.study),
-        extension: is_extended.then(|| Additions::file(&results)),
+        extension: is_extended.then(|| AddedMeshes::file(&results)),
         results,
         has_bodies: home.join("meshes/meshgen").is_dir(),
         home,
@@ -175,7 +175,7 @@ impl Bundle {
     /// # Errors
     /// A folder to which others were added, or that cannot be written.
     pub fn extend(&self, out: &Path) -> Result<(), BundleError> {
-        let to = Additions::file(out);
+        let to = AddedMeshes::file(out);
         let read = |file: &Path| storage::read(file, DATA_LIMIT).map_err(|e| BundleError::unreadable(file, &e));
         let own = self.extension.as_deref().map(read).transpose()?;
         let there = to.is_file().then(|| read(&to)).transpose()?;

@@ -26,9 +26,9 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
-    /// To rounding
+    /// It did not move beyond rounding
     Same,
-    /// Within the error bars, or within the tolerance where there is none
+    /// It moved within the error bars, or within the tolerance where there is none
     Within,
     Beyond,
 }

@@ -3,7 +3,7 @@
 use crate::report::numbers::space;
 use crate::report::{ReportError, files};
 use crate::study::claim::Claim;
-use crate::study::kinds::KINDS;
+use crate::study::kinds;
 use crate::study::store::outdated::{check_summary, stored_identity};
 use crate::study::store::record::{Quantity, StudyRecord};
 use crate::study::store::results;
@@ -118,7 +118,7 @@ impl StoredSummary {
 
     /// Finds the judged values where an earlier version has written the summary, from the curves where they are stored.
     fn judge(&mut self, dir: &Path, study: &StudyRecord) {
-        let Some(kind) = KINDS.iter().find(|kind| kind.name == study.kind) else { return };
+        let Some(kind) = kinds::find(&study.kind) else { return };
         let without = self.cases.iter_mut().filter(|case| case.judged.is_empty());
         let (mut cases, stored): (Vec<_>, Vec<_>) = without
             .filter_map(|case| {

@@ -67,7 +67,7 @@ pub struct Requests {
 /// A file of an engine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EngineFile {
-    /// In `<results>/engine/`
+    /// Name of the file in `<results>/engine/`
     pub name: String,
     pub text: String,
 }

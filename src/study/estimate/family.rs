@@ -22,7 +22,9 @@
 
 use crate::mesh::wall::{LEAST_CELLS, shows_bending};
 use crate::report::numbers::percent;
+use crate::scene::ElementSpec;
 use crate::study::estimate::least_squares::{Fit, least_squares};
+use crate::study::estimate::method::Method;
 use crate::study::estimate::richardson::{
     CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, is_small_ratio, safety_factor,
 };
@@ -30,12 +32,6 @@ use crate::study::estimate::tolerance::Tolerance;
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, Role};
 use serde::Serialize;
-
-/// Methods of a limit, as [`Estimate::method`] names them; least squares are followed by their model.
-const INDEPENDENT: &str = "independent of the mesh";
-const SPREAD: &str = "spread (3·ΔM)";
-const RICHARDSON: &str = "Richardson and GCI";
-const LEAST_SQUARES: &str = "least squares";
 
 /// One mesh of a family.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -108,7 +104,7 @@ pub struct Estimate {
     pub uncertainty: f64,
     /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
-    pub method: String,
+    pub method: Method,
     /// The cells stay as long in a direction
     #[serde(skip)]
     pub keeps_length: bool,
@@ -131,17 +127,12 @@ impl Estimate {
         (self.refused, self.defensible) = (true, false);
     }
 
-    /// Whether the limit lies beyond the values, by an order of convergence.
-    pub fn is_extrapolated(&self) -> bool {
-        ![SPREAD, INDEPENDENT].contains(&self.method.as_str())
-    }
-
     /// Observed order that f* is found with: that of the least squares over all meshes, or that of the three finest. None where the order is assumed, or
     /// nothing is extrapolated.
     pub fn order_of_limit(&self) -> Option<f64> {
-        match self.method.as_str() {
-            RICHARDSON => self.observed_order,
-            method if method.starts_with(LEAST_SQUARES) => self.fit.as_ref().map(|fit| fit.p),
+        match self.method {
+            Method::Richardson => self.observed_order,
+            Method::LeastSquares { .. } => self.fit.as_ref().map(|fit| fit.p),
             _ => None,
         }
     }
@@ -149,20 +140,9 @@ impl Estimate {
     /// φ at size h by the power law with that order, whose limit is f*.
     pub fn power_law(&self, h: f64) -> Option<f64> {
         let p = self.order_of_limit()?;
-        let fit = self.fit.as_ref().filter(|_| self.method != RICHARDSON);
+        let fit = self.fit.as_ref().filter(|_| self.method != Method::Richardson);
         let from_finest = || self.extrapolated + (self.values[0] - self.extrapolated) * (h / self.h_m[0]).powf(p);
         Some(fit.map_or_else(from_finest, |fit| fit.at(h)))
-    }
-
-    /// How the limit is found, with its source as `[@key]`.
-    pub fn cited_method(&self) -> &'static str {
-        match self.method.as_str() {
-            SPREAD => "the value of the finest mesh",
-            INDEPENDENT => "the value that all meshes share",
-            RICHARDSON => "Richardson extrapolation over three meshes [@celik2008]",
-            method if method.starts_with(LEAST_SQUARES) => "least squares over four and more meshes [@eca2014]",
-            _ => "Richardson extrapolation over two meshes with an assumed order [@roache1994]",
-        }
     }
 
     /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
@@ -173,9 +153,9 @@ impl Estimate {
     }
 }
 
-/// Formal order of a functional by formulation: twice the degree of the displacement (springs are on linear cells).
+/// Formal order of a functional by the short name of element and formulation: twice the degree of the displacement (springs are on linear cells).
 pub fn formal_order(formulation: &str) -> f64 {
-    if formulation.starts_with("tet10") { 4.0 } else { 2.0 }
+    if formulation.starts_with(ElementSpec::Tet10.name()) { 4.0 } else { 2.0 }
 }
 
 /// [`estimate_of_order`] with the formal order of the formulation.
@@ -247,7 +227,7 @@ pub fn estimate_of_order(
         extrapolated: f1,
         uncertainty: 0.0,
         uncertainty_finest: 0.0,
-        method: String::new(),
+        method: Method::Spread,
         keeps_length: length_objection(class, &levels).is_some(),
         cuts_cells: class != Convergence::Exact && !levels[0].cut.is_empty(),
         refused: false,
@@ -438,18 +418,18 @@ struct Differences {
 fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>) {
     let (q, f1, r21) = (e.formal_order, e.values[0], e.ratios[0]);
     if e.class == Convergence::Exact {
-        e.method = INDEPENDENT.into();
+        e.method = Method::Independent;
         e.uncertainty = d.spread;
         e.uncertainty_finest = d.spread;
     } else if d.noisy {
         let s = d.scatter.unwrap_or(0.0);
         reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
-        e.method = SPREAD.into();
+        e.method = Method::Spread;
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;
     } else if let Some(fit) = e.fit.as_ref().filter(|fit| fit.has_sane_order()) {
         let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
-        e.method = format!("{LEAST_SQUARES} {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
+        e.method = Method::LeastSquares { model: fit.model.clone(), weighted: fit.weighted };
         e.extrapolated = fit.f0;
         e.uncertainty_finest = u1;
         let beyond = if fit.good && e.asymptotic != Some(false) {
@@ -469,11 +449,11 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty = noise
             + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };
         e.method = match e.convergence_ratio {
-            Some(_) => RICHARDSON.into(),
-            None => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
+            Some(_) => Method::Richardson,
+            None => Method::TwoMeshes { p },
         };
     } else {
-        e.method = SPREAD.into();
+        e.method = Method::Spread;
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread;
         e.uncertainty = e.uncertainty_finest;
     }

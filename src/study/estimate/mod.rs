@@ -7,15 +7,17 @@
 //! | Order and limit of four meshes or more | `least_squares` |
 //! | Accepted errors, relative and absolute | `tolerance` |
 //! | f* ± U(f*) of one family, and what limits it | `family` |
+//! | The method by which f* is found, in words | `method` |
 //! | The reference among the families | `reference` |
 //! | Curves over time in place of one number | `curve` |
 //! | Sizes of time steps | `step_size` |
-//! | Power laws of cost over size | `growth` |
+//! | Power laws of cost over size | `power_law` |
 
 pub mod curve;
 pub mod family;
-pub mod growth;
 pub mod least_squares;
+pub mod method;
+pub mod power_law;
 pub mod reference;
 pub mod richardson;
 pub mod step_size;

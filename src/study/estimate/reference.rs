@@ -83,7 +83,7 @@ pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option
         uncertainty: leading.uncertainty.hypot(disagreement),
         scale: tolerance.scale(leading.extrapolated),
         family: leading.family.clone(),
-        method: leading.method.clone(),
+        method: leading.method.to_string(),
         envelope: envelope.iter().map(|e| e.family.clone()).collect(),
         others: others().map(check).collect(),
         disagreement,

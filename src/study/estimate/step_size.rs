@@ -11,8 +11,8 @@ const ROUNDING: f64 = 1e-6;
 /// One size for each run \[s\]: its step in the stage in which the runs differ, the geometric mean where they differ in several stages, and its longest
 /// step where they differ in none.
 pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
-    if runs.iter().any(|r| r.error_control.is_some()) {
-        return runs.iter().map(|r| r.error_control.map_or(r.dt_s, |c| c.mean_dt_s)).collect();
+    if runs.iter().any(|r| r.time_error_m.is_some()) {
+        return runs.iter().map(|r| r.mean_dt_s.unwrap_or(r.dt_s)).collect();
     }
     let longest = || runs.iter().map(|r| r.dt_s).collect();
     let Some(first) = runs.first().map(|r| r.steps_s()) else { return vec![] };
@@ -32,8 +32,7 @@ pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
 
 /// Whether two runs have the same time step in every stage, and the same permitted error where one sets them.
 pub fn has_steps_of(run: &CaseRecord, other: &CaseRecord) -> bool {
-    let permitted = |r: &CaseRecord| r.error_control.map(|c| c.time_error_m);
-    if permitted(run) != permitted(other) {
+    if run.time_error_m != other.time_error_m {
         return false;
     }
     let (a, b) = (run.steps_s(), other.steps_s());
@@ -51,7 +50,6 @@ fn is_same(a: f64, b: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::store::record::ErrorControl;
 
     fn run(stage_dt_s: &[f64]) -> CaseRecord {
         let dt_s = stage_dt_s.iter().copied().fold(0.0, f64::max);
@@ -73,17 +71,19 @@ mod tests {
         assert!((a - 0.2).abs() < 1e-15 && (b - 0.1).abs() < 1e-15, "{a} {b}");
     }
 
-    /// Three runs with steps of 40 ms at most.
+    /// Two runs with steps of 40 ms at most after a static hold of one step, and one with all steps of that length.
     #[test]
     fn steps_that_an_error_sets_have_their_mean_length() {
-        let of = |time_error_m: f64, mean_dt_s: f64| CaseRecord {
-            error_control: Some(ErrorControl { time_error_m, mean_dt_s }),
-            ..run(&[0.04])
+        let of = |error: Option<f64>, mean: f64| CaseRecord {
+            time_error_m: error,
+            mean_dt_s: Some(mean),
+            ..run(&[1.0, 0.04])
         };
-        let (rough, fine, other_mesh) = (of(1e-3, 0.031), of(1e-4, 0.019), of(1e-4, 0.018));
-        assert_eq!(step_sizes(&[&rough, &fine, &run(&[0.04])]), [0.031, 0.019, 0.04]);
+        let (rough, fine, other_mesh) = (of(Some(1e-3), 0.031), of(Some(1e-4), 0.019), of(Some(1e-4), 0.018));
+        let of_one_length = of(None, 0.04);
+        assert_eq!(step_sizes(&[&rough, &fine, &of_one_length]), [0.031, 0.019, 0.04]);
         assert!(has_steps_of(&fine, &other_mesh) && !has_steps_of(&rough, &fine));
-        assert!(!has_steps_of(&fine, &run(&[0.04])));
+        assert!(!has_steps_of(&fine, &of_one_length));
     }
 
     #[test]

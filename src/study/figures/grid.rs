@@ -91,7 +91,7 @@ pub struct MapNumbers {
     power: i32,
     /// None where a square has no room for a number
     decimals: Option<Decimals>,
-    /// In the brackets of the title
+    /// The unit in the brackets of the title
     pub unit: String,
 }
 

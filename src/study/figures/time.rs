@@ -6,6 +6,7 @@ use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
+use crate::study::analysis::disturbed;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::study::store::results::Results;
 
@@ -14,7 +15,7 @@ const PHASES: [&str; 4] = ["assembly", "factorisation", "solve", "rest"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
 
-/// Of the meshes of a variant, on as many sheets as their height needs.
+/// The times of the meshes of a variant, on as many sheets as their height needs.
 pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let of_meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Nested | Role::Remeshed | Role::Element);
     let families: Vec<&FamilyRecord> = store.study.families.iter().filter(of_meshes).collect();
@@ -39,11 +40,12 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let most = ((page_height() / panels.rows() - TOP - below) / ROW).floor().max(1.0) as usize;
     let sheets = rows.len().div_ceil(most);
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
+    let busy = waiting(&rows);
     let of = |(k, rows): (usize, &[&CaseRecord])| {
         drawn(name, || {
             let (name, part) = numbered(name, k, sheets);
             let caption = format!(
-                "Share of the wall time per case ({}){part}, total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}",
+                "Share of the wall time per case ({}){part}, total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}{busy}",
                 store.study.label(variant)
             );
             Figure { name, svg: sheet(rows, &effects, &panels, (room, below)), caption }
@@ -51,6 +53,14 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     };
     // Sheets of the same length
     rows.chunks(rows.len().div_ceil(sheets.max(1)).max(1)).enumerate().filter_map(of).collect()
+}
+
+/// A sentence where cases waited for what else the machine did.
+fn waiting(rows: &[&CaseRecord]) -> String {
+    let most = disturbed(rows.iter().copied()).into_iter().reduce(f64::max);
+    most.map_or_else(String::new, |most| {
+        format!(" The machine was busy: wall time is up to {most:.1} times the CPU time, and shares hold waiting too.")
+    })
 }
 
 /// Panels of the cases, with room for their names at the left and for the legends below \[mm\].
@@ -136,4 +146,17 @@ fn bars(
     }
     plot.axis_x();
     plot.title(letter, title);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_that_waited_are_told() {
+        let of = |wall_s: f64| CaseRecord { wall_s, cpu_s: 2.0, ..CaseRecord::default() };
+        let (quiet, busy) = (of(2.0), of(6.2));
+        assert_eq!(waiting(&[&quiet]), "");
+        assert!(waiting(&[&quiet, &busy]).contains("wall time is up to 3.1 times the CPU time"));
+    }
 }

@@ -24,3 +24,8 @@ pub const KINDS: [Kind; 9] = [
     Kind::of::<validation::ValidationStudy>(),
     Kind::of::<reduction::spec::ReductionStudy>(),
 ];
+
+/// The kind of this name.
+pub fn find(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|kind| kind.name == name)
+}

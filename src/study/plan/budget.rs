@@ -25,17 +25,17 @@ impl Budget {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Of the whole budget \[s\]; not negative.
+    /// The time that is left of the whole budget \[s\]; not negative.
     pub fn left_s(&self) -> f64 {
         self.share(1.0)
     }
 
-    /// For pilots \[s\].
+    /// The time that is left for pilots \[s\].
     pub fn pilots_s(&self) -> f64 {
         self.share(PILOTS)
     }
 
-    /// For pilots and the runs that examine the time step \[s\].
+    /// The time that is left for pilots and the runs that examine the time step \[s\].
     pub fn learning_s(&self) -> f64 {
         self.share(LEARNING)
     }

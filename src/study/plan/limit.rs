@@ -36,7 +36,7 @@ pub struct Limit {
 pub type References = BTreeMap<String, Limit>;
 
 impl Limit {
-    /// From the limit over h and what is known about the steps.
+    /// A limit from that over h and what is known about the steps.
     pub fn new((at_steps, of_mesh): (f64, f64), steps: &Steps, quantity: &str) -> Self {
         let (shift, of_steps) = match steps.laws.get(quantity) {
             Some(law) => (law.shift, Some(law.uncertainty + law.transfer(at_steps))),
@@ -190,7 +190,7 @@ mod tests {
         let element = |peaks: &[f64], known: f64| {
             let (choices, pilots) = pilots(&[("tet4_up", &[5.9, 6.7, 7.0]), ("tet10_up", peaks)]);
             let limits = MeshLimits::from([(Q.to_string(), (8.24, known))]);
-            contradiction(&choices, &pilots, &limits, TOLERANCE).map(|found| found.element)
+            contradiction(&choices, &pilots, &limits, TOLERANCE).map(|found| found.formulation)
         };
         assert_eq!(element(&[7.50, 7.52], 0.18).as_deref(), Some("tet10_up"));
         assert_eq!(element(&[7.50, 7.52], 0.005), None, "a limit that is known");

@@ -28,9 +28,11 @@ const OF_TWO: f64 = 3.0;
 /// An element whose two pilots contradict a limit that the other elements do not know to the tolerance.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    pub element: String,
+    /// Short name of the element with its formulation: `tet10_up`
+    #[serde(rename = "element")]
+    pub formulation: String,
     pub quantity: String,
-    /// From one pilot to the other \[–\]
+    /// Change from one pilot to the other \[–\]
     pub change: f64,
     /// Distance of the limit from the finer one \[–\]
     pub distance: f64,
@@ -52,8 +54,8 @@ pub fn contradiction(
         limits.iter().filter(|(_, (_, known))| *known > tolerance).find_map(|(quantity, (limit, _))| {
             let finer = peak(fine, quantity)?;
             let (change, distance) = ((peak(coarse, quantity)? / finer - 1.0).abs(), (limit / finer - 1.0).abs());
-            let (element, quantity) = (choice.name.clone(), quantity.clone());
-            (further * distance > OF_TWO * change).then_some(Contradiction { element, quantity, change, distance })
+            let (formulation, quantity) = (choice.name.clone(), quantity.clone());
+            (further * distance > OF_TWO * change).then_some(Contradiction { formulation, quantity, change, distance })
         })
     };
     let all = choices.iter().zip(&pilots.of).filter_map(by_element);

@@ -10,7 +10,7 @@
 //! through all pilots of the element, since large supernodes run faster. flops and nnz(L) of the run itself are counted on its own mesh, by
 //! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
 
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use crate::study::estimate::richardson::{ORDER_SLACK, ROUNDING};
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
@@ -33,7 +33,7 @@ pub struct Counted {
 #[derive(Clone, Debug)]
 pub struct Clock {
     /// One factorisation over its operations
-    factorisation: Growth,
+    factorisation: PowerLaw,
     /// Per step
     iterations: f64,
     factorisations: f64,
@@ -45,13 +45,13 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// From the pilots of one element; `None` with fewer than two meshes.
+    /// A clock from the pilots of one element; `None` with fewer than two meshes.
     pub fn new(pilots: &[&CaseRecord]) -> Option<Self> {
         let one = |r: &CaseRecord| {
             let seconds = r.phases.factorisation_s * quiet(r) / r.work.factorisations.max(1) as f64;
             (r.work.factor_flops, seconds)
         };
-        let factorisation = growth(&pilots.iter().map(|r| one(r)).collect::<Vec<_>>())?;
+        let factorisation = power_law(&pilots.iter().map(|r| one(r)).collect::<Vec<_>>())?;
         let largest = pilots.iter().max_by_key(|r| r.mesh.cells)?;
         let (steps, iterations) = (largest.steps.max(1) as f64, largest.all_iterations().max(1) as f64);
         let linear = largest.phases.factorisation_s + largest.phases.solve_s;
@@ -83,7 +83,7 @@ fn quiet(r: &CaseRecord) -> f64 {
 /// e(h) of one element and quantity through its pilots, against a limit that is known to `known` \[–\]. Errors that do not fall with h are those of
 /// the limit where they are within `known`, as are values that agree with it: there they count as `known`, or as the largest of them if that is less, so that
 /// the law of errors that are all within it is constant. `None` where the error does not fall even so.
-pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<Growth> {
+pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<PowerLaw> {
     let largest = errors.iter().map(|e| e.1).fold(ROUNDING, f64::max);
     let known = known.max(ROUNDING);
     let told: Vec<(f64, f64)> = errors.iter().map(|(h, e)| (*h, e.max(known.min(largest)))).collect();
@@ -92,17 +92,17 @@ pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<Growt
 
 /// A power law that falls with h. Errors that fall faster than the formal order allows are those of values that cross the limit: the law then has
 /// the formal order, through the largest of them as it scales them.
-fn falling(errors: &[(f64, f64)], formal: f64) -> Option<Growth> {
+fn falling(errors: &[(f64, f64)], formal: f64) -> Option<PowerLaw> {
     let law = law(errors).filter(|g| g.q > 0.0)?;
     if law.q <= ORDER_SLACK * formal {
         return Some(law);
     }
     let largest = errors.iter().map(|(h, e)| e / h.powf(formal)).fold(0.0, f64::max);
-    growth(&errors.iter().map(|(h, _)| (*h, largest * h.powf(formal))).collect::<Vec<_>>())
+    power_law(&errors.iter().map(|(h, _)| (*h, largest * h.powf(formal))).collect::<Vec<_>>())
 }
 
-fn law(errors: &[(f64, f64)]) -> Option<Growth> {
-    growth(errors).filter(|g| g.points >= LEAST_PILOTS)
+fn law(errors: &[(f64, f64)]) -> Option<PowerLaw> {
+    power_law(errors).filter(|g| g.points >= LEAST_PILOTS)
 }
 
 #[cfg(test)]

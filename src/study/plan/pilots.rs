@@ -55,10 +55,22 @@ pub fn build(
 
 /// Why there is no mesh. Where the mesher ran into a limit that the budget has set, the scene has no part in it.
 fn no_mesh(error: SceneError, of_budget: bool) -> PlanError {
-    let SceneError::Part { source, .. } = &error else { return error.into() };
-    match source.downcast_ref::<GenerateError>() {
+    match of_mesher(&error) {
         Some(GenerateError::TimeLimit { seconds, .. }) if of_budget => PlanError::MeshLate { after_s: *seconds },
         _ => error.into(),
+    }
+}
+
+/// The mesher's part in an error.
+fn of_mesher(error: &SceneError) -> Option<&GenerateError> {
+    let SceneError::Part { source, .. } = error else { return None };
+    source.downcast_ref()
+}
+
+fn is_of_mesher(error: &PlanError) -> bool {
+    match error {
+        PlanError::Scene(e) => of_mesher(e).is_some(),
+        _ => matches!(error, PlanError::MeshLate { .. }),
     }
 }
 
@@ -129,6 +141,8 @@ pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Opt
 pub struct Pilots {
     /// \[choices\] converged runs, rising in cells
     pub of: Vec<Vec<StoredCase>>,
+    /// \[choices\] reasons why there is no such scene, each once
+    pub refused: Vec<Vec<String>>,
     /// (what, why) of those that could not be used
     pub lost: Vec<(String, String)>,
     pub cpu_s: f64,
@@ -141,8 +155,14 @@ impl Pilots {
         if self.cpu_s > 0.0 { (self.wall_s / self.cpu_s).max(1.0) } else { 1.0 }
     }
 
-    /// Takes the end of a pilot of choice `k`.
-    fn add(&mut self, k: usize, name: String, outcome: Pilot) {
+    /// Without a pilot yet, for this number of choices.
+    fn none_of(choices: usize) -> Self {
+        Self { of: vec![vec![]; choices], refused: vec![vec![]; choices], ..Self::default() }
+    }
+
+    /// Takes the end of a pilot of choice `k`. Whether its next size is worth a trial: not where there is no time for it, and not where two sizes have no scene for
+    /// the same reason.
+    fn add(&mut self, k: usize, name: String, outcome: Pilot) -> bool {
         match outcome {
             Pilot::Run(case) => {
                 self.cpu_s += case.record.cpu_s;
@@ -155,14 +175,19 @@ impl Pilots {
                     }
                 }
             }
-            Pilot::TooLong if self.of[k].is_empty() => {
-                self.lost.push((name, "it does not fit into its share of the budget".into()));
+            Pilot::TooLong => {
+                if self.of[k].is_empty() {
+                    self.lost.push((name, "it does not fit into its share of the budget".into()));
+                }
+                return false;
             }
-            Pilot::TooLong => {}
-            // The next size may have a mesh
-            Pilot::Refused(why) if self.lost.iter().any(|(_, told)| *told == why) => {}
-            Pilot::Refused(why) => self.lost.push((name, why)),
+            Pilot::Refused { why, by_mesher } if self.refused[k].contains(&why) => return by_mesher,
+            Pilot::Refused { why, .. } => {
+                self.refused[k].push(why.clone());
+                self.lost.push((name, why));
+            }
         }
+        true
     }
 }
 
@@ -202,7 +227,7 @@ pub fn run_all(
     budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<Pilots, PlanError> {
-    let mut pilots = Pilots { of: vec![vec![]; choices.len()], ..Pilots::default() };
+    let mut pilots = Pilots::none_of(choices.len());
     let mut turns = vec![Turn { level: 0, is_open: true }; choices.len()];
     let estimated = if meshes == Meshes::Given { quantities } else { &[] };
     let size = |k: usize, level: usize| match meshes {
@@ -224,8 +249,7 @@ pub fn run_all(
             outcome => outcome?,
         };
         turns[k].level += 1;
-        turns[k].is_open = !matches!(outcome, Pilot::TooLong);
-        pilots.add(k, choices[k].words(cells), outcome);
+        turns[k].is_open = pilots.add(k, choices[k].words(cells), outcome);
     }
 }
 
@@ -234,8 +258,11 @@ enum Pilot {
     Run(Box<StoredCase>),
     /// It was not begun, or stopped
     TooLong,
-    /// There is no such scene: the reason
-    Refused(String),
+    /// There is no such scene: the reason, and whether it is the mesher's, which another size may not meet
+    Refused {
+        why: String,
+        by_mesher: bool,
+    },
 }
 
 /// One pilot, unless it is expected to take longer than is left.
@@ -259,7 +286,9 @@ fn pilot(
     let scene = match build(request, &choice.changes(cells), left(), watch) {
         Ok(scene) => scene,
         // The scene was built before: it is this element or size that does not fit it
-        Err(e @ (PlanError::Scene(_) | PlanError::MeshLate { .. })) => return Ok(Pilot::Refused(e.to_string())),
+        Err(e @ (PlanError::Scene(_) | PlanError::MeshLate { .. })) => {
+            return Ok(Pilot::Refused { why: e.to_string(), by_mesher: is_of_mesher(&e) });
+        }
         Err(e) => return Err(e),
     };
     let counted = count(&scene);
@@ -312,6 +341,19 @@ mod tests {
         assert!(rank(0, &[]) < second && linear < rank(2, &[0.0, 0.0]), "peaks of zero agree in nothing");
         // One of its two sizes could not be run
         assert_eq!(rank(2, &[7.39]), (2, 2.0));
+    }
+
+    /// An element that the law cannot have is told once, and no further size of it is meshed; a mesh that fails may do in another size.
+    #[test]
+    fn an_element_that_is_refused_twice_for_one_reason_is_closed() {
+        let mut pilots = Pilots::none_of(2);
+        let mut refused = |k: usize, why: &str, by_mesher| {
+            pilots.add(k, format!("{k}"), Pilot::Refused { why: why.into(), by_mesher })
+        };
+        assert_eq!([0; 2].map(|k| refused(k, "no such law", false)), [true, false]);
+        assert_eq!([1; 3].map(|k| refused(k, "facets overlap", true)), [true; 3]);
+        assert_eq!(pilots.lost.len(), 2);
+        assert!(!pilots.add(1, "1".into(), Pilot::TooLong));
     }
 
     /// 8 times the cells and 64 times the operations, of which a run of 0.1 s has 0.02 s.

@@ -12,7 +12,7 @@ pub struct Request<'a> {
     pub changes: Vec<(String, toml::Value)>,
     /// Largest error of a peak \[–\]
     pub tolerance: f64,
-    /// For meshes, pilots and the run together, by the clock \[s\]
+    /// Budget for meshes, pilots and the run together, by the clock \[s\]
     pub budget_s: f64,
     /// Columns; those of a convergence study if empty
     pub quantities: Vec<String>,

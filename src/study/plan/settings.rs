@@ -19,7 +19,7 @@ pub struct Plan {
     pub references: References,
     pub pilots: Vec<Pilot>,
     pub pilots_cpu_s: f64,
-    /// By the clock, until the choice was made: pilots, meshes, factorisations
+    /// Time by the clock, until the choice was made: pilots, meshes, factorisations
     pub planning_s: f64,
     pub steps: Steps,
     /// Every setting that was weighed, by time
@@ -51,11 +51,13 @@ pub struct Pilot {
 /// A mesh and element with what is expected of it.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Setting {
-    pub element: String,
+    /// Short name of element and formulation: `tet10_up`
+    #[serde(rename = "element")]
+    pub formulation: String,
     /// Number of the element among the choices
     #[serde(skip)]
     pub choice: usize,
-    /// As to be asked for
+    /// Number of cells that is to be asked for
     pub cells: u64,
     /// Changes to the scene, `key=value`
     pub set: Vec<String>,
@@ -80,7 +82,7 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Expected over found
     pub time_ratio: f64,
-    /// Of the quantity that limits, against f* \[–\]
+    /// Error of the quantity that limits, against f* \[–\]
     pub error: f64,
     /// The run is a further mesh of that f*; otherwise it is the one of the pilots
     pub further_mesh: bool,

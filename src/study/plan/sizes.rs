@@ -20,7 +20,7 @@ pub struct Choice {
     pub sizes: Vec<u64>,
     /// Number of cells → `mesh.grid.divisions`; empty where a mesher makes the number
     pub divisions: BTreeMap<u64, Value>,
-    /// Of the cells, without its formulation
+    /// Element of the cells, without its formulation
     pub element: ElementSpec,
 }
 

@@ -45,7 +45,7 @@ pub struct StepLaw {
 }
 
 impl StepLaw {
-    /// From (φ, peak) of runs in any order, and the order of the integrator. None with fewer than two runs, without one at φ = 1, or where
+    /// A law from (φ, peak) of runs in any order, and the order of the integrator. None with fewer than two runs, without one at φ = 1, or where
     /// the peak has no limit of its own sign.
     pub fn new(values: &[(f64, f64)], formal: f64, tolerance: f64) -> Option<Self> {
         let mut values = values.to_vec();

@@ -6,7 +6,7 @@
 use crate::report::numbers::percent;
 use crate::study::curve::peak;
 use crate::study::estimate::family::formal_order;
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use crate::study::plan::limit::{Limit, References};
 use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS, error_law};
 use crate::study::plan::pilots::Pilots;
@@ -23,14 +23,14 @@ pub const FEW: &str = "pilots that a law of its error takes";
 /// Knowledge of one element, to expect errors and times of its sizes.
 pub struct Expectation {
     clock: Clock,
-    laws: Vec<(String, Growth)>,
-    nnz: Growth,
-    flops: Growth,
+    laws: Vec<(String, PowerLaw)>,
+    nnz: PowerLaw,
+    flops: PowerLaw,
     largest: CaseRecord,
 }
 
 impl Expectation {
-    /// From the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
+    /// An expectation from the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
     pub fn new(own: &[StoredCase], references: &References) -> Result<Self, String> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
         if records.len() < LEAST_PILOTS {
@@ -48,7 +48,7 @@ impl Expectation {
         };
         let laws = references.iter().map(law).collect::<Result<Vec<_>, String>>()?;
         let over_cells = |of: fn(&CaseRecord) -> f64| {
-            growth(&records.iter().map(|r| (r.mesh.cells as f64, of(r))).collect::<Vec<_>>())
+            power_law(&records.iter().map(|r| (r.mesh.cells as f64, of(r))).collect::<Vec<_>>())
         };
         let timed = || {
             let largest = (*records.iter().max_by_key(|r| r.mesh.cells)?).clone();
@@ -87,8 +87,11 @@ pub type Weighed = (Vec<Setting>, Vec<(String, String)>);
 pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps, budget_s: f64) -> Weighed {
     let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
+        let has_no_scene = own.is_empty() && pilots.refused.get(k).is_some_and(|reasons| !reasons.is_empty());
         let expectation = match Expectation::new(own, references) {
             Ok(expectation) => expectation,
+            // The reason is told with its pilots, and is not a lack of time
+            Err(_) if has_no_scene => continue,
             Err(why) => {
                 lost.push((choice.name.clone(), why));
                 continue;
@@ -99,7 +102,7 @@ pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, st
             let (error, limited_by, cpu_s) = expectation.of(&counted, steps);
             let changes = [steps.changes.clone(), choice.changes(cells)].concat();
             out.push(Setting {
-                element: choice.name.clone(),
+                formulation: choice.name.clone(),
                 choice: k,
                 cells,
                 set: changes.iter().map(|(key, value)| format!("{key}={value}")).collect(),
@@ -142,7 +145,7 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
         let changes = [steps.changes.clone(), choice.changes(0)].concat();
         let cpu_s = r.cpu_s * steps.per_step / steps.factor;
         out.push(Setting {
-            element: choice.name.clone(),
+            formulation: choice.name.clone(),
             choice: k,
             cells: r.mesh.cells as u64,
             set: changes.iter().map(|(key, value)| format!("{key}={value}")).collect(),
@@ -205,7 +208,7 @@ mod tests {
             |of_mesh: f64| Limit { value: 1.0, uncertainty: of_mesh, at_steps: 1.0, of_mesh, of_steps: Some(0.0) };
         let references = References::from([("angle".into(), limit(0.005)), ("tension".into(), limit(0.02))]);
         let (weighed, lost) = settings(&choices, &pilots, &references, &Steps::of_scene(false, ""), f64::INFINITY);
-        assert!(weighed.iter().all(|s| s.element == "agrees" && s.limited_by == "tension"), "{weighed:?}");
+        assert!(weighed.iter().all(|s| s.formulation == "agrees" && s.limited_by == "tension"), "{weighed:?}");
         assert!(weighed.len() == 2 && weighed[0].error < 0.03 && weighed[1].error < weighed[0].error, "{weighed:?}");
         let said: Vec<String> = lost.iter().map(|(what, why)| format!("{what}: {why}")).collect();
         let departs = "departs: the errors of its pilots in angle do not fall with the size of cells: 1 %, 2 %, 4 %";

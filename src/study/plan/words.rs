@@ -45,7 +45,9 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     }
     if let Some(s) = plan.chosen.as_ref().filter(|_| !plan.meets) {
         let why = match plan.weighed.iter().find(|w| w.error <= plan.tolerance) {
-            Some(w) => format!("the cheapest that would is {}, {} cells, for {}", w.element, w.cells, seconds(w.cpu_s)),
+            Some(w) => {
+                format!("the cheapest that would is {}, {} cells, for {}", w.formulation, w.cells, seconds(w.cpu_s))
+            }
             None => "no mesh that was weighed would".into(),
         };
         let tolerance = percent(plan.tolerance);
@@ -89,7 +91,7 @@ fn knowledge(quantity: &str, limit: &Limit, tolerance: f64) -> String {
 impl Setting {
     /// `tet10_up with 4500 cells`
     pub fn words(&self) -> String {
-        format!("{} with {} cells", self.element, self.cells)
+        format!("{} with {} cells", self.formulation, self.cells)
     }
 }
 
@@ -98,7 +100,7 @@ impl Contradiction {
         format!(
             "No setting is advised: two pilots of {} agree to {} in {}, and the limit that other elements give lies {} from them. Raise --budget, so that \
              it has a third one.",
-            self.element,
+            self.formulation,
             percent(self.change),
             self.quantity,
             percent(self.distance)
@@ -142,7 +144,7 @@ impl Plan {
                 if self
                     .pilots
                     .iter()
-                    .any(|p| p.cells == s.counted.cells && p.name.starts_with(&format!("{}, ", s.element)))
+                    .any(|p| p.cells == s.counted.cells && p.name.starts_with(&format!("{}, ", s.formulation)))
                     && self.steps.factor == 1.0
                 {
                     out.push("It was one of the pilots: a run would tell nothing new.".into());
@@ -197,7 +199,7 @@ mod tests {
     fn plan(lost: &[(&str, &str)], contradicted: Option<Contradiction>) -> Plan {
         let counted = Counted { cells: 54_432, dofs: 3, h_m: 1e-3, steps: 1, factor_nnz: 1, factor_flops: 1.0 };
         let setting = Setting {
-            element: "tet4_up".into(),
+            formulation: "tet4_up".into(),
             choice: 0,
             cells: 54_432,
             set: vec![],
@@ -247,8 +249,8 @@ mod tests {
         assert!(few.contains("No element that could be judged meets 1 % within the budget"), "{few}");
         assert!(few.contains("which a larger --budget may allow: tet10_up, tet10."), "{few}");
         assert!(few.contains("comes closest, of the elements that could be judged, to 1 %"), "{few}");
-        let (element, quantity) = ("tet10_up".into(), "angle".into());
-        let against = Contradiction { element, quantity, change: 0.017, distance: 0.096 };
+        let (formulation, quantity) = ("tet10_up".into(), "angle".into());
+        let against = Contradiction { formulation, quantity, change: 0.017, distance: 0.096 };
         let none = said(&plan(&[("tet10_up", &why)], Some(against)));
         assert!(none.contains("No setting is advised: two pilots of tet10_up agree to 1.70 % in angle"), "{none}");
         assert!(!none.contains("comes closest") && !none.contains("is not met"), "{none}");

@@ -2,22 +2,23 @@
 
 use crate::report::ReportError;
 use crate::study::expand::Study;
-use crate::study::growth::Growth;
-use crate::study::kinds::KINDS;
-use crate::study::run::runner::{self, Options, RunError, Watch};
+use crate::study::kinds;
+use crate::study::rounds::Rounds;
+use crate::study::run::runner::{Options, RunError, Watch, run_cases};
 use crate::study::store::folder::Store;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-/// Runs a study into `dir` as [`runner::run`] does, then what its kind asks for in the light of the results, until it asks for nothing more.
+/// Runs a study into `dir`: its cases, then those that its kind asks for in the light of the results, until it asks for nothing more. Returns the records of
+/// all wanted cases that have one; an interrupted case has none.
 ///
 /// # Errors
 ///
-/// Those of [`runner::run`].
+/// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
-    let mut records = runner::run(study, dir, options, watch)?;
+    let mut records = run_cases(study, dir, options, watch)?;
     let broken = with_earlier_results(&records, dir);
     // The cases are done now, so that none is to be done again
     let options = Options { redo: false, only: options.only.clone(), isolation: options.isolation.clone(), ..*options };
@@ -25,7 +26,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     while options.only.is_none() && !options.stop.load(Ordering::Relaxed) {
         let Some(next) = next(&present, dir)? else { break };
         present = next;
-        records = runner::run(&present, dir, &options, watch)?;
+        records = run_cases(&present, dir, &options, watch)?;
         for record in &mut records {
             let of_case = |(_, earlier): &&(CaseRecord, String)| *earlier == record.provenance.record_sha256;
             if let Some((broke, _)) = broken.iter().find(of_case) {
@@ -38,9 +39,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 
 /// Whether cases are still to follow from the results of this study in `dir`: those of a part ask for none, since the others may not be there.
 pub fn is_open(study: &Study, dir: &Path) -> bool {
-    let growth = Growth::read(dir);
-    let has_ended = growth.of == study.source_sha256 && growth.has_ended();
-    !has_ended && KINDS.iter().any(|kind| kind.name == study.record.kind && (kind.grows)(&study.record))
+    let rounds = Rounds::read(dir);
+    let has_ended = rounds.of == study.source_sha256 && rounds.has_ended();
+    !has_ended && kinds::find(&study.record.kind).is_some_and(|kind| (kind.grows)(&study.record))
 }
 
 /// The cases that broke and left an earlier result in its place, with the digest of its record.
@@ -52,14 +53,14 @@ fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, 
 
 /// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
 fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
-    let Some(kind) = KINDS.iter().find(|kind| kind.name == study.record.kind) else { return Ok(None) };
-    let growth = Growth::read(dir).keep_only(&study.source_sha256, dir);
-    if growth.has_ended() {
+    let Some(kind) = kinds::find(&study.record.kind) else { return Ok(None) };
+    let rounds = Rounds::read(dir).keep_only(&study.source_sha256, dir);
+    if rounds.has_ended() {
         return Ok(None);
     }
     let Ok(results) = results::read(dir) as Result<_, ReportError> else { return Ok(None) };
     let Ok(Some(round)) = (kind.grow)(&results, dir) else { return Ok(None) };
     let has_ended = round.members.is_empty();
-    growth.add(&study.source_sha256, round, dir).map_err(|why| RunError::Apart { why })?;
+    rounds.add(&study.source_sha256, round, dir).map_err(|why| RunError::Apart { why })?;
     if has_ended { Ok(None) } else { Ok(Some(study.again(dir)?)) }
 }

@@ -71,7 +71,7 @@ pub enum Admission {
 
 /// Memory that is promised to running cases.
 pub struct Allowance {
-    /// Of all together \[bytes\]
+    /// Memory that all cases together may take \[bytes\]
     pub limit: u64,
     promised: Mutex<u64>,
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
 //! | Mistakes of scenes, before the first case runs | `mistakes` |
-//! | Cases that follow from the results of others | [`growing`] |
+//! | The whole run: the cases, and those that follow from their results | [`growing`] |
 //! | Side by side, and which stored result is reused | [`runner`] |
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |

@@ -53,7 +53,7 @@ impl From<&str> for Only {
 /// added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Partition {
-    /// From 1 to `n`
+    /// Number of the part, from 1 to `n`
     pub k: u64,
     pub n: u64,
 }

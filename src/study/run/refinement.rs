@@ -9,7 +9,7 @@ use std::sync::Arc;
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct RefinementRecord {
     pub cells: usize,
-    /// Of the quantity that decides, in its unit
+    /// Value of the quantity that decides, in its unit
     pub value: f64,
     pub bar: f64,
     pub tolerance: f64,

@@ -81,9 +81,9 @@ impl From<SceneError> for RunError {
 /// Where cases are computed. The results are the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Isolation {
-    /// In threads of this process. A panic is the status of its case; an abort ends all.
+    /// Cases are computed in threads of this process. A panic is the status of its case; an abort ends all.
     Threads,
-    /// Each in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
+    /// Each case is computed in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
     Processes(Launch),
 }
 
@@ -128,12 +128,18 @@ impl<'a> Options<'a> {
     }
 }
 
-/// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
+/// Runs the cases of a study into `dir`, but none that follow from their results. Returns the records of all wanted cases that have one; an interrupted
+/// case has none.
 ///
 /// # Errors
 ///
 /// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
-pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+pub(in crate::study) fn run_cases(
+    study: &Study,
+    dir: &Path,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Vec<CaseRecord>, RunError> {
     let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if let (true, Some(Only::Containing(only))) = (cases.is_empty(), &options.only) {
         let known = first(&study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>());

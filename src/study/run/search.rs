@@ -4,8 +4,8 @@ use crate::calibrate::inverse::{
     Calibration, End, Failure, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
 use crate::scene::{Body, OnProgress, Progress, SceneSpec, from_text};
+use crate::study::calibration_plan::{CalibrationPlan, MeasuredPlan};
 use crate::study::case::Case;
-use crate::study::inverse::{CalibrationPlan, MeasuredPlan};
 use crate::study::run::error::CaseError;
 use crate::study::store::folder::Store;
 use crate::study::store::identity::Identity;

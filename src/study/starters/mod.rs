@@ -38,15 +38,15 @@ pub const STARTERS: [Starter; 3] = [
     starter!("gripper", "two fingers that hold a ball by friction"),
 ];
 
-/// Makes a project from the starter of this name, or around a mesh, surface or CAD file, with this unit of length in place of a guess. Without a
-/// folder it is called after the starter or the file. Returns the folder. `progress` gets the lines of the mesher.
+/// Makes a project from the starter of this name, or around a mesh, surface or CAD file, with this unit of length in place of a guess and so many cells in
+/// place of the usual number. Without a folder it is called after the starter or the file. Returns the folder. `progress` gets the lines of the mesher.
 ///
 /// # Errors
 /// No such starter or file, a folder that is not empty or cannot be written, or a shape that cannot be used. Then nothing is left.
 pub fn create(
     name: &str,
     folder: Option<&Path>,
-    unit: Option<&str>,
+    (unit, cells): (Option<&str>, Option<usize>),
     progress: &mut dyn FnMut(&str),
 ) -> Result<PathBuf, StarterError> {
     let starter = STARTERS.iter().find(|starter| starter.name == name);
@@ -55,6 +55,9 @@ pub fn create(
         let names: Vec<String> = STARTERS.iter().map(|starter| starter.name.to_string()).collect();
         return Err(StarterError::Unknown { name: name.into(), hint: hint(name, &names) });
     }
+    if starter.is_some() && cells.is_some() {
+        return Err(StarterError::OwnMesh { name: name.into() });
+    }
     let own = || Some(PathBuf::from(file.file_stem()?));
     let folder = folder.map(Path::to_path_buf).or_else(own).unwrap_or_default();
     folder::make(&folder, |new, title| match starter {
@@ -62,7 +65,7 @@ pub fn create(
             let page = readme.replace("{name}", title);
             folder::write(new, [("scene.toml", scene), ("study.toml", study), ("README.md", &page)])
         }
-        None => shape::fill(new, file, title, unit, progress),
+        None => shape::fill(new, file, title, (unit, cells), progress),
     })?;
     Ok(folder)
 }

@@ -13,7 +13,7 @@ pub(super) fn fill(
     folder: &Path,
     file: &Path,
     title: &str,
-    unit: Option<&str>,
+    (unit, cells): (Option<&str>, Option<usize>),
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), StarterError> {
     let format = recognise(file).map_err(SceneError::Mesh)?;
@@ -22,6 +22,9 @@ pub(super) fn fill(
     copy_referred(folder, file, format.reader.shape().1)?;
     // Messages name the file of the user
     let mut import = Import::of(file, unit, progress)?;
+    if let Some(cells) = cells {
+        import = import.with_cells(cells)?;
+    }
     let imported = import.load(progress)?;
     let scene = starter(&Import { file: copy.clone(), ..import.clone() }, &imported, folder);
     // Only a shape that is meshed here has finer meshes

@@ -8,7 +8,7 @@
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::extension;
-use crate::study::growth;
+use crate::study::rounds;
 use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
 use crate::study::store::field_folder;
 use crate::study::store::outdated::{forget_note, is_outdated};
@@ -33,7 +33,7 @@ const NAME_LIMIT: u64 = 1 << 12;
 /// Name of the record of the study.
 const STUDY: &str = "study.json";
 /// Names of the files with the cases that were added to a study.
-const ADDED: [&str; 2] = [extension::FILE, growth::FILE];
+const ADDED: [&str; 2] = [extension::FILE, rounds::FILE];
 /// The fact of a conflict.
 const OTHER_INPUTS: &str = "the archive has a result of other inputs";
 

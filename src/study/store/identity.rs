@@ -76,7 +76,7 @@ impl PartialEq for Identity {
 impl Eq for Identity {}
 
 impl Identity {
-    /// Of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
+    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
     pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Requests for more than curves | [`asked`] |
-//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`collapse`], [`status`] |
+//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`collapse`], [`sunk`], [`status`] |
 //! | The record of a study, and its cases as they are read back | [`study_record`], [`series`] |
 //! | Its other files | [`csv_text`], [`skin`], [`fields`], [`field_folder`], [`partial_series`] |
 //! | The build that wrote a record which this one cannot read | [`other_build`] |
@@ -48,5 +48,6 @@ pub mod solver;
 pub mod states;
 pub mod status;
 pub mod study_record;
+pub mod sunk;
 pub mod superseded;
 pub mod upkeep;

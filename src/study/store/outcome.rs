@@ -4,9 +4,10 @@ use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
+use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
+use crate::mesh::{Order, TetMesh};
 use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
-use crate::solve::TimeSpan;
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -15,8 +16,8 @@ use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
-    CaseRecord, EffectRecord, ErrorControl, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord,
-    ProbeRecord, Provenance, SCHEMA,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord, ProbeRecord, Provenance,
+    SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
@@ -30,12 +31,10 @@ const STILL: f64 = 1e-5;
 /// Range that a rotation counts as at most: a point of a circle moves by two radii \[deg\]
 const WHOLE: f64 = 360.0 / std::f64::consts::PI;
 
-/// The time steps of a run whose length this error sets.
-fn error_control(scene: &Scene, run: &Run, time_error_m: f64) -> ErrorControl {
-    let of = |is_static: bool| scene.spans.iter().filter(move |s| s.integrator.is_static() == is_static);
-    let fixed: usize = of(true).map(TimeSpan::steps).sum();
-    let moving: f64 = of(false).map(|s| s.end - s.start).sum();
-    ErrorControl { time_error_m, mean_dt_s: moving / run.totals.steps.saturating_sub(fixed).max(1) as f64 }
+/// Mean length of the time steps taken in stages that are not static \[s\].
+fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
+    let duration: f64 = scene.spans.iter().filter(|s| !s.integrator.is_static()).map(|s| s.end - s.start).sum();
+    (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -53,7 +52,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
-        error_control: scene.spec.numerics.time_error.map(|error| error_control(scene, run, error.0)),
+        time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
+        mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
@@ -251,28 +251,44 @@ fn component_of_rotation(column: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|component| column.ends_with(&format!("_rotation_{component}_deg")))
 }
 
-/// The boundary at the state farthest from rest, corner nodes only.
+/// Distance of a mid-node from the middle of its edge, over the length of the edge, from which on the edge is curved.
+const CURVED: f64 = 0.01;
+
+/// Whether some of these facets are curved at rest.
+fn is_curved(mesh: &TetMesh, facets: &[u32]) -> bool {
+    let bends = |facet: &[u32]| {
+        let at = |k: usize| mesh.points[facet[k] as usize];
+        let sides = FACET_EDGES.iter().enumerate();
+        sides
+            .map(|(e, &[i, j])| (at(3 + e) - (at(i) + at(j)) / 2.0).norm() / (at(j) - at(i)).norm())
+            .any(|off| off > CURVED)
+    };
+    mesh.order == Order::Quadratic && facets.iter().any(|&f| bends(mesh.facet(f as usize)))
+}
+
+/// The boundary at the state farthest from rest, with mid-nodes only where it is curved at rest.
 pub fn skin(scene: &Scene, run: &Run) -> Skin {
     let mesh = &scene.body.mesh;
     let stretch = scene.nodal_stretch(&run.peak.x);
     let mut local = BTreeMap::new();
     let mut nodes = Vec::new();
-    let triangles = boundary_facets(mesh)
-        .iter()
-        .map(|&f| {
-            let corners = &mesh.facet(f as usize)[..3];
-            std::array::from_fn(|k| {
-                *local.entry(corners[k]).or_insert_with(|| {
-                    nodes.push(corners[k] as usize);
-                    nodes.len() as u32 - 1
-                })
+    let boundary = boundary_facets(mesh);
+    let mut numbers = |own: &[u32]| -> [u32; 3] {
+        std::array::from_fn(|k| {
+            *local.entry(own[k]).or_insert_with(|| {
+                nodes.push(own[k] as usize);
+                nodes.len() as u32 - 1
             })
         })
-        .collect();
+    };
+    let triangles = boundary.iter().map(|&f| numbers(&mesh.facet(f as usize)[..3])).collect();
+    let curved = if is_curved(mesh, &boundary) { &boundary[..] } else { &[] };
+    let middles = curved.iter().map(|&f| numbers(&mesh.facet(f as usize)[3..])).collect();
     let x = &run.peak.x;
     Skin {
         points: nodes.iter().map(|&k| mesh.points[k].into()).collect(),
         triangles,
+        middles,
         t_s: run.peak.t,
         displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
         stretch: nodes.iter().map(|&k| stretch[k]).collect(),

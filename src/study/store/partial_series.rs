@@ -33,7 +33,7 @@ impl PartialSeries {
         }
     }
 
-    /// With the names of the columns.
+    /// Creates the file with the names of the columns.
     pub fn create(dir: &Path, name: &str, scene: &Scene) -> Result<Self, StoreError> {
         Self::check_free(dir, name)?;
         let path = file_of(dir, name);

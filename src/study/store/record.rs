@@ -28,15 +28,6 @@ pub use crate::study::store::study_record::{FamilyRecord, Member, Quantity, Role
 /// version are refused.
 pub const SCHEMA: u32 = 1;
 
-/// Time steps whose length is set by their error.
-#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Debug)]
-pub struct ErrorControl {
-    /// The permitted error \[m\]
-    pub time_error_m: f64,
-    /// Mean length of the steps of the stages in which masses move \[s\]
-    pub mean_dt_s: f64,
-}
-
 /// Record of a finished case, also of one that stopped early: its mesh, its status, its cost, and the extremes of its columns.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
@@ -50,7 +41,7 @@ pub struct CaseRecord {
     #[serde(default)]
     pub member: String,
     pub mesh: MeshRecord,
-    /// `tet4`, `tet10`, `mass_spring`
+    /// Short name of element and formulation: `tet4`, `tet10_up`, `mass_spring`
     pub formulation: String,
     /// Name of the law, with its constants in SI; absent where springs are all that is elastic
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -61,9 +52,12 @@ pub struct CaseRecord {
     /// Time step of each stage \[s\]; empty in records of earlier versions
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stage_dt_s: Vec<f64>,
-    /// Where a permitted error sets the time steps
+    /// Permitted error that sets the time steps \[m\]; none where they have one length
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub error_control: Option<ErrorControl>,
+    pub time_error_m: Option<f64>,
+    /// Mean length of the time steps taken in stages that are not static \[s\]; none without such stages
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mean_dt_s: Option<f64>,
     /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps_matter: Option<bool>,

@@ -64,22 +64,37 @@ impl ReportFiles {
     pub fn replace(&self, earlier: Option<&Self>, dir: &Path) -> std::io::Result<()> {
         let before = earlier.iter().flat_map(|earlier| earlier.files.union(&earlier.derived)).collect::<BTreeSet<_>>();
         for file in before.into_iter().filter(|file| !self.files.contains(*file) && !self.derived.contains(*file)) {
-            if is_inside(Path::new(file)) {
-                std::fs::remove_file(dir.join(file)).ok();
-            }
+            remove(dir, file);
         }
         let text = serde_json::to_string_pretty(self).expect("strings only") + "\n";
         storage::write(&dir.join(FILE), text.as_bytes())
     }
 
-    /// Whether the study or the inputs of its cases have changed since, so that the verdict is that of others.
-    pub fn is_superseded(&self, dir: &Path, study: &StudyRecord) -> bool {
+    /// Removes what was made once for all reports of these results. A file that cannot be removed stays.
+    pub fn remove_derived(&self, dir: &Path) {
+        self.derived.iter().for_each(|file| remove(dir, file));
+    }
+
+    /// Whether the study has changed since, apart from the inputs of its cases.
+    pub fn is_of_other_study(&self, study: &StudyRecord) -> bool {
+        self.study_sha256 != digest(study)
+    }
+
+    /// Whether a case has other inputs in this study, or a result of others.
+    pub fn is_of_other_inputs(&self, dir: &Path, study: &StudyRecord) -> bool {
         let is_other = |(id, identity): (&String, &String)| {
             stored_identity(dir, id).is_some_and(|stored| {
                 stored != *identity || check_in(dir, id).is_ok_and(|record| is_outdated(dir, study, &record))
             })
         };
-        self.study_sha256 != digest(study) || self.identities.iter().any(is_other)
+        self.identities.iter().any(is_other)
+    }
+}
+
+/// Removes a file of a report, where it can be removed.
+fn remove(dir: &Path, file: &str) {
+    if is_inside(Path::new(file)) {
+        std::fs::remove_file(dir.join(file)).ok();
     }
 }
 

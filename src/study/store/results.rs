@@ -200,7 +200,8 @@ fn sound(s: &Skin) -> bool {
     let n = s.points.len();
     let inside = |triangles: &[[u32; 3]], n: usize| triangles.iter().flatten().all(|k| (*k as usize) < n);
     let rigid = s.rigids.iter().all(|r| inside(&r.triangles, r.points.len()));
-    s.displacement.len() == n && s.stretch.len() == n && inside(&s.triangles, n) && rigid
+    let curved = inside(&s.middles, n) && [0, s.triangles.len()].contains(&s.middles.len());
+    s.displacement.len() == n && s.stretch.len() == n && inside(&s.triangles, n) && curved && rigid
 }
 
 /// Columns of numbers under a header; the first one is `t_s`. An empty cell is not a number and reads as NaN.

@@ -12,6 +12,9 @@ pub struct Skin {
     pub points: Vec<[f64; 3]>,
     /// \[triangles\] corner nodes, outward
     pub triangles: Vec<[u32; 3]>,
+    /// \[triangles\] nodes in the middle of the sides, where the body is curved at rest
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub middles: Vec<[u32; 3]>,
     /// Time of the state below \[s\]
     pub t_s: f64,
     /// \[nodes\] displacement \[m\]
@@ -35,7 +38,13 @@ pub struct Rigid {
 }
 
 impl Skin {
-    /// As gzipped JSON, the same bytes for the same skin.
+    /// The nodes of each facet: three corners, and three mid-nodes where the body is curved at rest.
+    pub fn facets(&self) -> Vec<Vec<u32>> {
+        let middles = |k: usize| self.middles.get(k).map_or(&[][..], |middles| middles);
+        self.triangles.iter().enumerate().map(|(k, corners)| [corners, middles(k)].concat()).collect()
+    }
+
+    /// The skin as gzipped JSON, the same bytes for the same skin.
     pub fn packed(&self) -> Vec<u8> {
         let grid = |values: &[Vec<f64>]| {
             let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));
@@ -49,6 +58,7 @@ impl Skin {
         let skin = Self {
             points: points(&self.points),
             triangles: self.triangles.clone(),
+            middles: self.middles.clone(),
             t_s: self.t_s,
             displacement: points(&self.displacement),
             stretch: self.stretch.iter().map(|s| round(*s, 5)).collect(),

@@ -7,6 +7,7 @@ use crate::scene::{LinearWork, Run, Scene, growing_feedback, half_turns, lost_vo
 use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
+use crate::study::store::sunk::SunkenRecord;
 use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,9 @@ pub struct SolverRecord {
     /// Cavities whose walls have passed through each other
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub collapsed_cavities: Vec<CollapseRecord>,
+    /// Contacts whose facets lie inside of the obstacle between their contact points
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sunken_facets: Vec<SunkenRecord>,
     /// Arc length: where the loads were largest or least
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turning_points: Vec<TurningRecord>,
@@ -159,6 +163,7 @@ impl SolverRecord {
             uncounted_steps: run.totals.uncounted,
             energy_from_nothing: run.energy_from_nothing.map(EnergyRecord::new),
             collapsed_cavities: run.collapsed.iter().map(Into::into).collect(),
+            sunken_facets: run.sunken.iter().map(Into::into).collect(),
             linear: LinearRecord::new(run),
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
             stop: stop(scene, run),

@@ -202,7 +202,7 @@ impl Quantity {
 pub struct FamilyRecord {
     pub name: String,
     pub role: Role,
-    /// `tet4`, `tet10`
+    /// Short name of element and formulation: `tet4`, `tet10_up`
     pub formulation: String,
     /// Ids of the cases, of every variant, also those that have no result yet
     pub cases: Vec<String>,

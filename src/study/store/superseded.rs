@@ -1,4 +1,4 @@
-//! Marks a report whose study has changed since: its verdict is not that of the present inputs.
+//! Marks a report whose study has changed since: its verdict is not that of the present inputs. Models that were made for it do not stay under other inputs.
 
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::store::folder::{StoreError, unwritable};
@@ -11,14 +11,21 @@ use std::path::Path;
 const WORDS: &str = "The study or its inputs have changed since this report was written: its verdict is that of the earlier ones. \
                      Run the study to the end, or call durometer report, to write it anew.";
 
-/// Marks the page and the summary of a report in a folder, where they are of another study, or of other inputs than it has now.
+/// Marks the page and the summary of a report in a folder, where they are of another study, or of other inputs than it has now. What was made once of the
+/// results of other inputs, as reduced models are, is removed: such a file is used without its report.
 ///
 /// # Errors
 ///
 /// A folder that cannot be written.
 pub fn mark(dir: &Path, study: &StudyRecord) -> Result<(), StoreError> {
     let is_of_others = match ReportFiles::read(dir) {
-        Some(report) => report.is_superseded(dir, study),
+        Some(report) => {
+            let is_of_other_inputs = report.is_of_other_inputs(dir, study);
+            if is_of_other_inputs {
+                report.remove_derived(dir);
+            }
+            is_of_other_inputs || report.is_of_other_study(study)
+        }
         None => check_summary(dir, study).is_err(),
     };
     if !is_of_others {

@@ -4,10 +4,9 @@
 
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
+use crate::math::boxes::{Span, from_parry, hierarchy, overlapping, widened};
 use crate::math::tensor::Vec3;
-use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::math::Vector;
-use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use parry3d_f64::partitioning::BvhNode;
 use std::cell::Cell;
 
 /// Points of one surface, triangles of another.
@@ -25,9 +24,6 @@ pub struct Candidates {
     pub edges: Vec<[u32; 2]>,
 }
 
-/// A box \[least, most\].
-pub type Span = (Vec3, Vec3);
-
 /// Pairs whose boxes are nearer than `radius`, from the boxes of points and of nodes. Of one surface each pair of edges is met once.
 pub fn candidates(
     passes: &[Pass],
@@ -41,7 +37,7 @@ pub fn candidates(
         let tree = hierarchy(triangles.triangles.iter().map(|t| over(t)));
         let mut pairs = Vec::new();
         for (k, point) in (0..).zip(&points.points) {
-            for t in near(&tree, of_point(point), radius) {
+            for t in overlapping(&tree, widened(of_point(point), radius)) {
                 if !triangles.triangles[t as usize].iter().any(|n| point.nodes.contains(n)) {
                     pairs.push([k, t]);
                 }
@@ -53,7 +49,7 @@ pub fn candidates(
     let tree = hierarchy(second.iter().map(|e| over(&e.nodes)));
     let itself = passes.len() == 1;
     for (k, Edge { nodes, .. }) in (0..).zip(first) {
-        for other in near(&tree, over(nodes), radius) {
+        for other in overlapping(&tree, widened(over(nodes), radius)) {
             let shared = second[other as usize].nodes.iter().any(|n| nodes.contains(n));
             if !(shared || itself && other <= k) {
                 found.edges.push([k, other]);
@@ -101,8 +97,7 @@ pub fn least(
 
 /// Distance of two boxes \[m\].
 fn apart(node: &BvhNode, (low, high): Span) -> f64 {
-    let from = |v: Vector| Vec3::new(v.x, v.y, v.z);
-    (from(node.mins()) - high).sup(&(low - from(node.maxs()))).sup(&Vec3::zeros()).norm()
+    (from_parry(node.mins()) - high).sup(&(low - from_parry(node.maxs()))).sup(&Vec3::zeros()).norm()
 }
 
 /// Edges and triangles whose boxes meet, that share no node: the edges of each surface with the triangles of the other.
@@ -112,7 +107,7 @@ pub fn pierced_by_edges(passes: &[Pass], of_node: &dyn Fn(u32) -> Span) -> Vec<(
     for Pass { points, triangles } in passes {
         let tree = hierarchy(triangles.triangles.iter().map(|t| over(t)));
         for Edge { nodes, .. } in &points.edges {
-            let near = near(&tree, over(nodes), 0.0).into_iter().map(|t| triangles.triangles[t as usize]);
+            let near = overlapping(&tree, over(nodes)).into_iter().map(|t| triangles.triangles[t as usize]);
             found.extend(near.filter(|t| !t.iter().any(|k| nodes.contains(k))).map(|t| (*nodes, t)));
         }
     }
@@ -121,21 +116,4 @@ pub fn pierced_by_edges(passes: &[Pass], of_node: &dyn Fn(u32) -> Span) -> Vec<(
 
 fn join(a: Span, b: Span) -> Span {
     (a.0.inf(&b.0), a.1.sup(&b.1))
-}
-
-fn aabb((low, high): Span, radius: f64) -> Aabb {
-    let to = |v: Vec3| Vector::new(v.x, v.y, v.z);
-    Aabb::new(to(low.add_scalar(-radius)), to(high.add_scalar(radius)))
-}
-
-fn hierarchy(boxes: impl Iterator<Item = Span>) -> Bvh {
-    let boxes: Vec<Aabb> = boxes.map(|b| aabb(b, 0.0)).collect();
-    Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes)
-}
-
-fn near(tree: &Bvh, span: Span, radius: f64) -> Vec<u32> {
-    let around = aabb(span, radius);
-    let mut found: Vec<u32> = tree.intersect_aabb(&around).collect();
-    found.sort_unstable();
-    found
 }

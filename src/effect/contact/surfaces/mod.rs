@@ -19,7 +19,6 @@
 mod candidates;
 pub mod friction;
 mod motion;
-pub mod nearest;
 mod pair;
 mod pair_distance;
 pub mod pressed;

@@ -5,11 +5,11 @@
 //! taken until a tenth of the distance is left. What all nodes of a pair do in common does not count.
 
 use super::candidates::{Candidates, candidates};
-use super::nearest::{between, to_triangle};
 use super::pair::Surfaces;
 use super::search::{SurfaceSearch, farthest};
 use crate::effect::contact::placement::displacement;
 use crate::effect::contact::{ADVANCES, LEFT, SurfacePoint};
+use crate::math::nearest::{between, to_triangle};
 use crate::math::tensor::Vec3;
 use crate::system::{Caches, MotionLimit};
 use std::sync::Arc;

@@ -1,10 +1,11 @@
 //! Geometry of the two surfaces at a state.
 
-use super::candidates::{Pass, Span, least, pierced_by_edges};
-use super::nearest::{between, to_triangle};
+use super::candidates::{Pass, least, pierced_by_edges};
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::displacement;
+use crate::math::boxes::Span;
+use crate::math::nearest::{between, to_triangle};
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
 use crate::system::CacheKey;
@@ -36,7 +37,7 @@ impl Surfaces {
         self.nodes.binary_search(&node).is_ok()
     }
 
-    /// Of surfaces of a mesh with nodes at `rest` \[m\].
+    /// Surfaces of a mesh with nodes at `rest` \[m\].
     pub fn new(name: String, mut first: Surface, mut second: Option<Surface>, mut rest: Vec<Vec3>, reach: f64) -> Self {
         let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
         let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();

@@ -29,7 +29,7 @@ pub struct PairDistance {
 }
 
 impl PairDistance {
-    /// Of nodes at `x` \[m\], with the shares s and, place by place, their derivatives.
+    /// The pair of nodes at `x` \[m\], with the shares s and, place by place, their derivatives.
     pub fn new(nodes: Vec<u32>, x: impl Fn(u32) -> Vec3, shares: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
         let at: Vec<Vec3> = nodes.iter().map(|&k| x(k)).collect();
         let sum = |s: &Vec<f64>| s.iter().zip(&at).map(|(s, x)| *x * *s).sum::<Vec3>();

@@ -1,9 +1,10 @@
 //! Search for the terms at a state, with the candidates that were found last in the caches of the run.
 
-use super::candidates::{Candidates, Span, candidates};
+use super::candidates::{Candidates, candidates};
 use super::pair::Surfaces;
 use super::terms::{Term, near, nodes_within};
 use crate::effect::contact::Counts;
+use crate::math::boxes::Span;
 use crate::math::tensor::Vec3;
 use crate::system::Caches;
 use std::sync::Arc;

@@ -81,7 +81,7 @@ impl Surface {
         self.apart_from(&self.sides[side], own)
     }
 
-    /// Of the triangles at a corner that share no node with `own`: 1 − their number + how often they meet at sides there, which is 0
+    /// 1 − the number of triangles at a corner that share no node with `own` + how often these meet at sides there, which is 0
     /// for a fan with two ends and 1 for one that closes.
     pub fn closes(&self, corner: u32, own: &[u32]) -> i32 {
         let star = &self.stars[&corner];

@@ -1,11 +1,11 @@
 //! The terms of the potential at one state: which features are near, how often each counts, and with which weight.
 
 use super::candidates::{Candidates, Pass};
-use super::nearest::{Nearest, PARALLEL, between, on_segment, on_segments, on_triangle, to_triangle};
 use super::pair::Surfaces;
 use super::pair_distance::PairDistance;
 use super::surface::Edge;
 use crate::effect::contact::SurfacePoint;
+use crate::math::nearest::{Nearest, PARALLEL, between, on_segment, on_segments, on_triangle, to_triangle};
 use crate::math::tensor::Vec3;
 
 /// Share of the area of an edge that it has as a guard, where surfaces are flat \[–\].

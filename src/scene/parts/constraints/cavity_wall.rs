@@ -121,21 +121,32 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
         }
     })?;
     let surface = Surface { triangles, ..surface.clone() };
-    let (words, weights) = (mapping(mesh, skin, &surface), skin.weights.clone());
-    let words = words.map_err(|at| {
+    let (mapped, weights) = (mapping(mesh, skin, &surface), skin.weights.clone());
+    let (words, is_off) = mapped.map_err(|at| {
         let fact = format!("the skin \"{name}\" has the body inside of it, at {}", point(&at));
         builder.content(place, fact, "take the surface of a hollow, with the body around it")
     })?;
     let of = found.len();
-    builder.notes.push(format!(
-        "{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}"
-    ));
+    let told =
+        format!("{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}");
+    if is_off {
+        let told = format!(
+            "{told}; the pressure acts on another volume than that of the hollow: check file and unit of the skin, or refine the mesh at the hollow"
+        );
+        builder.gathered.warnings.push(told.clone());
+        builder.notes.push(told);
+    } else {
+        builder.notes.push(told);
+    }
     Ok(Wall::Skin { surface, weights })
 }
 
-/// The error of the mapping in words: distances from the surface of the body, and volumes. Fails with a place where most of the skin
-/// looks out of the body.
-fn mapping(mesh: &TetMesh, skin: &NamedSkin, surface: &Surface) -> Result<String, Vec3> {
+/// Share of the volume of a hollow by which that of a skin in it may differ: facets cut less off a round one.
+const OFF: f64 = 0.1;
+
+/// The error of the mapping in words: distances from the surface of the body, and volumes; and whether these are far from each other. Fails with a place
+/// where most of the skin looks out of the body.
+fn mapping(mesh: &TetMesh, skin: &NamedSkin, surface: &Surface) -> Result<(String, bool), Vec3> {
     let facets = boundary_facets(mesh);
     let corners = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
     let boundary = Surface { points: mesh.points.clone(), triangles: corners };
@@ -164,11 +175,13 @@ fn mapping(mesh: &TetMesh, skin: &NamedSkin, surface: &Surface) -> Result<String
         }
         false => ", and no hollow of the body is closed".into(),
     };
-    Ok(format!(
+    let is_off = hollow > 0.0 && (volume / hollow - 1.0).abs() > OFF;
+    let words = format!(
         "vertices up to {:.4} mm outside of the body, the skin up to {:.4} mm ({:.4} mm rms) from its surface; the skin holds {:.4} mm^3{against}",
         skin.outside * 1e3,
         furthest * 1e3,
         rms * 1e3,
         volume * 1e9
-    ))
+    );
+    Ok((words, is_off))
 }

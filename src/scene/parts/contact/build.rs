@@ -17,6 +17,7 @@ use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
+use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
 use std::sync::Arc;
@@ -110,20 +111,24 @@ fn build_contact(
     if spec.response == ResponseSpec::Barrier {
         note_start(builder, &*pressing);
     }
-    match bodies.iter().find(|b| b.name == spec.region) {
-        Some(body) => note_points(builder, body, &*pressing),
+    let facets = match bodies.iter().find(|b| b.name == spec.region) {
+        Some(body) => {
+            note_points(builder, body, &*pressing);
+            PressingFacets::none()
+        }
         None => {
             let facets = builder.contact_facets(place, &spec.region)?.to_vec();
             note_facets(builder, &spec.region, &facets, &*pressing);
+            PressingFacets::new(facets, cell, pressing.contact())
         }
-    }
+    };
     let friction = coulomb.map(|law| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());
         let shared = Arc::new(ContactFriction { name, pressing, law });
         builder.effects.push(Box::new(shared.clone()));
         shared
     });
-    Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction }))
+    Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction, facets }))
 }
 
 /// Refuses a rigid body in the place of facets, where the obstacle is a region.

@@ -6,6 +6,7 @@ mod notes;
 pub mod record;
 mod scales;
 pub mod spec;
+mod sunk;
 mod surfaces;
 
 pub(in crate::scene) use build::build_contacts;

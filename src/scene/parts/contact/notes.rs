@@ -1,7 +1,7 @@
 //! Notes on the start of a contact, and on what the points of a rigid body do not see.
 
 use crate::effect::contact::NormalForces;
-use crate::mesh::Order;
+use crate::mesh::{Order, TetMesh};
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::parts::contact::motion::start;
@@ -33,18 +33,28 @@ pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], p
     let mut widths = high - low;
     widths.as_mut_slice().sort_by(f64::total_cmp);
     let mesh = &builder.body.mesh;
-    let area = mesh.region_area(facets) / facets.len().max(1) as f64;
     let parts = if mesh.order == Order::Quadratic { 2.0 } else { 1.0 };
-    let spacing = (4.0 / 3f64.sqrt() * area).sqrt() / parts;
+    let spacing = longest_edge(mesh, facets) / parts;
     if widths[1] < SEEN * spacing {
         builder.notes.push(format!(
-            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean: it sinks in between them \
+            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean of its area: it sinks in between them \
              without a force; refine the mesh there",
             contact.name,
             widths[1] * 1e3,
             spacing * 1e3
         ));
     }
+}
+
+/// The longest edge of a facet in the mean over their area \[m\]: many small facets do not hide large ones.
+fn longest_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
+    let corner = |f: u32, k: usize| mesh.points[mesh.facet(f as usize)[k % 3] as usize];
+    let longest = |f: u32| (0..3).map(|k| (corner(f, k + 1) - corner(f, k)).norm()).fold(0.0, f64::max);
+    let (sum, area) = facets.iter().fold((0.0, 0.0), |(sum, all), &f| {
+        let area = mesh.facet_area(f as usize);
+        (sum + area * longest(f), all + area)
+    });
+    sum / area
 }
 
 /// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.

@@ -7,8 +7,10 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::{Contact, Counts, NormalForces};
 use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::ResponseSpec;
+use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::record::recorder::{Moment, Recorder};
 use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
@@ -27,8 +29,13 @@ pub struct NamedContact {
 
 /// The two sides of a contact.
 pub(in crate::scene) enum ContactSides {
-    /// Points of the body, and an obstacle
-    Points { pressing: Arc<dyn NormalForces>, moves: bool, friction: Option<Arc<ContactFriction>> },
+    /// Points of the body, an obstacle, and the facets between the points
+    Points {
+        pressing: Arc<dyn NormalForces>,
+        moves: bool,
+        friction: Option<Arc<ContactFriction>>,
+        facets: PressingFacets,
+    },
     /// Deformable surfaces
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
@@ -109,6 +116,14 @@ impl NamedContact {
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
             ContactSides::Points { pressing, .. } => Some(pressing.contact()),
+            ContactSides::Surfaces { .. } => None,
+        }
+    }
+
+    /// The deepest place of its facets inside of an obstacle at displacement x, and how deep \[m\], where they are deeper than the points between which they lie.
+    pub(in crate::scene) fn sunken(&self, mesh: &TetMesh, x: &[f64]) -> Option<(Vec3, f64)> {
+        match &self.of {
+            ContactSides::Points { pressing, facets, .. } => facets.deepest(mesh, pressing.contact(), x),
             ContactSides::Surfaces { .. } => None,
         }
     }

@@ -111,6 +111,15 @@ impl Recorder for Recorded {
         }
     }
 
+    /// The angles are those that were recorded, with the turns of the states before.
+    fn memory_at(&self, body: &Body, state: &State, recorded: &[Option<f64>]) -> Vec<f64> {
+        let mut memory = self.memory();
+        self.remember(body, state, &mut memory);
+        let of_columns = memory.chunks_mut(Winding::MEMORY).skip(usize::from(self.facets.is_empty()));
+        of_columns.zip(recorded).for_each(|(own, angle)| own[0] = angle.unwrap_or(own[0]));
+        memory
+    }
+
     fn record(&self, now: &Moment) -> Vec<f64> {
         let [normal, chord] = self.memories(now.memory).map(|own| own[0]);
         if self.facets.is_empty() { vec![chord] } else { vec![normal, chord] }

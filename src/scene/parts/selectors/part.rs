@@ -54,7 +54,7 @@ pub(in crate::scene) struct Refusal {
 }
 
 impl Refusal {
-    /// From its two sentences.
+    /// A refusal of two sentences.
     pub(in crate::scene) fn new(fact: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { fact: fact.into(), remedy: remedy.into() }
     }

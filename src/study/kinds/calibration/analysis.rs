@@ -44,9 +44,11 @@ pub struct CalibratedVariant {
     pub constants: Vec<CalibratedConstant>,
     /// Relative misfit √(Σr²/Σy²) of each curve \[–\]
     pub rms_relative: Vec<f64>,
-    /// Formulation of the finest mesh, and its verdict in words
+    /// Formulation of the finest mesh
     pub formulation: String,
-    pub element: String,
+    /// The verdict on element and mesh in words: whether the constants are those of the material or partly those of the mesh
+    #[serde(rename = "element")]
+    pub mesh_verdict: String,
     /// Pressure scatter of the finest mesh where it raises the locking alarm \[–\]
     pub locking: Option<f64>,
     /// Errors of the data points, in words
@@ -171,7 +173,7 @@ fn answer(
         label: study.label(variant),
         case: record.id.clone(),
         cells: record.mesh.cells,
-        element: element(&constants, record, locking, study.tolerance),
+        mesh_verdict: mesh_verdict(&constants, record, locking, study.tolerance),
         constants,
         rms_relative: found.curves.iter().map(|c| c.rms_relative).collect(),
         formulation: record.formulation.clone(),
@@ -201,8 +203,7 @@ fn without_constants(study: &StudyRecord, stored: &[StoredCase], cases: &[Solved
     out
 }
 
-/// The verdict on element and mesh: whether the constants are those of the material or partly those of the mesh.
-fn element(constants: &[CalibratedConstant], record: &CaseRecord, locked: Option<f64>, tolerance: f64) -> String {
+fn mesh_verdict(constants: &[CalibratedConstant], record: &CaseRecord, locked: Option<f64>, tolerance: f64) -> String {
     let mesh = format!("{} on {} cells", record.formulation, record.mesh.cells);
     if let Some(scatter) = locked {
         return format!(
@@ -306,7 +307,7 @@ fn judge(
         rest: widest.filter(|_| are_known).map(|[a, b]| 0.5 * (a + b + up - down) / size),
         drift: meshes.drift.map(|d| d / size),
         mesh: mesh.map(|u| u / size),
-        mesh_method: meshes.estimate.map(|e| e.method),
+        mesh_method: meshes.estimate.map(|e| e.method.to_string()),
         mesh_refused: meshes.refused.is_some(),
         nuisance: corners.as_ref().map(|c| c.change.map(|by| own.value + by)),
         corners: corners.and_then(|c| c.note),
@@ -432,10 +433,10 @@ pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
 
 /// Reasons not to take an answer at its word.
 fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
-    let element = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.element));
+    let mesh = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.mesh_verdict));
     let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
     let corner = |c: &CalibratedConstant| c.corners.as_ref().map(|note| format!("{}, {}: {note}.", a.label, c.key));
-    element.into_iter().chain(errors).chain(a.constants.iter().filter_map(corner)).collect()
+    mesh.into_iter().chain(errors).chain(a.constants.iter().filter_map(corner)).collect()
 }
 
 /// Warnings of the answer of one variant, as its law file has them.
@@ -532,10 +533,10 @@ fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
         words += " Not every constant has an interval.";
     }
     match variants {
-        [only] => words += &format!(" {}.", capital(&only.element)),
+        [only] => words += &format!(" {}.", capital(&only.mesh_verdict)),
         several => {
             let doubtful = several.iter().filter(|v| mesh_is_doubtful(v, tolerance));
-            words += &doubtful.map(|v| format!(" {}: {}.", v.label, v.element)).collect::<String>();
+            words += &doubtful.map(|v| format!(" {}: {}.", v.label, v.mesh_verdict)).collect::<String>();
         }
     }
     let bias = all().filter_map(|c| c.bias).max_by(|x, y| x.abs().total_cmp(&y.abs()));

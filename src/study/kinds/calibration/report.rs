@@ -246,7 +246,7 @@ fn law_file(
     p.insert("errors".into(), v.errors.clone().into());
     p.insert("element".into(), v.formulation.clone().into());
     p.insert("cells".into(), i64::try_from(v.cells).ok()?.into());
-    p.insert("mesh".into(), v.element.clone().into());
+    p.insert("mesh".into(), v.mesh_verdict.clone().into());
     p.insert("locking".into(), v.locking.is_some().into());
     let constants = || v.constants.iter().filter(|c| law_of(c) == Some(name));
     for c in constants() {

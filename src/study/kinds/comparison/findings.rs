@@ -31,7 +31,7 @@ pub struct ComparisonFindings {
 pub struct MemberDifferences {
     /// Peak of the reference
     pub peak: f64,
-    /// In the order of the study, the reference among them
+    /// The members in the order of the study, the reference among them
     pub members: Vec<ComparedMember>,
 }
 
@@ -53,7 +53,7 @@ pub struct ComparedMember {
     pub lag_s: Option<f64>,
     /// ∮ f dx over the last cycle, unit of f times unit of x
     pub loop_area: Option<f64>,
-    /// Of the box around the cycle \[–\]
+    /// Share of the loop in the box around the cycle \[–\]
     pub loop_share: Option<f64>,
 }
 
@@ -77,9 +77,9 @@ pub struct MemberCost {
     pub cells: usize,
     pub dofs: usize,
     pub cpu_s: f64,
-    /// Over the CPU time of the reference, where that has a result \[–\]
+    /// CPU time over that of the reference, where that has a result \[–\]
     pub ratio: Option<f64>,
     pub steps: usize,
-    /// With those of refused steps
+    /// Iterations, with those of refused steps
     pub newton_iterations: usize,
 }

@@ -35,18 +35,19 @@ pub struct Addition {
     pub new: Vec<String>,
     pub dofs: usize,
     pub steps: usize,
-    /// With those of refused steps
+    /// Iterations, with those of refused steps
     pub newton_iterations: usize,
     /// T/n \[s\]
     pub step_s: f64,
     /// T/n less that of the member before \[s\]
     pub added_s: Option<f64>,
-    /// Per effect and constraint: name and time in its evaluations, of a step \[s\]
+    /// \[effects and constraints\] name and time in its evaluations, of a step \[s\]
     pub evaluation_s: Vec<(String, f64)>,
-    /// Of a step \[s\]: factorisations, solutions with the factor
+    /// Factorisations of a step \[s\]
     pub factorisation_s: f64,
+    /// Solutions with the factor of a step \[s\]
     pub solve_s: f64,
-    /// Per quantity: column, peak, and its change from the member before \[–\]
+    /// \[quantities\] column, peak, and its change from the member before \[–\]
     pub quantities: Vec<(String, f64, Option<f64>)>,
 }
 

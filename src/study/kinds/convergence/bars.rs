@@ -6,7 +6,7 @@ use crate::study::kinds::convergence::errors::StepCause;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::wording::all;
 
-/// With citations as `[@key]`.
+/// The sources of the bars in words, with citations as `[@key]`.
 pub fn errors(found: &ConvergenceFindings) -> String {
     let with_bars = || found.quantities.iter().filter_map(|q| Some((&q.found, q.reference.as_ref()?)));
     let limits: Vec<&Estimate> = with_bars().flat_map(|(q, r)| of_limit(q, r)).collect();
@@ -14,13 +14,13 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         return "No error bar is computed: no family of meshes has two converged cases.".into();
     }
     let mut methods: Vec<&str> = vec![];
-    for method in limits.iter().map(|e| e.cited_method()) {
+    for method in limits.iter().map(|e| e.method.cited()) {
         if !methods.contains(&method) {
             methods.push(method);
         }
     }
     let mut uncertainty = vec![];
-    if limits.iter().any(|e| e.is_extrapolated()) {
+    if limits.iter().any(|e| e.method.is_extrapolation()) {
         uncertainty.push("grid convergence index with the safety factors of Roache [@roache1994]");
     }
     if with_bars().any(|(_, r)| r.envelope.len() > 1) {

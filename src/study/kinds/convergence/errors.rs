@@ -19,7 +19,7 @@ pub struct CaseError {
     pub value: f64,
     /// |f − f*|/scale \[–\]
     pub error: f64,
-    /// With U(f*) and the error of the time steps \[–\]
+    /// The error with U(f*) and the error of the time steps \[–\]
     pub bar: f64,
 }
 
@@ -62,7 +62,7 @@ pub struct StepError {
     /// \[cases\] Δt \[s\], smallest first
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
-    /// Of the time step |f(Δt) − f(Δt_min)| + s Δt_min, s the change per time step towards shorter steps, first order assumed; algebraic max − min
+    /// Error of the time step |f(Δt) − f(Δt_min)| + s Δt_min, s the change per time step towards shorter steps, first order assumed; algebraic max − min
     /// of the values, or of those at the end where it is larger \[unit of f\]
     pub error: f64,
     /// error ≤ U(f*)/10, or rounding

@@ -40,7 +40,7 @@ pub struct MeshErrors {
     pub unresolved: Option<Unresolved>,
     /// Errors of single cases from their runs alone
     pub one_run: Vec<OneRunBar>,
-    /// By the constants of the laws
+    /// The uncertainty by the constants of the laws
     pub inputs: Option<InputUncertainty>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,

@@ -51,7 +51,7 @@ pub fn check(reference: &mut Reference, finest: Option<&String>, own: &[OneRunBa
     }
 }
 
-/// Of the finest mesh of the leading family that has derivatives by constants with intervals; where none has, of the next family of the envelope. A
+/// The uncertainty by constants of the finest mesh of the leading family that has derivatives by constants with intervals; where none has, of that of the next family of the envelope. A
 /// mesh of another family may lock, and its derivatives with it.
 pub fn input_uncertainty(
     cases: &Cases,

@@ -15,7 +15,7 @@ const OF_NO_PROBLEM: [&str; 4] = ["title", "numerics", "output", "view"];
 /// Keys of a grid that set the sizes of its cells; the others are its shape.
 const OF_SIZE: [&str; 2] = ["divisions", "fine"];
 /// Tables of `[mesh]` that are the same on every mesh of a problem.
-const OF_SHAPE: [&str; 3] = ["grid", "deform", "regions"];
+const OF_SHAPE: [&str; 4] = ["grid", "deform", "parameters", "regions"];
 
 /// Times the change of volume by facets that become finer, within which that of meshes of one body lies \[–\]
 const OF_FACETS: f64 = 4.0;

@@ -13,7 +13,7 @@ use crate::scene::{MeshSpec, from_text};
 use crate::scene::{cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
-use crate::study::estimate::growth::{Predicted, growth};
+use crate::study::estimate::power_law::{Predicted, power_law};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::{ADD, Extension};
 use crate::study::kinds::convergence::cases::Cases;
@@ -40,7 +40,7 @@ pub enum NextMesh {
 }
 
 impl NextMesh {
-    /// In words: which mesh, and why.
+    /// The advice in words: which mesh, and why.
     pub fn sentence(&self) -> &str {
         match self {
             Self::New(extension) => &extension.sentence,
@@ -214,7 +214,7 @@ impl<'a> Candidate<'a> {
     fn cost(&self) -> Option<Predicted> {
         let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| c.cpu_s).sum::<f64>() / runs.len() as f64;
         let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m[0].mesh.cells as f64, mean(m))).collect();
-        growth(&points).map(|law| law.predict(self.next.cells as f64))
+        power_law(&points).map(|law| law.predict(self.next.cells as f64))
     }
 }
 
@@ -241,7 +241,7 @@ struct Finer {
 }
 
 impl Finer {
-    /// From the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
+    /// The change that follows from the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
     fn new(second: &CaseRecord, finest: &CaseRecord, ratio: f64, all: bool) -> Option<Self> {
         let (coarse, fine) = (mesh_keys(second)?, mesh_keys(finest)?);
         let (mut set, mut factor) = (Table::new(), 1.0);

@@ -94,7 +94,7 @@ fn is_better(bar: f64, than: f64) -> bool {
     bar < (1.0 - BETTER) * than
 }
 
-/// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
+/// The verdict on a quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
     let title = capital(&q.peak_title());
     if !q.supported {

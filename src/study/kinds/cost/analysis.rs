@@ -3,7 +3,7 @@
 use crate::report::names;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
-use crate::study::estimate::growth::growth;
+use crate::study::estimate::power_law::power_law;
 use crate::study::estimate::step_size::has_steps_of;
 use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
@@ -139,11 +139,11 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
                 let mut points: Vec<(f64, f64)> =
                     cases.iter().filter_map(|c| Some((c.record.mesh.cells as f64, value(&c.record)?))).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                let (Some(law), Some((last, others))) = (growth(&points), points.split_last()) else { continue };
+                let (Some(law), Some((last, others))) = (power_law(&points), points.split_last()) else { continue };
                 if law.points < 3 {
                     continue;
                 }
-                let check = growth(others).map(|g| g.at(last.0) / last.1);
+                let check = power_law(others).map(|g| g.at(last.0) / last.1);
                 let next_cells = 2.0 * last.0;
                 let (variant, formulation) = (variant.clone(), family.formulation.clone());
                 let next = law.predict(next_cells);

@@ -9,10 +9,10 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
+//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`power_law`](mod@crate::study::estimate::power_law)).
 
 use crate::study::analysis::ByQuantity;
-use crate::study::estimate::growth::{Growth, Predicted};
+use crate::study::estimate::power_law::{PowerLaw, Predicted};
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::ReferenceCurve;
 use crate::study::store::record::PhaseRecord;
@@ -55,7 +55,7 @@ pub struct CostOfAccuracy {
     pub reference: Option<ReferenceCurve>,
     /// Cheapest first
     pub settings: Vec<CostedCase>,
-    /// Of the peak, one per family with two settings or more
+    /// Lines of the peak, one per family with two settings or more
     pub lines: Vec<Line>,
     pub answers: Vec<Cheapest>,
 }
@@ -72,11 +72,11 @@ pub struct CostedCase {
     pub value: f64,
     /// \[–\] of the peak and of the curve
     pub errors: [f64; 2],
-    /// On the Pareto front of the peak, of the curve
+    /// Whether it is on the Pareto front of the peak, and on that of the curve
     pub front: [bool; 2],
     pub dofs: usize,
     pub factor_nnz: usize,
-    /// Of all factorisations
+    /// Operations of all factorisations
     pub flops: f64,
     pub memory_bytes: Option<u64>,
     pub phases: PhaseRecord,
@@ -101,7 +101,7 @@ pub struct GrowthLaw {
     pub of: Grows,
     /// (cells, value) \[s\] or \[bytes\]
     pub points: Vec<(f64, f64)>,
-    pub law: Growth,
+    pub law: PowerLaw,
     /// Twice the most cells
     pub next_cells: f64,
     pub next: Predicted,

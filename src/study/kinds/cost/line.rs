@@ -1,10 +1,10 @@
 //! The error of one family over its cost, and the cost of an error: read off between the cases, extrapolated beyond.
 //!
 //! A cost is the one from which on every case of the family is within the error. Between two cases ln c is linear in ln e. Below the error of the most
-//! expensive case the law e ∝ c^−s is fitted to all cases ([`crate::study::estimate::growth`], c over e) with its 95 % interval; a family whose error does
-//! not fall from case to case has none.
+//! expensive case the law e ∝ c^−s is fitted to all cases ([`power_law`](mod@crate::study::estimate::power_law), c over e) with its 95 % interval, no part of which is below the
+//! cost of a case that misses the error; a family whose error does not fall from case to case has none.
 
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use serde::Serialize;
 
 /// One family of settings that differ in one thing.
@@ -18,7 +18,7 @@ pub struct Line {
     pub costs: Vec<Option<LevelCost>>,
     /// Cost over error; none with two points
     #[serde(skip)]
-    pub law: Option<Growth>,
+    pub law: Option<PowerLaw>,
 }
 
 /// Cost of an error.
@@ -49,14 +49,14 @@ impl Line {
         }
         let falls = points.windows(2).all(|w| w[1].1 < w[0].1);
         let reversed: Vec<(f64, f64)> = points.iter().map(|(c, e)| (*e, *c)).collect();
-        let law = growth(&reversed).filter(|g| falls && g.points > 2 && g.q < 0.0);
+        let law = power_law(&reversed).filter(|g| falls && g.points > 2 && g.q < 0.0);
         let costs = levels.iter().map(|l| cost(&points, law.as_ref(), *l)).collect();
         Some(Self { family: family.into(), label, points, costs, law })
     }
 }
 
 /// The cost from which on every case is within a level.
-fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<LevelCost> {
+fn cost(points: &[(f64, f64)], law: Option<&PowerLaw>, level: f64) -> Option<LevelCost> {
     let Some(last) = points.iter().rposition(|(_, e)| *e > level) else {
         return Some(LevelCost { seconds: points[0].0, how: How::AtMost, interval: None });
     };
@@ -67,8 +67,9 @@ fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<Level
         let seconds = (cost.ln() * (1.0 - s) + next.ln() * s).exp();
         return Some(LevelCost { seconds, how: How::Between, interval: None });
     }
-    let p = law?.predict(level);
-    Some(LevelCost { seconds: p.value, how: How::Extrapolated, interval: p.interval })
+    // It is more than that of a case that misses it
+    let (p, more) = (law?.predict(level), |seconds: f64| seconds.max(cost));
+    Some(LevelCost { seconds: more(p.value), how: How::Extrapolated, interval: p.interval.map(|ends| ends.map(more)) })
 }
 
 impl LevelCost {
@@ -104,6 +105,15 @@ mod tests {
         assert!((cost(2).seconds / 900.0 - 1.0).abs() < 1e-9 && cost(2).how == How::Extrapolated);
         let [low, high] = cost(2).interval.expect("four points");
         assert!(high / low - 1.0 < 1e-5, "{low} to {high}");
+    }
+
+    /// The law of all three cases would reach 4 % at 42 s, with its interval from less; the case of 100 s does not.
+    #[test]
+    fn an_extrapolated_cost_is_above_that_of_a_case_that_misses_the_error() {
+        let points = vec![(1.0, 0.5), (10.0, 0.05), (100.0, 0.045)];
+        let cost = Line::new("f", "f".into(), points, &[0.04]).expect("three points").costs[0].expect("errors fall");
+        let [low, high] = cost.interval.expect("three points");
+        assert!(cost.seconds == 100.0 && low == 100.0 && high > 1e3, "{cost:?}");
     }
 
     /// A measured error has a cost, also where the last errors rise by noise or a change of sign; an error that a later case does not keep has none, and

@@ -25,9 +25,9 @@ pub struct CoverageFindings {
     pub problems: usize,
     pub truths: Vec<Truth>,
     pub marks: Vec<Mark>,
-    /// Of all bars first, then by group
+    /// Shares of all bars first, then by group
     pub shares: Vec<Share>,
-    /// Of one run: smooth problems, singular ones, all
+    /// Effectivities of estimates from one run: smooth problems, singular ones, all
     pub effectivities: Vec<Effectivity>,
 }
 

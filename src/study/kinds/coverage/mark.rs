@@ -75,8 +75,9 @@ pub struct Mark {
     pub corrected: f64,
     pub uncertainty: f64,
     pub bar: f64,
-    /// Of many runs: meshes, and whether U(f*) is within the tolerance of the study
+    /// Number of meshes that an estimate of many runs has
     pub meshes: usize,
+    /// U(f*) of many runs is within the tolerance of the study
     pub defensible: bool,
     /// The case, or the finest one of the family, has an alarm of locking
     pub locks: bool,

@@ -57,8 +57,9 @@ pub struct Effectivity {
     pub group: String,
     pub bars: usize,
     pub median: f64,
-    /// Within 0.7 to 1.4, and within 0.5 to 2
+    /// Number of those from 0.7 to 1.4
     pub near: usize,
+    /// Number of those from 0.5 to 2
     pub within: usize,
 }
 

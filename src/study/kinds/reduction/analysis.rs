@@ -143,7 +143,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
     match found.chosen.map(|k| &derived.models[k]) {
         Some(model) if derived.dt.is_some() => format!(
             "The model of {} modes and {} points gives {} of the largest change at every step of {} runs that it was not made of. A step of {} takes {} (median; \
-             {} in 99 of 100), {} times less than the full model.",
+             {} in 99 of 100), {} times less than {}.",
             model.modes,
             model.points,
             of(model),
@@ -151,18 +151,20 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
             time(derived.dt.unwrap_or_default()),
             time(model.leap_s[0]),
             time(model.leap_s[1]),
-            significant(model.gain(derived.full_step_s), 2)
+            significant(model.gain(derived.full_step_s), 2),
+            derived.full()
         ),
         Some(model) => format!(
             "The model of {} modes and {} points gives {} of the largest change at {} that it was not made of.{} From state to state it takes {}, {} times less \
-             than the full model.",
+             than {}.",
             model.modes,
             model.points,
             of(model),
             count(derived.held_back, "state"),
             small_step(model),
             time(model.leap_s[0]),
-            significant(model.gain(derived.full_step_s), 2)
+            significant(model.gain(derived.full_step_s), 2),
+            derived.full()
         ),
         None if derived.models.is_empty() => "No verdict: no model could be made; the warnings say why.".into(),
         None => {
@@ -224,6 +226,9 @@ pub(super) mod tests {
             "The model of 5 modes and 26 points gives the height of the tip within 0.50 % of the largest change at 1 state that it was not made of. From state to \
              state it takes 100 µs, 10000 times less than the full model."
         );
+        let mut apart = found(0.01, Some(0));
+        apart.derived.iter_mut().for_each(|derived| derived.full_from_rest = true);
+        assert!(verdict(&apart, 0.01).ends_with("10000 times less than the full model from rest."));
         let none = verdict(&found(0.24, None), 0.01);
         let best = "No model is within 1 % at every state that it was not made of: that of 5 modes gives the height of the tip within 12 %.";
         assert!(none.starts_with(best), "{none}");

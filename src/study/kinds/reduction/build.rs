@@ -4,13 +4,14 @@ use crate::math::statistics::median;
 use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
-use crate::storage::sha256;
-use crate::study::growth::Growth;
-use crate::study::kinds::reduction::meshes::compare;
+use crate::storage::{self, DATA_LIMIT, sha256, writing};
+use crate::study::kinds::reduction::in_time;
+use crate::study::kinds::reduction::meshes::{compare, step};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
 use crate::study::kinds::reduction::search::round;
 use crate::study::kinds::reduction::trained::{Runs, all_errors, begin, timed_steps};
+use crate::study::rounds::Rounds;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
@@ -21,60 +22,93 @@ use std::time::Instant;
 /// File with the record of the models.
 const DERIVED: &str = "derived.json";
 
-/// The record of the models, which are made where the states, the choices or the program have changed. None as long as a run is missing.
+/// The record of the models, which are made where the states, the choices or the program have changed; where they cannot be made by another program, those that
+/// are there stay. None as long as a run is missing.
 pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, String> {
     let (Some(training), Some(held_back)) = (converged(results, Role::Training), converged(results, Role::HeldBack))
     else {
         return Ok(None);
     };
-    let growth = Growth::read(dir);
-    if record.greedy.is_some() && !growth.has_ended() {
+    let rounds = Rounds::read(dir);
+    if record.greedy.is_some() && !rounds.has_ended() {
         // Where it cannot go on it says why
         round(results, record, dir)?;
         return Err("the search for training states has not ended; run the study again to go on".into());
     }
     let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
     let cases = training.iter().chain(&held_back).chain(&compared).copied();
-    let sources = sources(record, &results.study.columns(), cases);
-    let path = dir.join(DERIVED);
-    let known: Option<DerivedRecord> = files::json(&path).ok().flatten();
-    if let Some(known) =
-        known.filter(|k| k.sources_sha256 == sources && k.models.iter().all(|m| dir.join(&m.file).is_file()))
-    {
-        return Ok(serde_json::to_value(known).ok());
+    let sources = Sources::of(record, &results.study.columns(), cases);
+    if let Some(known) = kept(dir).filter(|known| known.sources_sha256 == sources.all) {
+        return Ok(again(&known, dir));
     }
-    let derived = make(results, record, (&training, &held_back), sources, dir)?;
+    let derived = match make(results, record, (&training, &held_back), &sources, dir) {
+        Ok(derived) => derived,
+        Err(why) => {
+            let Some(mut known) = kept(dir).filter(|known| known.states_sha256 == sources.states) else {
+                return Err(why);
+            };
+            known.left_out.push(format!("The models are those of another build of the program, not made anew: {why}."));
+            return Ok(again(&known, dir));
+        }
+    };
     let value = serde_json::to_value(derived).map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&value).map_err(|e| e.to_string())? + "\n";
-    files::write(&path, text.as_bytes()).map_err(|e| e.to_string())?;
+    files::write(&dir.join(DERIVED), text.as_bytes()).map_err(|e| e.to_string())?;
     Ok(Some(value))
 }
 
-/// Digest of everything that the models are made of.
-fn sources<'a>(record: &ReductionRecord, columns: &[&str], cases: impl Iterator<Item = &'a StoredCase>) -> String {
-    let made_of = (record, columns, Build::this());
-    let mut text = serde_json::to_string(&made_of).expect("numbers, strings and string keys only");
-    for case in cases {
-        case.record.provenance.results.iter().for_each(|file| text += &file.sha256);
+/// The record of models whose files are those that were written with it.
+fn kept(dir: &Path) -> Option<DerivedRecord> {
+    let known: DerivedRecord = files::json(&dir.join(DERIVED)).ok().flatten()?;
+    let is_own = |m: &ModelRecord| storage::read(&dir.join(&m.file), DATA_LIMIT).is_ok_and(|b| sha256(b) == m.sha256);
+    known.models.iter().all(is_own).then_some(known)
+}
+
+/// The record of models that are not made anew, whose files are noted as those of the report.
+fn again(known: &DerivedRecord, dir: &Path) -> Option<Value> {
+    let models = known.models.iter().map(|model| model.file.as_str());
+    models.chain([DERIVED]).for_each(|file| writing::note(&dir.join(file)));
+    serde_json::to_value(known).ok()
+}
+
+/// Digests of what the models are made of.
+struct Sources {
+    /// Of the states and the choices
+    states: String,
+    /// Of the program too
+    all: String,
+}
+
+impl Sources {
+    fn of<'a>(record: &ReductionRecord, columns: &[&str], cases: impl Iterator<Item = &'a StoredCase>) -> Self {
+        let mut text = serde_json::to_string(&(record, columns)).expect("numbers, strings and string keys only");
+        for case in cases {
+            case.record.provenance.results.iter().for_each(|file| text += &file.sha256);
+        }
+        let states = sha256(text);
+        let all = sha256(format!("{states}{:?}", Build::this()));
+        Self { states, all }
     }
-    sha256(text)
 }
 
 fn make(
     results: &Results,
     record: &ReductionRecord,
     (training, held_back): (&[&StoredCase], &[&StoredCase]),
-    sources_sha256: String,
+    sources: &Sources,
     dir: &Path,
 ) -> Result<DerivedRecord, String> {
-    let prepared = Prepared::of(results, record, training[0])?;
+    let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
+    if record.motion.is_some() {
+        let runs = training.iter().chain(held_back).map(|case| (&*case.record.id, case.record.cuts));
+        in_time::uncut(training[0].record.dt_s, runs)?;
+    }
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
     let trained = prepared.trained(record, &known)?;
     let (singular_values, pressure_values) = trained.singular_values().map_err(|e| e.to_string())?;
     let offline_s = start.elapsed().as_secs_f64();
-    files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
     let (mut models, mut left_out, mut made) = (vec![], vec![], vec![]);
     for &modes in &record.modes {
         let start = Instant::now();
@@ -89,22 +123,28 @@ fn make(
         let offline_s = start.elapsed().as_secs_f64();
         prepared.complete(&mut model);
         let file = format!("models/{}-{modes}.durom", results.study.study);
-        let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
-        models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);
+        models.push(describe(modes, (file, offline_s), &model, &others)?);
         made.push(model);
     }
-    let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
+    let comparison = compare(results, record, (&prepared, &made));
+    files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
+    for (of, model) in models.iter().zip(&made) {
+        model.write(&dir.join(&of.file)).map_err(|e| e.to_string())?;
+    }
+    let steps: Vec<f64> = held_back.iter().zip(&others.runs).map(|(case, run)| step(case, run.len())).collect();
     Ok(DerivedRecord {
-        sources_sha256,
+        sources_sha256: sources.all.clone(),
+        states_sha256: sources.states.clone(),
         dt: record.motion.and_then(|_| prepared.scene.spans.first().map(|s| s.dt)),
         training: known.count(record),
         held_back: others.count(record),
         singular_values,
         pressure_values,
         full_step_s: median(&steps),
+        full_from_rest: record.motion.is_none() && others.runs.iter().all(|run| run.len() == 1),
         offline_s,
-        search: Growth::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
-        comparison: compare(results, record, (&prepared, &made)),
+        search: Rounds::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
+        comparison,
         models,
         left_out,
     })
@@ -117,7 +157,7 @@ const WAYS: usize = 40;
 
 fn describe(
     modes: usize,
-    (file, bytes, offline_s): (String, usize, f64),
+    (file, offline_s): (String, f64),
     model: &ReducedModel,
     others: &Runs,
 ) -> Result<ModelRecord, String> {
@@ -139,10 +179,12 @@ fn describe(
     let estimate_points = in_time.or(model.estimate.as_ref().map(|e| &e.points));
     let count = |points: &[crate::reduction::points::StoredPoints]| points.iter().map(|p| p.weights.len()).sum();
     let quantity = |k: usize| quantity(model, k, &all);
+    let content = model.to_bytes();
     Ok(ModelRecord {
         modes,
         file,
-        bytes,
+        bytes: content.len(),
+        sha256: sha256(content),
         displacements: model.sizes.displacements,
         pressures: model.sizes.pressures,
         points: count(&model.points),

@@ -59,7 +59,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
         .enumerate()
         .map(|(k, q)| (Sample::Mark(SHAPES[k % 3], PALETTE[k % PALETTE.len()]), q.label.clone()))
         .collect();
-    entries.push((Sample::Dashed(INK), "a step of the full model".into()));
+    entries.push((Sample::Dashed(INK), format!("a step of {}", derived.full())));
     let svg = sheet(1, entries, |_, area, frame| {
         let x = Axis::log(times(), &format!("time of a step from state to state [{unit}]"));
         let y = Axis::log(errors(), "largest error / largest change");

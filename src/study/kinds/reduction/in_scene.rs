@@ -8,12 +8,21 @@ use crate::study::spec::Mistake;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Adds what the scene says to each input; refuses two that take the place of the same value.
-pub fn complete(inputs: &mut [InputRecord], scene: &Path) -> Result<(), Mistake> {
+/// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages.
+pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
     // A scene that cannot be read is refused with its own reason
     let Ok((spec, text)) = read_scene(scene, &[]) else { return Ok(()) };
     let table: toml::Table = text.parse().unwrap_or_default();
+    if in_time && spec.stages.len() > 1 {
+        let fact = format!("the scene has {} stages, and the runs in time are of one", spec.stages.len());
+        return Err((
+            "motion".into(),
+            fact,
+            "give the scene one stage, with the integrator and the dt of the runs".into(),
+        ));
+    }
     check_apart(inputs, &table)?;
+    inputs.iter().try_for_each(|input| check_whole(input, &table))?;
     for input in inputs {
         input.held = input.is_constant() || is_weight(&spec, &table, &input.key);
         input.start = find(&table, &input.key).ok().and_then(|value| at_start(value, &input.unit, scene));
@@ -40,6 +49,23 @@ fn check_apart(inputs: &[InputRecord], table: &toml::Table) -> Result<(), Mistak
         }
     }
     Ok(())
+}
+
+/// Refuses an input that is a part of another signal, such as a term of a sum: a controller sets whole signals.
+fn check_whole(input: &InputRecord, table: &toml::Table) -> Result<(), Mistake> {
+    let above = std::iter::successors(input.key.rsplit_once('.'), |(above, _)| above.rsplit_once('.'));
+    let is_signal = |key: &&str| find(table, key).is_ok_and(|value| SignalSpec::deserialize(value.clone()).is_ok());
+    match above.map(|(above, _)| above).filter(is_signal).last() {
+        None => Ok(()),
+        Some(whole) => Err((
+            format!("input {}", input.name),
+            format!(
+                "its key {} is that of a part of the signal {whole}, and an input takes the place of a whole one",
+                input.key
+            ),
+            format!("write key = \"{whole}\", with a range that has the other parts in it"),
+        )),
+    }
 }
 
 /// Whether a key is one of a weight.

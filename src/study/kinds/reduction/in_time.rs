@@ -4,6 +4,7 @@ use super::path::random;
 use super::record::{InputRecord, MotionRecord};
 use crate::math::units::{self, Dimension};
 use crate::study::spec::Mistake;
+use crate::wording::first;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -43,6 +44,19 @@ pub fn corners(inputs: usize, runs: usize, motion: MotionRecord, seed: u64) -> V
     random(inputs, runs * each, seed).chunks(each).map(<[Vec<f64>]>::to_vec).collect()
 }
 
+/// Refuses runs with steps that were cut: the model that is made of them has steps of one length, `dt` \[s\]. Each run comes with the number of its cuts.
+pub fn uncut<'a>(dt: f64, runs: impl Iterator<Item = (&'a str, usize)>) -> Result<(), String> {
+    let cut: Vec<&str> = runs.filter(|(_, cuts)| *cuts > 0).map(|(id, _)| id).collect();
+    if cut.is_empty() {
+        return Ok(());
+    }
+    Err(format!(
+        "a model that moves has steps of one length, and steps of dt = {dt} s were cut in {}; give the stage of the scene a shorter dt, or [numerics] more \
+         max_iterations, and run the study again",
+        first(&cut)
+    ))
+}
+
 /// The inputs at a time of a run with these corners, in the units of both.
 pub fn at(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord, t: f64) -> Vec<f64> {
     let place = t / motion.corner;
@@ -69,6 +83,15 @@ pub fn run(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord) -
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The runs with cuts are named, with the step that they should have had.
+    #[test]
+    fn runs_with_cut_steps_are_refused() {
+        assert_eq!(uncut(0.02, [("training-1", 0), ("training-2", 0)].into_iter()), Ok(()));
+        let why = uncut(0.02, [("training-1", 3), ("training-2", 0), ("held-back-1", 1)].into_iter());
+        let why = why.expect_err("steps of other lengths");
+        assert!(why.contains("dt = 0.02 s were cut in training-1, held-back-1;"), "{why}");
+    }
 
     /// From rest to the first corner, on it, between two, and at the last one.
     #[test]

@@ -17,16 +17,16 @@ pub fn compare(
     let own = converged(results, Role::HeldBack)?.into_iter().find(|c| c.record.member == of.member)?;
     let columns = |case: &StoredCase| changes(case, of, &prepared.names);
     let target = columns(reference)?;
-    let mut meshes = vec![mesh("the mesh of the models", own, &columns(own)?, &target)];
+    let states = record.held_back.get(&of.member)?;
+    let mut meshes = vec![mesh("the mesh of the models", (own, states.len()), &columns(own)?, &target)];
     for case in converged(results, Role::Sizes)? {
-        meshes.push(mesh(&case.record.member, case, &columns(case)?, &target));
+        meshes.push(mesh(&case.record.member, (case, of.points), &columns(case)?, &target));
     }
-    let points: Vec<Vec<f64>> =
-        record.held_back.get(&of.member)?.iter().take(of.points).map(|point| prepared.inputs(point)).collect();
+    let points: Vec<Vec<f64>> = states.iter().take(of.points).map(|point| prepared.inputs(point)).collect();
     Some(Comparison {
         points: points.len(),
         reference_cells: reference.record.mesh.cells,
-        reference_step_s: step(reference),
+        reference_step_s: step(reference, of.points),
         sizes: target.iter().map(|of| of.iter().fold(0.0, |most: f64, v| most.max(v.abs()))).collect(),
         meshes,
         models: models.iter().map(|model| along(model, &points).map(|all| distances(&all, &target))).collect(),
@@ -54,14 +54,14 @@ fn along(model: &ReducedModel, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     Some(out)
 }
 
-fn mesh(name: &str, case: &StoredCase, values: &[Vec<f64>], target: &[Vec<f64>]) -> MeshRecord {
+fn mesh(name: &str, (case, states): (&StoredCase, usize), values: &[Vec<f64>], target: &[Vec<f64>]) -> MeshRecord {
     let cells = case.record.mesh.cells;
-    MeshRecord { name: name.into(), cells, step_s: step(case), errors: distances(values, target) }
+    MeshRecord { name: name.into(), cells, step_s: step(case, states), errors: distances(values, target) }
 }
 
-/// CPU time of a step of a case \[s\].
-fn step(case: &StoredCase) -> f64 {
-    case.record.cpu_s / case.record.steps.max(1) as f64
+/// CPU time from one of so many states of a case to the next \[s\]; parts of steps that were cut are none of their own.
+pub fn step(case: &StoredCase, states: usize) -> f64 {
+    case.record.cpu_s / states.max(1) as f64
 }
 
 /// Largest distance of each quantity.

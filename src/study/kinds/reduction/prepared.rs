@@ -3,12 +3,13 @@
 use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
-use crate::scene::{Body, ParameterKey, Scene, changed_scene};
-use crate::study::growth::Growth;
+use crate::scene::{Body, ParameterKey, Scene, changed_scene, named_files};
 use crate::study::kinds::reduction::in_time;
+use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
+use crate::study::rounds::Rounds;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::store::states::KeptStates;
@@ -39,19 +40,25 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// From a case of the study.
-    pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
+    /// Prepares the scene from cases of the study, one of which is there.
+    ///
+    /// # Errors
+    ///
+    /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
+    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, String> {
+        check_files(&record.scene, cases)?;
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
         let marks = marks(&record.inputs, &factors);
         let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (spec, text) =
-            changed_scene(&record.scene, &case.record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+            changed_scene(&record.scene, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
         let mut all: toml::Table = changes.into_iter().collect();
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
         let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
+        check_mesh(&record.scene, &body, cases)?;
         let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
         let places = places(&scene, &record.inputs, (&marks, &factors))?;
         Ok(Self {
@@ -71,10 +78,11 @@ impl Prepared {
         mesh_digest(&self.body)
     }
 
-    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, and the inputs as that scene has them. A model that moves begins
+    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, the files, and the inputs as that scene has them. A model that moves begins
     /// where its runs do.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
+        model.origin.files = self.scene.text.parse().map_or_else(|_| vec![], |table| named_files(&self.file, &table));
         let rests = model.dynamics.is_none();
         let enriched = model.estimate_in_time.iter_mut().map(|e| &mut e.enriched.inputs);
         for inputs in std::iter::once(&mut model.inputs).chain(enriched) {
@@ -106,20 +114,20 @@ impl Prepared {
         record: &ReductionRecord,
         dir: &Path,
     ) -> Result<Vec<Vec<FullState>>, String> {
-        let growth = Growth::read(dir);
-        cases.iter().map(|case| self.states_of(case, record, &growth, dir)).collect()
+        let rounds = Rounds::read(dir);
+        cases.iter().map(|case| self.states_of(case, record, &rounds, dir)).collect()
     }
 
     fn states_of(
         &self,
         case: &StoredCase,
         record: &ReductionRecord,
-        growth: &Growth,
+        rounds: &Rounds,
         dir: &Path,
     ) -> Result<Vec<FullState>, String> {
         let id = &case.record.id;
         let kept = KeptStates::read(dir, id)?;
-        let points = points(case, record, growth).ok_or_else(|| format!("{id}: its points are not known"))?;
+        let points = points(case, record, rounds).ok_or_else(|| format!("{id}: its points are not known"))?;
         let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
         let columns: Vec<&Vec<f64>> = self.names.iter().map(column).collect::<Result<_, _>>()?;
         let rows = kept.x.len();
@@ -175,14 +183,14 @@ impl Prepared {
 }
 
 /// Points of a run in the units of the inputs: those of the study, or of a search.
-fn points(case: &StoredCase, record: &ReductionRecord, growth: &Growth) -> Option<Vec<Vec<f64>>> {
+fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Option<Vec<Vec<f64>>> {
     let member = &case.record.member;
     let all = if case.record.family == TRAINING { &record.training } else { &record.held_back };
     if let Some(points) = all.get(member) {
         return Some(points.clone());
     }
     // One state each, at the end of its run
-    let set = growth.member(&case.record.family, member)?;
+    let set = rounds.member(&case.record.family, member)?;
     let value = |input: &InputRecord| match set.get(&input.key)? {
         toml::Value::Table(signal) => signal.get("of")?.as_array()?.last()?.as_array()?.get(1)?.as_float(),
         toml::Value::String(text) => parts(text).ok().map(|(number, ..)| number),

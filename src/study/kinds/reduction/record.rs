@@ -43,7 +43,7 @@ impl InputRecord {
 pub struct MotionRecord {
     /// Length of a run \[s\]
     pub duration: f64,
-    /// From one corner of an input to the next \[s\]
+    /// Time from one corner of an input to the next \[s\]
     pub corner: f64,
 }
 
@@ -69,7 +69,7 @@ pub struct ReductionRecord {
     /// Member → \[points × inputs\] in the units of the inputs
     pub training: BTreeMap<String, Vec<Vec<f64>>>,
     pub held_back: BTreeMap<String, Vec<Vec<f64>>>,
-    /// Of runs in time, whose points are the corners of the inputs
+    /// Times of runs in time, whose points are the corners of the inputs
     #[serde(default)]
     pub motion: Option<MotionRecord>,
     /// Where training states are added to these
@@ -99,6 +99,9 @@ pub struct MeshesRecord {
 pub struct DerivedRecord {
     /// Digest of the states, the choices and the program that the models are made of
     pub sources_sha256: String,
+    /// The same without the program; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub states_sha256: String,
     /// Length of a step \[s\] of models that move
     #[serde(default)]
     pub dt: Option<f64>,
@@ -107,8 +110,11 @@ pub struct DerivedRecord {
     pub held_back: usize,
     pub singular_values: Vec<f64>,
     pub pressure_values: Vec<f64>,
-    /// Time of a step of the full model over the points of its runs \[s\], median
+    /// CPU time of the full model from one state that was held back to the next, or of a step in time \[s\], median of the runs
     pub full_step_s: f64,
+    /// Whether it is that from rest to a state: each state that was held back is a run of its own
+    #[serde(default)]
+    pub full_from_rest: bool,
     /// Time of the work that all models share, adjoint solutions among it \[s\]
     pub offline_s: f64,
     pub models: Vec<ModelRecord>,
@@ -120,6 +126,13 @@ pub struct DerivedRecord {
     /// Distances from a finer mesh
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
+}
+
+impl DerivedRecord {
+    /// The full model as its time is that of a step.
+    pub fn full(&self) -> &'static str {
+        if self.full_from_rest { "the full model from rest" } else { "the full model" }
+    }
 }
 
 /// Distances of meshes and models from a finer mesh, at the same points.
@@ -156,6 +169,9 @@ pub struct ModelRecord {
     /// File, relative to the folder of the results
     pub file: String,
     pub bytes: usize,
+    /// Digest of the file; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub sha256: String,
     /// Coordinates of displacements, supremisers included, and of pressures
     pub displacements: usize,
     pub pressures: usize,

@@ -45,7 +45,7 @@ fn facts(a: &ReductionFindings) -> Vec<(String, String)> {
     let measured = if model.step_s[0] > 0.0 { model.step_s[0] } else { model.leap_s[0] };
     let mut out = vec![
         (time(measured), "a step of the reduced model".into()),
-        (format!("{}×", significant(model.gain(derived.full_step_s), 2)), "faster than the full model".into()),
+        (format!("{}×", significant(model.gain(derived.full_step_s), 2)), format!("faster than {}", derived.full())),
     ];
     for (q, asked) in model.quantities.iter().zip(&a.quantities) {
         out.push((
@@ -204,7 +204,7 @@ fn confidence(states: usize) -> String {
 }
 
 fn models(a: &ReductionFindings) -> Table {
-    let full = a.derived.as_ref().map_or(f64::NAN, |d| d.full_step_s);
+    let (full, from_rest) = a.derived.as_ref().map_or((f64::NAN, false), |d| (d.full_step_s, d.full_from_rest));
     let row = |m: &crate::study::kinds::reduction::record::ModelRecord| {
         vec![
             m.modes.to_string(),
@@ -226,16 +226,17 @@ fn models(a: &ReductionFindings) -> Table {
         caption: if a.derived.as_ref().is_some_and(|d| d.dt.is_some()) {
             format!(
                 "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the enriched model of the \
-                 estimate. Steps are those of the runs that were held back, median and 99th percentile, the estimate included. The full model takes {} a step, \
-                 in the median.",
+                 estimate. Steps are those of the runs that were held back, median and 99th percentile, the estimate included. The full model takes {} of \
+                 CPU time a step, in the median.",
                 time(full)
             )
         } else {
             format!(
                 "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the error estimate. Steps of a \
              fiftieth of the way between two states, median and 99th percentile, and their iterations; leaps from state to state. The full \
-             model takes {} from one training state to the next, in the median.",
-                time(full)
+             model takes {} of CPU time {} that were held back, in the median.",
+                time(full),
+                if from_rest { "from rest to each of the states" } else { "from one to the next of the states" }
             )
         },
         columns: headings(&[

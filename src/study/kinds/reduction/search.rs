@@ -2,12 +2,12 @@
 
 use crate::reduction::ReductionError;
 use crate::reduction::training::greedy::Search;
-use crate::study::growth::{Growth, Round};
 use crate::study::kinds::reduction::path::{ordered, random};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{GreedyRecord, ReductionRecord, SearchStep};
 use crate::study::kinds::reduction::runs::{at_rest, in_units, members};
 use crate::study::kinds::reduction::spec::TRAINING;
+use crate::study::rounds::{Round, Rounds};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ const SEED: u64 = 3;
 pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Round>, String> {
     let Some(plan) = &record.greedy else { return Ok(None) };
     let Some(cases) = converged(results, Role::Training) else { return Ok(None) };
-    let prepared = Prepared::of(results, record, cases[0])?;
+    let prepared = Prepared::of(results, record, &cases)?;
     let states = prepared.runs(&cases, record, dir)?.concat();
     let shares = candidates(record, plan, &states_in_shares(record, &prepared, &states));
     let inputs: Vec<Vec<f64>> = shares.iter().map(|share| prepared.inputs(&in_units(&record.inputs, share))).collect();
@@ -44,7 +44,7 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     chosen.truncate(left);
     let start: Vec<f64> = record.inputs.iter().map(at_rest).collect();
     let points = ordered(chosen.iter().map(|&k| shares[k].clone()).collect(), &start);
-    let number = Growth::read(dir).rounds.len() + 1;
+    let number = Rounds::read(dir).rounds.len() + 1;
     let label = |k: usize| format!("greedy-{number:03}-{:02}", k + 1);
     // Each state is a case of its own, so that those of a batch are computed side by side
     let values: Vec<Vec<f64>> = points.iter().map(|share| in_units(&record.inputs, share)).collect();

@@ -114,7 +114,7 @@ const COMPARED: usize = 10;
 pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
     let mut inputs = check(&study)?;
     constants::check(&inputs, scene)?;
-    in_scene::complete(&mut inputs, scene)?;
+    in_scene::complete(&mut inputs, scene, study.motion.is_some())?;
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let motion = study.motion.as_ref().map(in_time::motion).transpose()?;

@@ -30,7 +30,7 @@ pub struct JudgedCase {
     pub findings: Vec<CheckResult>,
     pub status: String,
     pub steps: usize,
-    /// With those of refused steps
+    /// Iterations, with those of refused steps
     pub newton_iterations: usize,
     pub cuts: usize,
     pub wall_s: f64,

@@ -23,7 +23,7 @@ pub struct Map {
     /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the map
     pub peak_is: &'static str,
     pub axes: Vec<AxisRecord>,
-    /// Per value along y
+    /// \[values along y\] peak of the reference
     pub references: Vec<Option<f64>>,
     pub panels: Vec<Panel>,
 }
@@ -58,13 +58,13 @@ pub struct MapPoint {
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
-    /// Within the tolerance of the study
+    /// The answer is within the tolerance of the study
     Right,
     /// The answer by which the others along x are judged
     Reference,
     /// Converged where the reference has no answer
     Unjudged,
-    /// Within 10 %
+    /// The answer is within 10 %
     Poor,
     /// An answer, and no word that it is wrong
     Wrong,

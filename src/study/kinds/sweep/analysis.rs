@@ -104,7 +104,7 @@ pub struct Dependence {
     /// Largest |y| of all points
     #[serde(skip)]
     size: f64,
-    /// Per axis; of a list the first one, for all together
+    /// \[axes\] behaviour along each; of a list the first one, for all together
     pub along: Vec<Along>,
 }
 
@@ -129,7 +129,7 @@ pub struct SweepPoint {
 pub struct Along {
     pub axis: String,
     pub trend: Trend,
-    /// On every line, none of them constant where others are not
+    /// The trend is that of every line, none of them constant where others are not
     pub everywhere: bool,
     /// Largest (max − min)/scale(max |y|) over the lines along this axis, constant ones without a difference \[–\]
     pub change: f64,
@@ -137,7 +137,7 @@ pub struct Along {
     pub elasticity: Option<[f64; 3]>,
 }
 
-/// From the first value of the axis to the last.
+/// How a quantity changes from the first value of the axis to the last.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Trend {
@@ -154,7 +154,7 @@ pub enum Trend {
 }
 
 impl Trend {
-    /// As `summary.json` writes it.
+    /// The name as `summary.json` writes it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rising => "rising",
@@ -474,7 +474,7 @@ fn opposite_peaks(q: &ByQuantity<Dependence>, stored: &[StoredCase]) -> Option<S
     })
 }
 
-/// Per quantity, what it depends on, the strongest first.
+/// The verdict for each quantity: what it depends on, the strongest first.
 fn verdict_of(
     quantities: &[ByQuantity<Dependence>],
     tolerance: f64,

@@ -22,7 +22,7 @@ pub struct Contribution {
 /// Groups of sources, of data and of the own errors of a prediction, by name.
 pub struct Groups<'a> {
     pub sources: &'a [String],
-    /// Per datum its independent errors: (group, share of the variance)
+    /// \[data\] independent errors of each: (group, share of the variance)
     pub data: &'a [Vec<(String, f64)>],
     pub own: &'a [String],
 }

@@ -50,7 +50,7 @@ pub struct Estimated {
     /// Quantity, and which scatter of it: all data with the same one have it by the same repeats
     pub pool: (usize, usize),
     pub freedom: usize,
-    /// By which its deviation is widened for its few degrees of freedom
+    /// Factor by which its deviation is widened for its few degrees of freedom
     pub factor: f64,
 }
 

@@ -22,7 +22,7 @@ pub struct Draws {
     pub ends: [f64; 2],
 }
 
-/// Per target; `None` where too many calibrations fail.
+/// The draws of each target; `None` where too many calibrations fail.
 pub fn draws(problem: &Problem, truth: &Solution, targets: &[&Response], seed: u64) -> Option<Vec<Draws>> {
     let mut random = SplitMix(seed);
     let mut errors: Vec<Vec<f64>> = vec![vec![]; targets.len()];

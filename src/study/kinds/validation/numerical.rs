@@ -38,14 +38,14 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Numerical part of the error of a constant or a prediction.
 #[derive(Clone, Debug, Default)]
 pub struct Numerical {
-    /// From the meshes and the steps of the design to their limits
+    /// Change from the meshes and the steps of the design to their limits
     pub correction: f64,
     pub mesh: f64,
     /// The runs do not tell the error of the mesh of every record that it rests on
     pub lacks_mesh: bool,
     pub steps: f64,
     pub surface: f64,
-    /// By Newton's method, which stops short of the solution
+    /// Error by Newton's method, which stops short of the solution
     pub algebraic: f64,
     pub doubts: Vec<String>,
 }
@@ -220,7 +220,7 @@ impl<'a> Meshes<'a> {
         Ok((outcome.again)(&on)?.map(|then| (then - outcome.value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
     }
 
-    /// By how much a quantity of a record is another one in a run than at the centre of its design.
+    /// Amount by which a quantity of a record is another one in a run than at the centre of its design.
     fn moved(&self, record: &RecordPlan, quantity: &QuantityPlan, run: Option<&StoredCase>) -> Option<f64> {
         let mut centres = self.plan.points.iter().filter(|(_, xi)| xi.iter().all(|x| *x == 0.0));
         let centre = centres.find_map(|(id, _)| self.run(|c| c.record.id == *id && c.is_of(&record.name)));

@@ -32,12 +32,12 @@ pub struct Calibration<'a> {
     meshes: Meshes<'a>,
     /// \[sources\] their groups in the budget
     sources: Vec<String>,
-    /// Per datum its independent errors: (group, share of the variance)
+    /// \[data\] independent errors of each: (group, share of the variance)
     shares: Vec<Vec<(String, f64)>>,
 }
 
 impl<'a> Calibration<'a> {
-    /// With these data; the error says in words why they give no constants.
+    /// The calibration with these data; the error says in words why they give no constants.
     pub fn of(results: &'a Results, plan: &'a ValidationPlan, data: &'a [&'a Target<'a>]) -> Result<Self, String> {
         let shared = shared_errors(plan);
         let inputs = plan.inputs.iter().map(|i| i.group.clone());

@@ -64,7 +64,7 @@ impl UnknownPlan {
 pub struct InputPlan {
     pub name: String,
     pub group: String,
-    /// As the study gives it
+    /// The deviation as the study gives it
     pub deviation: String,
     pub source: String,
 }
@@ -104,7 +104,7 @@ pub struct QuantityPlan {
     pub unit: String,
     pub column: String,
     pub value: Evaluation,
-    /// From the column to the quantity
+    /// Factor from the column to the quantity
     pub factor: f64,
     /// \[s\]
     pub window: Option<[f64; 2]>,

@@ -13,11 +13,11 @@ pub struct Target<'a> {
     pub quantity: &'a QuantityPlan,
     pub response: Response,
     pub measured: &'a [f64],
-    /// Per independent error of the response: its group
+    /// \[independent errors of the response\] group of each
     pub groups: Vec<String>,
 }
 
-/// By how much the quantity of a record is another one elsewhere, such as on another mesh; `None` where it has no run there.
+/// Amount by which the quantity of a record is another one elsewhere, such as on another mesh; `None` where it has no run there.
 pub type Shift<'f> = dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64> + 'f;
 
 impl Target<'_> {

@@ -63,7 +63,7 @@ struct Repeated {
 /// Scatter of one quantity.
 #[derive(Clone, Debug, Default)]
 pub struct Repeats {
-    /// Of all records but those that are alone
+    /// Scatter of all records but those that are alone
     pub pooled: Option<Scatter>,
     alone: Vec<Repeated>,
 }

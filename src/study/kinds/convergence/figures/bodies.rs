@@ -53,7 +53,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
         let (x, y) = corner(k);
         let fit = Fit::new(from, [mm(x), mm(y + head), mm(x + wide), mm(y + head + tall)]);
         let look = Look { color: &|_| BODY, edge: Some((EDGE, 2.0)), outline: None, shade: 0.8 };
-        under += &surface(&skin.points, &skin.triangles, &view, &fit, &look);
+        under += &surface(&skin.points, &skin.facets(), &view, &fit, &look);
     }
     let svg = figure(page_width(), height, &under, |area| {
         for (k, (r, _)) in shown.iter().enumerate() {
@@ -99,13 +99,13 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let value = |k: usize| skin.triangles[k].iter().map(|i| skin.stretch[*i as usize]).sum::<f64>() / 3.0;
     let color = |k: usize| viridis((value(k) - 1.0) / (top - 1.0));
     let (grey, pale, dark) = (RGB(0xb4, 0xb4, 0xb4), RGB(0xf6, 0xf6, 0xf6), RGB(0x30, 0x30, 0x30));
-    let mut under = ghost(&skin.points, &skin.triangles, &view, &fit, (grey, pale), "rest");
+    let mut under = ghost(&skin.points, &skin.facets(), &view, &fit, (grey, pale), "rest");
     for r in &skin.rigids {
         let look = Look { color: &|_| RIGID, edge: None, outline: Some((dark, 6.0)), shade: 0.8 };
         under += &surface(&r.points, &r.triangles, &view, &fit, &look);
     }
     let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
-    under += &surface(&moved, &skin.triangles, &view, &fit, &look);
+    under += &surface(&moved, &skin.facets(), &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;
     let bar_at = (wide + 5.0, total, top);
     under += &gradient(bar_at);

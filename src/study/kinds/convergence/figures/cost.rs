@@ -6,7 +6,7 @@ use crate::report::names::title;
 use crate::report::numbers::with_error;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use crate::study::kinds::convergence::figures::look::{Look, looks};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
@@ -63,7 +63,7 @@ pub fn draw(store: &Results) -> Option<Figure> {
         })
         .collect();
     let fits = |k: usize, x: Size| {
-        growth(&dots.iter().filter(|d| d.formulation == k).map(|d| (x(d), d.seconds[1])).collect::<Vec<_>>())
+        power_law(&dots.iter().filter(|d| d.formulation == k).map(|d| (x(d), d.seconds[1])).collect::<Vec<_>>())
     };
     if !(0..formulations.len()).any(|k| fits(k, |d| d.dofs).is_some()) {
         return None;
@@ -83,7 +83,7 @@ pub fn draw(store: &Results) -> Option<Figure> {
             let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
             let label = if k == 0 { format!("{name} {}", italic("n")) } else { format!("{name} nnz({})", italic("L")) };
             let symbol = if k == 0 { italic("n") } else { "nnz".into() };
-            let lines: Vec<Option<Growth>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
+            let lines: Vec<Option<PowerLaw>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
             let head = f64::from(FIRST + NEXT * lines.iter().flatten().count() as i32) / f64::from(mm(TALL));
             let y = Axis::log_below(dots.iter().flat_map(|d| d.seconds), head, "CPU time [s]");
             let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
@@ -93,22 +93,22 @@ pub fn draw(store: &Results) -> Option<Figure> {
         }
         legend_below(area, (LEFT, bottom), across, entries);
     });
-    let caption = "CPU time of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.".into();
+    let caption = "CPU time of a case over its size, per formulation, with the fitted exponent of growth and its 95 % interval (Student's t, with as many degrees of freedom as there are meshes more than two). A mark is the mean over the variants of one mesh, its bar the range.".into();
     Some(Figure { name: "cost-size".into(), svg, caption })
 }
 
-fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], named: &[(String, Look)], symbol: &str) {
+fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<PowerLaw>], named: &[(String, Look)], symbol: &str) {
     plot.grid();
     let area: &Area = plot.area;
     let mut written = 0;
-    for (k, growth) in lines.iter().enumerate() {
-        let Some(g) = growth else { continue };
+    for (k, law) in lines.iter().enumerate() {
+        let Some(g) = law else { continue };
         let (name, (_, color)) = &named[k];
         let own = || dots.iter().filter(|d| d.formulation == k).map(x);
         let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
         let at = |n: f64| plot.at(n, g.at(n));
         line(area, &[at(a), at(b)], *color, 7);
-        let words = format!("{name}: exponent of {symbol} {}", with_error(g.q, g.error));
+        let words = format!("{name}: exponent of {symbol} {}", with_error(g.q, g.half));
         let [l, t, ..] = plot.frame;
         text(area, &words, (l + 40, t + FIRST + NEXT * written), At::Left, SMALL, *color);
         written += 1;

@@ -26,7 +26,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 optional(e.order_of_limit(), 2),
                 format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
                 cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
-                e.method.clone(),
+                e.method.to_string(),
                 if chosen { "reference".into() } else { overlap(q, &e.family) },
             ]);
         }

@@ -18,7 +18,7 @@ const ROW: f64 = TALL + 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 
-/// Of the first variant that has laws.
+/// Draws the growth of the first variant that has laws.
 pub fn draw(a: &CostFindings) -> Option<Figure> {
     let variant = &a.growth.first()?.variant;
     let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == *variant).collect();

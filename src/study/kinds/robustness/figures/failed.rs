@@ -44,7 +44,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
             outline: None,
             shade: 0.8,
         };
-        under += &surface(&moved, &skin.triangles, &view, &fit, &look);
+        under += &surface(&moved, &skin.facets(), &view, &fit, &look);
     }
     let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {

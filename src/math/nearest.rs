@@ -1,6 +1,6 @@
 //! Nearest places of a point and a triangle, and of two segments (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5, §5.1.9).
 
-use crate::math::tensor::Vec3;
+use super::tensor::Vec3;
 
 /// The part of a triangle that is nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,10 +77,15 @@ pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
 /// sin² of the angle below which segments are parallel \[–\].
 pub const PARALLEL: f64 = 1e-12;
 
+/// The point of a triangle that is nearest to a point.
+pub fn closest_on_triangle(p: &Vec3, corners: &[Vec3; 3]) -> Vec3 {
+    let (_, w) = on_triangle(p, corners);
+    corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]
+}
+
 /// Distance of a point from a triangle \[m\].
 pub fn to_triangle(p: &Vec3, corners: &[Vec3; 3]) -> f64 {
-    let (_, w) = on_triangle(p, corners);
-    (p - (corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2])).norm()
+    (p - closest_on_triangle(p, corners)).norm()
 }
 
 /// Distance of two segments \[m\].

@@ -1,12 +1,11 @@
-//! Least squares with factors that are not negative, for a handful of columns: exact, by trying every subset.
+//! Nonnegative least squares in a handful of columns: exact, by trying every subset.
 
-use super::rows::padded;
 use nalgebra::{DMatrix, DVector};
 
 /// R and Qᵀp of the QR of a matrix: all that least squares in its columns need.
 pub fn reduce(a: &DMatrix<f64>, p: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let n = a.ncols();
-    let qr = padded(a, n).qr();
+    let qr = a.clone().resize_vertically(a.nrows().max(n), 0.0).qr();
     let mut d = p.clone().resize_vertically(a.nrows().max(n), 0.0);
     qr.q_tr_mul(&mut d);
     (qr.r(), d.resize_vertically(n, 0.0))
@@ -14,7 +13,7 @@ pub fn reduce(a: &DMatrix<f64>, p: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>
 
 /// min ‖Rc − d‖ over c ≥ 0 in the picked columns: the best of the least squares over every subset whose factors are positive, which is
 /// the minimum of this convex problem. With the part of ‖d‖² that is explained.
-pub fn nonnegative(r: &DMatrix<f64>, d: &DVector<f64>, picked: &[usize]) -> (Vec<f64>, f64) {
+pub fn few_weights(r: &DMatrix<f64>, d: &DVector<f64>, picked: &[usize]) -> (Vec<f64>, f64) {
     let n = picked.len();
     let mut best = (vec![0.0; n], 0.0);
     // The whole set first: if it is feasible it is the answer
@@ -56,7 +55,7 @@ mod tests {
         for n in 0..20 {
             let p = DVector::from_fn(9, |i, _| (1.7 * (i + n) as f64 * (1.0 + 0.1 * n as f64)).cos());
             let (r, d) = reduce(&a, &p);
-            let c = DVector::from_vec(nonnegative(&r, &d, &[0, 1, 2, 3]).0);
+            let c = DVector::from_vec(few_weights(&r, &d, &[0, 1, 2, 3]).0);
             let slope = a.transpose() * (&p - &a * &c);
             for k in 0..4 {
                 zeros += usize::from(c[k] == 0.0);

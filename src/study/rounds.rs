@@ -29,13 +29,13 @@ pub struct Round {
 
 /// All rounds of a study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Growth {
+pub struct Rounds {
     /// Digest of what they belong to
     pub of: String,
     pub rounds: Vec<Round>,
 }
 
-impl Growth {
+impl Rounds {
     fn file(dir: &Path) -> PathBuf {
         dir.join(FILE)
     }

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 /// Straight line through log–log points.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Growth {
+pub struct PowerLaw {
     pub q: f64,
     /// Half width of the 95 % interval of q; none with two points
     pub half: Option<f64>,
@@ -38,7 +38,7 @@ pub struct Predicted {
 }
 
 /// `None` with fewer than two different x, or where something is not positive.
-pub fn growth(points: &[(f64, f64)]) -> Option<Growth> {
+pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     if points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite())) {
         return None;
     }
@@ -56,10 +56,16 @@ pub fn growth(points: &[(f64, f64)]) -> Option<Growth> {
     let deviation = if free > 0 { (rest / free as f64).sqrt() } else { 0.0 };
     let error = (free > 0).then(|| deviation / spread.sqrt());
     let half = error.map(|e| t_quantile(0.95, free) * e);
-    Some(Growth { q, half, error, points: points.len(), log_c, mean, spread, deviation })
+    Some(PowerLaw { q, half, error, points: points.len(), log_c, mean, spread, deviation })
 }
 
-impl Growth {
+impl PowerLaw {
+    /// The law through the mean of the points in logarithms whose exponent lies within a range; without intervals, which are those of the free exponent.
+    pub fn bounded(self, [least, most]: [f64; 2]) -> Self {
+        let q = self.q.clamp(least, most);
+        Self { q, log_c: self.log_c + (self.q - q) * self.mean, half: None, error: None, points: 2, ..self }
+    }
+
     /// The law at x.
     pub fn at(&self, x: f64) -> f64 {
         (self.log_c + self.q * x.ln()).exp()
@@ -84,19 +90,29 @@ mod tests {
     #[test]
     fn a_power_law_gives_its_exponent_back() {
         let points: Vec<(f64, f64)> = [1e3, 4e3, 2e4].iter().map(|n: &f64| (*n, 3e-6 * n.powf(1.4))).collect();
-        let g = growth(&points).expect("three sizes");
+        let g = power_law(&points).expect("three sizes");
         // Rounding of a few logarithms
         assert!((g.q - 1.4).abs() < 1e-12 && g.error.expect("three points") < 1e-12, "{}", g.q);
         assert!((g.predict(1e5).value / (3e-6 * 1e5f64.powf(1.4)) - 1.0).abs() < 1e-11);
-        assert!(growth(&points[..1]).is_none() && growth(&[points[0], points[0]]).is_none());
-        assert!(growth(&[(1.0, 0.0), (2.0, 1.0)]).is_none(), "no logarithm of nothing");
+        assert!(power_law(&points[..1]).is_none() && power_law(&[points[0], points[0]]).is_none());
+        assert!(power_law(&[(1.0, 0.0), (2.0, 1.0)]).is_none(), "no logarithm of nothing");
+    }
+
+    /// Noise of 20 % over sizes of 825 and 850 is a power of 6; through their mean, 837.4, the law grows by its bound.
+    #[test]
+    fn an_exponent_within_bounds_keeps_the_mean_of_the_points() {
+        let steep = power_law(&[(825.0, 1.0), (850.0, 1.2)]).expect("two sizes").bounded([1.0, 2.0]);
+        let [x, y] = [(825.0f64 * 850.0).sqrt(), 1.2f64.sqrt()];
+        assert!((steep.q - 2.0).abs() < 1e-15 && (steep.at(10.0 * x) / (100.0 * y) - 1.0).abs() < 1e-12, "{steep:?}");
+        let free = power_law(&[(1e3, 1.0), (1e4, 30.0)]).expect("two sizes");
+        assert_eq!(free.clone().bounded([1.0, 2.0]).at(5e3), free.at(5e3));
     }
 
     /// ln x = −1, 0, 1 and ln y = 0, 3, 0: slope 0, mean 1, residuals −1, 2, −1, so s² = 6 with one degree of freedom, t = 12.7062.
     #[test]
     fn the_interval_is_that_of_a_regression_by_hand() {
         let e = std::f64::consts::E;
-        let g = growth(&[(1.0 / e, 1.0), (1.0, e.powi(3)), (e, 1.0)]).expect("three points");
+        let g = power_law(&[(1.0 / e, 1.0), (1.0, e.powi(3)), (e, 1.0)]).expect("three points");
         let t = (0.475 * std::f64::consts::PI).tan();
         assert!(g.q.abs() < 1e-14 && (g.half.expect("three points") - t * 3f64.sqrt()).abs() < 1e-10);
         let p = g.predict(1.0);

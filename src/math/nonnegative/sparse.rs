@@ -4,7 +4,7 @@
 //! Farhat, Int. J. Numer. Meth. Eng. 109, 2017). Columns are scaled to one size, so that the choice of a column does not depend on its length.
 //! The least squares of the chosen columns are solved by their normal equations: digits beyond 1e-8 are not found.
 
-use super::vector::{dot, norm};
+use crate::math::vector::{dot, norm};
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};

@@ -1,11 +1,9 @@
-//! Factors of a series that are not negative: min ‖Ac − y‖ over c ≥ 0.
+//! Nonnegative least squares in columns that may be nearly dependent, such as those of a series of decays.
 //!
 //! Least squares where they are feasible; else the convex problem by clarabel, whose active set is then solved by QR, and the conditions of
 //! Karush, Kuhn & Tucker are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23).
 
-use super::error::RelaxationError;
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus};
+use crate::math::convex::{NonnegativeConeT, Unfinished, minimum};
 use nalgebra::{DMatrix, DVector};
 
 /// Part of the largest factor below which clarabel's factor is zero \[–\], in columns of length 1
@@ -14,7 +12,7 @@ const ZERO: f64 = 1e-7;
 const FLAT: f64 = 1e-11;
 
 /// The factors, zero where the bound holds.
-pub fn nonnegative(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>, RelaxationError> {
+pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>, Unfinished> {
     let n = a.ncols();
     let length: Vec<f64> = a.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
     let scaled = DMatrix::from_fn(a.nrows(), n, |i, k| a[(i, k)] / length[k]);
@@ -71,24 +69,12 @@ fn least_squares(a: &DMatrix<f64>, y: &DVector<f64>, picked: &[usize]) -> Option
     all.iter().all(|c| c.is_finite()).then_some(all)
 }
 
-/// The weights by clarabel, in columns of length 1.
-fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>, RelaxationError> {
+/// The factors by clarabel, in columns of length 1.
+fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>, Unfinished> {
     let n = a.ncols();
     let (h, f) = (a.tr_mul(a), a.tr_mul(y) / size.max(f64::MIN_POSITIVE));
-    let rows =
-        |m: &dyn Fn(usize, usize) -> f64| (0..n).map(|i| (0..n).map(|j| m(i, j)).collect()).collect::<Vec<Vec<f64>>>();
-    let quadratic = CscMatrix::from(&rows(&|i, j| h[(i, j)]));
-    let bound = CscMatrix::from(&rows(&|i, j| if i == j { -1.0 } else { 0.0 }));
-    let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
-    let linear: Vec<f64> = f.iter().map(|f| -f).collect();
-    let fail = |status: String| RelaxationError::Solver { status };
-    let mut solver = DefaultSolver::new(&quadratic, &linear, &bound, &vec![0.0; n], &[NonnegativeConeT(n)], settings)
-        .map_err(|e| fail(format!("{e:?}")))?;
-    solver.solve();
-    match solver.solution.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved => Ok(DVector::from_vec(solver.solution.x.clone())),
-        status => Err(fail(format!("{status:?}"))),
-    }
+    let (bound, zero) = (DMatrix::from_diagonal_element(n, n, -1.0), DVector::zeros(n));
+    minimum((&h, &-f), (&bound, &zero), &[NonnegativeConeT(n)], None)
 }
 
 #[cfg(test)]
@@ -115,7 +101,7 @@ mod tests {
                 let t = times[i];
                 2.0 + (-t / (0.3 + 0.2 * f64::from(n))).exp() + 0.02 * ((7 * i + 3 * n as usize) as f64).sin()
             });
-            let c = nonnegative(&a, &y).expect("solved");
+            let c = dense_weights(&a, &y).expect("solved");
             let (own, best) = ((&y - &a * &c).norm(), every_subset(&a, &y));
             zeros += c.iter().filter(|c| **c == 0.0).count();
             assert!(c.iter().all(|c| *c >= 0.0) && own <= best * (1.0 + 1e-9), "{n}: {own} above {best}");

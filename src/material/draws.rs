@@ -1,0 +1,63 @@
+//! Random laws, rotations and deformation gradients, for checks of laws.
+
+use super::entry::LawEntry;
+use super::law::Law;
+use super::parameter::{Choice, LawSpecError};
+use crate::math::random::SplitMix;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::math::units::Dimension;
+
+/// A rotation: a random unit quaternion.
+pub fn rotation(random: &mut SplitMix) -> Mat3 {
+    let [w, i, j, k] = std::array::from_fn(|_| random.between(-1.0, 1.0));
+    let q = nalgebra::Quaternion::new(w, i, j, k);
+    nalgebra::UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner()
+}
+
+/// Parameters inside their bounds, moduli over three decades and of either sign where it is free, any number of the optional ones, any
+/// option; drawn again until the shear modulus at F = I is positive.
+pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law>, String> {
+    let info = entry.info;
+    for _ in 0..1000 {
+        let absent = (random.unit() * (info.optional as f64 + 1.0)) as usize;
+        let mut values = Vec::new();
+        for p in &info.parameters[..info.parameters.len() - absent] {
+            let (lower, upper) = p.bounds;
+            values.push(if p.dimension == Dimension::PRESSURE {
+                let sign = if lower < 0.0 && random.unit() < 0.4 { -1.0 } else { 1.0 };
+                sign * 1e3 * 1e3_f64.powf(random.unit())
+            } else {
+                let (a, b) = (lower.max(-10.0), upper.min(10.0));
+                random.between(a + 0.002 * (b - a), b - 0.0015 * (b - a))
+            });
+        }
+        let option = |c: &Choice, r: f64| c.options[(r * c.options.len() as f64) as usize];
+        let options: Vec<_> = info.choices.iter().map(|c| option(c, random.unit())).collect();
+        match entry.build_with(&values, &options) {
+            Ok(law) => return Ok(law),
+            Err(LawSpecError::NotStable { .. } | LawSpecError::NoBulk { .. }) => {}
+            // Half of a pair (μ, α) is left
+            Err(LawSpecError::Missing { .. }) if absent > 0 => {}
+            Err(e) => return Err(format!("{e} from {values:?}, which are inside their bounds")),
+        }
+    }
+    Err("no draw of constants inside their bounds has a positive shear modulus".into())
+}
+
+/// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
+pub fn gradient(random: &mut SplitMix, inverted: bool) -> (Mat3, f64) {
+    gradient_within(random, inverted, 1.0)
+}
+
+/// Like [`gradient`], with the logarithms of the stretches times `range`.
+pub(super) fn gradient_within(random: &mut SplitMix, inverted: bool, range: f64) -> (Mat3, f64) {
+    let mut s = [0, 1, 2].map(|_| (0.3 * 10_f64.powf(random.unit())).powf(range));
+    s.sort_by(f64::total_cmp);
+    if inverted {
+        s[1] = s[1].max(s[0] + 0.3);
+        s[2] = s[2].max(s[1]);
+        s[0] = -s[0];
+    }
+    let rho = s[0].abs().min(s[0] + s[1]).min(1.0);
+    (rotation(random) * Mat3::from_diagonal(&Vec3::from(s)) * rotation(random), rho)
+}

@@ -1,0 +1,73 @@
+//! Facets that lie inside of an obstacle between their contact points, which alone feel it.
+
+use crate::effect::contact::Contact;
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::element::facet_shape;
+
+/// Share of the least width of an obstacle by which a facet may lie deeper in it than the contact points: what three points of a ball as wide as their
+/// distance leave between them is less.
+const MOST: f64 = 0.125;
+/// Share of that depth to which the deepest place is found.
+const RESOLVED: f64 = 0.125;
+
+/// Facets that press on an obstacle, and how much deeper than the contact points they may lie in it.
+pub(in crate::scene) struct PressingFacets {
+    facets: Vec<u32>,
+    /// \[m\]
+    most: f64,
+}
+
+/// A part of a facet, by its corners in the coordinates ξ of the facet.
+type Part = [[f64; 2]; 3];
+
+impl PressingFacets {
+    /// Facets with cells of the size `cell` \[m\]: a sharp edge of an obstacle enters a facet by about as much.
+    pub(super) fn new(facets: Vec<u32>, cell: f64, contact: &Contact) -> Self {
+        let widths = contact.obstacle.shape.bounds().map(|[low, high]| high - low);
+        Self { facets, most: widths.map_or(cell, |widths| cell.min(MOST * widths.min())) }
+    }
+
+    /// None of a rigid body, which is seen by its points.
+    pub(super) fn none() -> Self {
+        Self { facets: vec![], most: 0.0 }
+    }
+
+    /// The deepest place of the facets at displacement x where it is in space, and how deep \[m\], if that is too deep. A distance changes no faster than the
+    /// place: parts of a facet that are too far from the obstacle for their size are not split.
+    pub(in crate::scene) fn deepest(&self, mesh: &TetMesh, contact: &Contact, x: &[f64]) -> Option<(Vec3, f64)> {
+        let (_, seen) = contact.deepest(x).filter(|_| !self.facets.is_empty())?;
+        let distance = contact.distance(x);
+        let enough = RESOLVED * self.most;
+        let (mut least, mut found) = (seen.min(0.0) - self.most, None);
+        for &f in &self.facets {
+            let nodes = mesh.facet(f as usize);
+            let place = |xi: [f64; 2]| -> Vec3 {
+                let shape = facet_shape(mesh.order, xi);
+                let node = |k: u32| mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
+                nodes.iter().zip(shape).map(|(&k, n)| node(k) * n).sum()
+            };
+            let mut open: Vec<Part> = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]];
+            while let Some(part) = open.pop() {
+                let middle = place([0, 1].map(|d| part.iter().map(|xi| xi[d]).sum::<f64>() / 3.0));
+                let reach = part.iter().map(|&xi| (place(xi) - middle).norm()).fold(0.0, f64::max);
+                let gap = if reach.is_finite() { distance(&middle) } else { f64::INFINITY };
+                if gap < least {
+                    (least, found) = (gap, Some((middle, -gap)));
+                }
+                if reach > enough && gap - reach < least - enough {
+                    open.extend(quarters(&part));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// The four parts of a part between its corners and the middles of its edges.
+fn quarters(part: &Part) -> [Part; 4] {
+    let [a, b, c] = *part;
+    let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|d| (p[d] + q[d]) / 2.0);
+    let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}

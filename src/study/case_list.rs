@@ -1,0 +1,246 @@
+//! The cases of a study: one for each member of a family in each variant, and those that use the constants of a calibration.
+
+use crate::scene::{SceneError, hint, read_scene};
+use crate::study::calibration_plan::{CalibrationPlan, Member, UseSpec};
+use crate::study::case::{After, Case};
+use crate::study::extension::{AddedLines, at_line};
+use crate::study::kind::StoredExpansion;
+use crate::study::overridden::Differences;
+use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
+use crate::study::store::case_files::is_ambiguous;
+use crate::study::store::record::{FamilyRecord, Role, VariantMember};
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Keys of a scene with the values that they are set to, in the order of their setting.
+type Pairs = [(String, toml::Value)];
+
+/// Changes of the command line, made before or after those of the study, and the members that were added to it.
+pub struct Changes<'a> {
+    pub given: &'a Pairs,
+    pub first: bool,
+    pub added: Added,
+}
+
+/// Members that another file has added to the study.
+#[derive(Default)]
+pub struct Added {
+    pub file: PathBuf,
+    pub lines: AddedLines,
+}
+
+/// The cases of a study as they are found, family after family.
+pub struct CaseList<'a> {
+    file: &'a Path,
+    scene: &'a Path,
+    expansion: &'a StoredExpansion,
+    changes: &'a Changes<'a>,
+    all: Vec<Case>,
+    ids: HashSet<String>,
+    /// Variant with what is asked of it, where it counts, and scene → id of the case that runs it
+    scenes: HashMap<(String, String), String>,
+    differences: Differences,
+}
+
+impl<'a> CaseList<'a> {
+    /// The list without cases yet.
+    pub fn new(file: &'a Path, scene: &'a Path, expansion: &'a StoredExpansion, changes: &'a Changes<'a>) -> Self {
+        let (all, ids, scenes) = (vec![], HashSet::new(), HashMap::new());
+        Self { file, scene, expansion, changes, all, ids, scenes, differences: Differences::default() }
+    }
+
+    /// The cases, and the keys whose differences between them are overridden.
+    pub fn end(self) -> (Vec<Case>, Vec<String>) {
+        (self.all, self.differences.overridden())
+    }
+
+    /// The file that has a member of a family, and the place of the member there.
+    fn origin(&self, family: &FamilySpec, label: &str, place: &str) -> (&Path, String) {
+        let Added { file, lines } = &self.changes.added;
+        match lines.get(&(family.name.clone(), label.into())) {
+            Some(line) => (file, at_line(Some(line), place)),
+            None => (self.file, place.into()),
+        }
+    }
+
+    /// A mistake of a member of a family, in the file that has the member.
+    fn refuse(&self, (family, label): (&FamilySpec, &str), place: &str, (fact, remedy): (String, &str)) -> SceneError {
+        let (file, place) = self.origin(family, label, place);
+        refuse(file, (place, fact, remedy.into()))
+    }
+
+    /// Adds the cases of a family.
+    pub fn family(&mut self, family: &FamilySpec) -> Result<FamilyRecord, SceneError> {
+        let base = self.file.parent().unwrap_or(Path::new(""));
+        let expansion = self.expansion;
+        let known: Vec<String> = expansion.variants.iter().map(|v| v.name.clone()).collect();
+        let wanted = family.variants.as_ref().unwrap_or(&known);
+        if let Some(unknown) = wanted.iter().find(|w| !known.contains(w)) {
+            let fact = format!("there is no variant \"{unknown}\"");
+            return Err(refuse(self.file, (format!("family {}", family.name), fact, hint(unknown, &known))));
+        }
+        let (mut ids, mut places) = (Vec::new(), Vec::new());
+        let mut formulation = String::new();
+        for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
+            let own = variant.scene.as_ref().or(family.scene.as_ref());
+            let scene_file = own.map_or_else(|| self.scene.to_path_buf(), |own| base.join(own));
+            // The changes of the members before, where they add up
+            let mut before: Vec<(String, toml::Value)> = Vec::new();
+            let members: Vec<(&String, &toml::Value)> =
+                family.members.iter().chain(family.own.get(&variant.name).into_iter().flatten()).collect();
+            let labels: Vec<String> = members.iter().map(|(label, _)| (*label).clone()).collect();
+            let place = format!("family {}: members", family.name);
+            check_names(&labels)
+                .map_err(|(k, fact, remedy)| self.refuse((family, &labels[k]), &place, (fact, remedy)))?;
+            for (label, member) in members {
+                let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
+                let Some(member) = member.as_table() else {
+                    return Err(self.refuse((family, label), &place, ("it is not a table".into(), AS_TABLE)));
+                };
+                let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
+                let others = [pairs(&variant.set), pairs(&family.set), before.clone()].concat();
+                if family.role == Role::Cumulative {
+                    before.extend(pairs(member));
+                }
+                let (id, found) =
+                    self.case((family, variant, label), &scene_file, (&others, &pairs(member)), &place)?;
+                ids.push(id);
+                places.push(VariantMember { variant: variant.name.clone(), member: label.clone() });
+                formulation = found;
+            }
+        }
+        Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids, members: places })
+    }
+
+    /// Id and formulation of a case, which is a new one unless the same scene is run already.
+    fn case(
+        &mut self,
+        (family, variant, label): (&FamilySpec, &VariantSpec, &String),
+        scene_file: &Path,
+        (others, member): (&Pairs, &Pairs),
+        place: &str,
+    ) -> Result<(String, String), SceneError> {
+        let (given, own) = (self.changes.given, &[others, member].concat()[..]);
+        let all = if self.changes.first { [given, own] } else { [own, given] }.concat();
+        let (spec, text) = read_scene(scene_file, &all).map_err(|e| {
+            // The fault is that of the study if the scene alone is sound and the changes of the study are not, and that of the file which has the member
+            // if the other changes are sound.
+            let sound = |changes: &[_]| read_scene(scene_file, changes).is_ok();
+            match sound(&[]) && !sound(own) {
+                true if sound(others) => {
+                    let (file, place) = self.origin(family, label, place);
+                    e.caused_by(file, &place)
+                }
+                true => e.caused_by(self.file, place),
+                false => e,
+            }
+        })?;
+        if !self.changes.first {
+            self.differences.add(scene_file, own, given);
+        }
+        let formulation = spec.formulation();
+        let expansion = self.expansion;
+        let plan = self.plan((family, variant, label), scene_file, member, place)?;
+        let asked = plan.as_ref().map_or_else(String::new, |p| format!("{} {}", variant.name, p.sha256));
+        let scene = (asked, text.clone());
+        if let Some(same) = self.scenes.get(&scene).filter(|_| expansion.rules.share_cases) {
+            return Ok((same.clone(), formulation));
+        }
+        let id = format!("{}-{}-{label}", family.name, variant.name);
+        let derivatives = match family.role {
+            Role::Design => expansion.derivatives.get(&variant.name).cloned().unwrap_or_default(),
+            _ => vec![],
+        };
+        if !self.ids.insert(id.clone()) {
+            let fact = format!("another case is called {id} too");
+            let remedy = "rename the family, the variant or the member";
+            return Err(self.refuse((family, label), place, (fact, remedy)));
+        }
+        check_id(&id).map_err(|mistake| self.refuse((family, label), place, mistake))?;
+        self.scenes.entry(scene).or_insert_with(|| id.clone());
+        self.all.push(Case {
+            id: id.clone(),
+            family: family.name.clone(),
+            variant: variant.name.clone(),
+            member: label.clone(),
+            scene_file: scene_file.to_path_buf(),
+            spec,
+            text,
+            plan,
+            after: None,
+            derivatives,
+        });
+        Ok((id, formulation))
+    }
+
+    /// The constants to be found in the case of a member.
+    fn plan(
+        &self,
+        (family, variant, label): (&FamilySpec, &VariantSpec, &String),
+        scene_file: &Path,
+        own: &Pairs,
+        place: &str,
+    ) -> Result<Option<Arc<CalibrationPlan>>, SceneError> {
+        let Some(plan) = self.expansion.plans.get(&variant.name) else { return Ok(None) };
+        let set: Vec<_> = family.set.clone().into_iter().collect();
+        let member = Member { scene_file, label, family: &set, own, given: self.changes.given };
+        plan.of(&member).map(Some).map_err(|e| {
+            let (file, place) = self.origin(family, label, place);
+            SceneError::Part { file: file.into(), place, source: e.into() }
+        })
+    }
+
+    /// Adds the cases of `[use]`, one per variant and member.
+    pub fn uses(&mut self, usage: &UseSpec) -> Result<FamilyRecord, SceneError> {
+        let (file, given, expansion) = (self.file, self.changes.given, self.expansion);
+        let mistake = |fact: String, remedy: &str| refuse(file, ("use".into(), fact, remedy.into()));
+        let scene_file = file.parent().unwrap_or(Path::new("")).join(&usage.scene);
+        let labels: Vec<String> = usage.members.keys().cloned().collect();
+        check_names(&labels).map_err(|(_, fact, remedy)| mistake(fact, remedy))?;
+        let (mut ids, mut members, mut formulation) = (vec![], vec![], None);
+        for variant in expansion.variants.iter().map(|v| &v.name) {
+            for (label, member) in &usage.members {
+                let Some(member) = member.as_table() else {
+                    return Err(mistake(format!("member {label} is not a table"), AS_TABLE));
+                };
+                let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
+                let own: Vec<_> = own.collect();
+                let (spec, text) = read_scene(&scene_file, &[&own, given].concat())?;
+                self.differences.add(&scene_file, &own, given);
+                if !spec.laws.contains_key(&usage.law) {
+                    let known: Vec<&String> = spec.laws.keys().collect();
+                    return Err(mistake(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));
+                }
+                let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
+                let (id, variant) = (format!("use-{variant}-{label}"), format!("use-{variant}"));
+                check_id(&id).map_err(|(fact, remedy)| mistake(fact, remedy))?;
+                ids.push(id.clone());
+                members.push(VariantMember { variant: variant.clone(), member: label.clone() });
+                formulation.get_or_insert_with(|| spec.formulation());
+                let (family, member, scene_file) = ("use".into(), label.clone(), scene_file.clone());
+                let (plan, derivatives) = (None, vec![]);
+                self.all.push(Case { id, family, variant, member, scene_file, spec, text, plan, after, derivatives });
+            }
+        }
+        let Some(formulation) = formulation else {
+            return Err(mistake(
+                "it has no member".into(),
+                "add [use.members] with one mesh at least, two for its share",
+            ));
+        };
+        Ok(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids, members })
+    }
+}
+
+/// Remedy of a member that is no table.
+const AS_TABLE: &str = "write { \"mesh.cells\" = 4500 }";
+
+/// Refuses an id whose files would be taken for those of another case: fact and remedy.
+fn check_id(id: &str) -> Result<(), (String, &'static str)> {
+    if !is_ambiguous(id) {
+        return Ok(());
+    }
+    let fact = format!("the files of case {id} would have the names of files of another case");
+    Err((fact, "rename it without the end behind the last dot, or write a hyphen for the dot"))
+}
