@@ -36,7 +36,7 @@ thread_local! {
 static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
 
 impl Raised {
-    /// Of work on scenes that it makes itself, with this link.
+    /// Those of work on scenes that it makes itself, with this link.
     pub fn by(link: &Arc<Link>) -> Turn {
         let raised = Arc::new(Self::default());
         raised.begin(link).expect("no other work knows it")
@@ -61,7 +61,7 @@ impl Raised {
         done
     }
 
-    /// Of the scene for which this thread makes a law.
+    /// Those of the scene for which this thread makes a law.
     pub fn of_a_law() -> Arc<Self> {
         let elsewhere = || locked(&ELSEWHERE).clone();
         let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();

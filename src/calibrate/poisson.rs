@@ -9,7 +9,7 @@ use super::volume::{VolumeError, VolumeRequest, VolumeTest, fit_volume};
 use super::{Bounded, ColumnError, FitError, FitOptions, FitRequest, Model, Partner, Poisson, Role};
 use crate::wording::all;
 
-/// Of a request: the given one, else that of the lateral strain. `None` of laws that are fitted as incompressible.
+/// Poisson's ratio for a request: the given one, else that of the lateral strain. `None` for laws that are fitted as incompressible.
 pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>, FitError> {
     if !model.form.compressible || request.options.partner.is_some() {
         return Ok(of_options(&request.options, model)?.1);
@@ -71,7 +71,7 @@ fn with_own_flags(message: String) -> String {
     })
 }
 
-/// Of a table that was read already: found before, or given by the options; with the model of this ratio.
+/// The model at its Poisson's ratio, and the ratio, for a table that was read already: found before, or given by the options.
 pub fn of_options(options: &FitOptions, model: Model) -> Result<(Model, Option<Poisson>), FitError> {
     let stated = options.accuracy.0.get(&SharedError::Poisson).copied();
     if !model.form.compressible {

@@ -67,7 +67,7 @@ pub fn is_study(file: &Path) -> bool {
     read_table(file).is_ok_and(|(_, table)| scene::is_study(&table))
 }
 
-/// For `check` and `mesh`: a study, or else a scene, of this name.
+/// A study, or else a scene, of this name, for `check` and `mesh`.
 pub fn find_any(name: &Path) -> Result<PathBuf, String> {
     find(name, "study.toml").or_else(|e| find(name, "scene.toml").map_err(|_| e))
 }

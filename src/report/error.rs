@@ -81,7 +81,7 @@ impl ReportError {
         }
     }
 
-    /// Of a figure whose drawing ended in a panic.
+    /// The error of a figure whose drawing ended in a panic.
     pub(super) fn drawing(name: &str) -> Self {
         let what = "a bug of this program; please report it with study.json and the folder cases".into();
         Self::Figure { name: name.into(), what }

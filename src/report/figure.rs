@@ -175,7 +175,7 @@ pub struct WithLegend {
 }
 
 impl WithLegend {
-    /// For panels from `left` and `top` down to `bottom`, where their last axis ends, and so many lines.
+    /// Places the legend, of so many lines, for panels from `left` and `top` down to `bottom`, where their last axis ends.
     pub fn new((left, top, bottom): (f64, f64, f64), lines: f64) -> Self {
         let page = page_width();
         if page < 180.0 {

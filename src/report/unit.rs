@@ -39,7 +39,7 @@ pub fn shown(unit: &str, largest: f64) -> (i32, &str) {
     best.map_or_else(|| (0, renamed()), |(_, power, name)| (*power, *name))
 }
 
-/// As [`shown`], with a power of ten before the unit where numbers that differ by `step` would still be long: `10⁻⁶ N`.
+/// The power of ten and the unit of [`shown`], with a power of ten before the unit where numbers that differ by `step` would still be long: `10⁻⁶ N`.
 pub fn with_power(unit: &str, largest: f64, step: f64) -> (i32, String) {
     let (power, name) = shown(unit, largest);
     let size = largest * 10f64.powi(power);
@@ -53,7 +53,7 @@ pub fn with_power(unit: &str, largest: f64, step: f64) -> (i32, String) {
     (power - ten, times(ten, name))
 }
 
-/// As [`with_power`], with the power of ten by which numbers up to `largest` have this many digits before the point.
+/// The power of ten and the unit of [`with_power`], so that numbers up to `largest` have this many digits before the point.
 pub fn with_digits(unit: &str, largest: f64, digits: i32) -> (i32, String) {
     let (power, name) = shown(unit, largest);
     let size = largest * 10f64.powi(power);

@@ -54,7 +54,7 @@ impl System {
         Self::with_scalars(nodes, &[], effects, constraints, prescribed)
     }
 
-    /// With a second field: unknown 3·nodes + k is a scalar. For the numbering it belongs to node `hosts[k]`, which is one of the nodes
+    /// A system with a second field: unknown 3·nodes + k is a scalar. For the numbering it belongs to node `hosts[k]`, which is one of the nodes
     /// of every block that contains the scalar.
     pub fn with_scalars(
         nodes: usize,

@@ -46,7 +46,7 @@ impl EvalError {
         }
     }
 
-    /// Of a law at a quadrature point of a cell.
+    /// The error of a law at a quadrature point of a cell.
     pub fn of_law(effect: &str, cell: usize, error: LawError) -> Self {
         let effect = effect.to_string();
         match error {

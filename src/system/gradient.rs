@@ -14,7 +14,7 @@ pub struct Gradient {
 }
 
 impl Gradient {
-    /// Of a functional of the displacements only.
+    /// The gradient of a functional of the displacements only.
     pub fn of_displacements(x: Vec<(u32, f64)>) -> Self {
         Self { x, ..Self::default() }
     }

@@ -60,12 +60,12 @@ fn ends(system: &System) -> [usize; 3] {
 }
 
 impl<'a> Parameter<'a> {
-    /// With ∂/∂θ of the effects in closed form.
+    /// A parameter with ∂/∂θ of the effects in closed form.
     pub fn exact(terms: Vec<ParameterDerivative>) -> Self {
         Self { terms, difference: None }
     }
 
-    /// With ∂/∂θ of these effects in closed form, and that of what else depends on θ by differences.
+    /// A parameter with ∂/∂θ of these effects in closed form, and that of what else depends on θ by differences.
     pub fn with_difference(terms: Vec<ParameterDerivative>, difference: SystemDifference<'a>) -> Self {
         Self { terms, difference: Some(difference) }
     }
@@ -124,7 +124,7 @@ pub struct SystemDifference<'a> {
 }
 
 impl<'a> SystemDifference<'a> {
-    /// Of variants of `system`.
+    /// Differences of variants of `system`.
     pub fn new(system: &System, variants: Arc<dyn Variants + 'a>) -> Self {
         Self { variants, sums: system.workspace() }
     }

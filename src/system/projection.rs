@@ -7,7 +7,7 @@
 use super::BlockValues;
 use nalgebra::DMatrix;
 
-/// Of the first `displacements` of the `n` unknowns of a block; leaves a positive semidefinite block as it is.
+/// Projects the part of the first `displacements` of the `n` unknowns of a block; leaves a positive semidefinite block as it is.
 pub(super) fn project(local: &mut BlockValues, n: usize, displacements: usize) {
     let entry = |i: usize, j: usize| local.k[i.max(j) * n + i.min(j)];
     let eigen = DMatrix::from_fn(displacements, displacements, entry).symmetric_eigen();

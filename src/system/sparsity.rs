@@ -34,7 +34,7 @@ pub(super) struct Sparsity {
 }
 
 impl Sparsity {
-    /// Of these lists of blocks, with what is prescribed or tied; None if every dof is.
+    /// The pattern of these lists of blocks, with what is prescribed or tied; None if every dof is.
     pub fn new(nodes: usize, hosts: &[u32], held: (&[Prescribed], &Ties), all: &[TangentBlocks]) -> Option<Self> {
         let direct = || all.iter().filter(|list| list.means.is_none()).map(|list| list.blocks);
         let coupled = CoupledMeans::new(all);

@@ -46,7 +46,7 @@ impl State {
         At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Rates::default() }
     }
 
-    /// At rest in the reference configuration.
+    /// Rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
         Self {

@@ -41,7 +41,7 @@ impl Components {
     /// Of a node that is free.
     const ALL: Self = Self { count: 3, free: 0b111 };
 
-    /// Of the vertex whose unknowns begin with this one.
+    /// Those of the vertex whose unknowns begin with this one.
     pub fn of(dofs: &Dofs, first: u32) -> Self {
         let count = if first < dofs.displacements { 3 } else { 1 };
         let is_free = |i: &u32| dofs.equation[(first + i) as usize] != Dofs::FIXED;

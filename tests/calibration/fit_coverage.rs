@@ -80,7 +80,7 @@ impl Scenario {
     }
 
     fn draw(&self, seed: u64) -> Experiment {
-        let mut random = Random(1 + 7919 * seed);
+        let mut random = Random::seed(1 + 7919 * seed);
         (0..40).for_each(|_| {
             random.unit();
         });

@@ -55,7 +55,7 @@ impl Case {
     }
 
     fn samples(&self, seed: u64) -> Vec<Sample> {
-        let mut random = Random(1 + 7919 * seed);
+        let mut random = Random::seed(1 + 7919 * seed);
         (0..40).for_each(|_| {
             random.unit();
         });

@@ -60,7 +60,7 @@ fn planar_tests_see_the_sum_of_mooney_rivlin() {
 fn outliers_pull_at_squares_and_not_at_huber() {
     let model = Model::new("yeoh", Some(2)).expect("registered");
     let values = [0.17e6, 4e3];
-    let mut noise = Random(5);
+    let mut noise = Random::seed(5);
     let mut rows = samples(model, &values, &[Mode::Uniaxial], [1.05, 2.5], 100, |p| p * (1.0 + 0.005 * noise.normal()));
     let wrong: Vec<usize> = (0..5).map(|k| 7 + 20 * k).collect();
     wrong.iter().for_each(|k| rows[*k].stress *= 10.0);
@@ -144,7 +144,7 @@ fn terms_and_volumetric_parts_are_checked() {
 fn constants_that_may_be_zero_are_named() {
     let model = |law: &str| Model::new(law, None).expect("registered");
     let named = |law: &str, seed: u64| {
-        let mut noise = Random(seed);
+        let mut noise = Random::seed(seed);
         let rows =
             samples(model("neo_hookean"), &[0.3e6], &[Mode::Uniaxial], [1.05, 2.0], 40, |p| p + 5e3 * noise.normal());
         let warnings = fitted(model(law), &[Mode::Uniaxial], rows).warnings;
@@ -185,7 +185,7 @@ fn the_sign_of_terms_is_open_in_planar_tests() {
     let one: &[f64] = &[0.3e6, 1.8];
     let two: &[f64] = &[0.4e6, 1.3, 2e3, 5.0];
     let fit = |values: &[f64], modes: &[Mode], end: f64, noise: f64, seed: u64| {
-        let (model, mut random) = (model(values.len() / 2), Random(seed));
+        let (model, mut random) = (model(values.len() / 2), Random::seed(seed));
         let size = noise * model.stress(values, Mode::Planar, end).abs();
         let rows = samples(model, values, modes, [1.02, end], 40, |p| p + size * random.normal());
         fit_experiment(&table(rows), &options(model, modes)).expect("fits")

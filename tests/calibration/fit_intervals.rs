@@ -28,7 +28,7 @@ fn fitted(e: &Experiment, model: Model) -> FitResult {
 }
 
 fn white(seed: u64, n: usize, size: f64) -> Vec<f64> {
-    let mut noise = Random(seed);
+    let mut noise = Random::seed(seed);
     (0..n).map(|_| size * noise.normal()).collect()
 }
 
@@ -56,7 +56,7 @@ fn a_term_that_may_share_with_a_vanished_one_is_open() {
 
 /// eₖ = 0.9 eₖ₋₁ + √(1 − 0.81) zₖ: variance 1, correlated over ten rows.
 fn correlated(seed: u64, n: usize, size: f64) -> Vec<f64> {
-    let mut noise = Random(seed);
+    let mut noise = Random::seed(seed);
     let mut e = noise.normal();
     let next = |_| {
         e = 0.9 * e + 0.19_f64.sqrt() * noise.normal();
@@ -296,7 +296,7 @@ fn slack_of_one_specimen_is_sought_in_all() {
     let truth = [30e3, 5e3];
     let (mut held, mut found, mut said) = ([0; 2], 0, 0);
     for seed in 0..200 {
-        let mut random = Random(1 + 7919 * seed);
+        let mut random = Random::seed(1 + 7919 * seed);
         let mut e = table(model, &truth, [1.0, 2.0], &[0.0; 2]);
         e.samples.clear();
         for specimen in 0..3 {
@@ -337,7 +337,7 @@ fn the_band_of_the_next_specimen_holds_with_a_law_that_does_not_fit() {
     let (draws, specimens) = (200, 4);
     let mut held = [0; 11];
     for seed in 0..draws {
-        let mut noise = Random(1 + 7919 * seed);
+        let mut noise = Random::seed(1 + 7919 * seed);
         let mut constants = || [60e3 * (1.0 + 0.05 * noise.normal()), 20.0 * (1.0 + 0.05 * noise.normal())];
         let all: Vec<[f64; 2]> = (0..=specimens).map(|_| constants()).collect();
         let mut e = table(truth, &all[0], [1.02, 2.4], &[0.0; 2]);

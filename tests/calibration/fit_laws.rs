@@ -83,7 +83,7 @@ fn noisy_data_give_intervals_that_hold_the_truth() {
         let range = if model.name() == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
         let clean = samples(model, &values, &Mode::PULLED, range, 60, |p| p);
         let top = 0.01 * clean.iter().map(|s| s.stress.abs()).fold(0.0, f64::max) * 0.2;
-        let mut noise = Random(seed as u64 + 77);
+        let mut noise = Random::seed(seed as u64 + 77);
         let noisy: Vec<Sample> =
             clean.iter().map(|s| Sample { stress: s.stress + top * noise.normal(), ..*s }).collect();
         let r = fitted(model, &Mode::PULLED, noisy);
@@ -107,7 +107,7 @@ fn intervals_of_yeoh_cover_the_truth() {
     let top = clean.iter().map(|s| s.stress).fold(0.0, f64::max);
     let options = FitOptions { ranges: 0, ..options(model, &[Mode::Uniaxial]) };
     let hits = |seed: u64| {
-        let mut noise = Random(0xc0ffee + seed);
+        let mut noise = Random::seed(0xc0ffee + seed);
         let noisy = clean.iter().map(|s| Sample { stress: s.stress + 0.01 * top * noise.normal(), ..*s }).collect();
         let r = fit_experiment(&table(noisy), &options).expect("well posed");
         let hit =
@@ -128,7 +128,7 @@ fn relative_weights_listen_to_small_stresses() {
     let values = truth("yeoh", 3);
     let (mut absolute, mut relative) = (0.0, 0.0);
     for seed in 0..40 {
-        let mut noise = Random(900 + seed);
+        let mut noise = Random::seed(900 + seed);
         let e =
             table(samples(model, &values, &[Mode::Uniaxial], [1.05, 5.0], 30, |p| p * (1.0 + 0.02 * noise.normal())));
         let mut o = options(model, &[Mode::Uniaxial]);
@@ -216,7 +216,7 @@ fn weights_by_noise_listen_to_the_quiet_mode() {
     let modes = [Mode::Uniaxial, Mode::Equibiaxial];
     let (mut absolute, mut weighted) = (0.0, 0.0);
     for seed in 0..20 {
-        let mut noise = Random(77 + seed);
+        let mut noise = Random::seed(77 + seed);
         let mut rows = samples(model, &values, &modes, [1.02, 2.0], 200, |p| p);
         for s in &mut rows {
             s.stress += noise.normal() * if s.mode == Mode::Uniaxial { 2e4 } else { 2e3 };

@@ -105,7 +105,7 @@ fn a_card_gives_dimensions_and_preparation() {
 /// between p = 4 kPa and 3p moves the zero by −3(p/E)² = −4e-5 (E = 3μ) and noise by about 200 Pa/E/√3 = 1e-4: 1e-3 holds both tenfold.
 #[test]
 fn toe_and_offset_are_handled_and_logged() {
-    let mut noise = Random(21);
+    let mut noise = Random::seed(21);
     let slack = 0.05;
     let row = |k: u32| {
         let e = 0.001 * f64::from(k + 1);
@@ -146,7 +146,7 @@ fn toe_and_offset_are_handled_and_logged() {
 fn a_hold_at_the_peak_is_no_loading() {
     let up = || (0..50).map(|k| 1.0 + f64::from(k) / 49.0);
     let made = |hold: u32, back: bool| {
-        let mut noise = Random(7);
+        let mut noise = Random::seed(7);
         let relaxed = move |k: u32| 1.0 - 0.25 * (1.0 - (-4.0 * f64::from(k) / f64::from(hold)).exp());
         let pull = up().map(|l| (l, stress(Mode::Uniaxial, l)));
         let held = (0..hold).map(|k| (2.0, relaxed(k) * stress(Mode::Uniaxial, 2.0)));
@@ -179,7 +179,7 @@ fn a_hold_at_the_peak_is_no_loading() {
 /// Huber's loss gives the constant back.
 #[test]
 fn a_spike_is_named_and_removes_nothing() {
-    let mut noise = Random(3);
+    let mut noise = Random::seed(3);
     let mut made = |wrong: Option<usize>| {
         let row = |k: usize| {
             let l = 1.02 + 0.025 * k as f64;
@@ -304,7 +304,7 @@ fn cycles_are_told_apart() {
 #[test]
 fn noise_of_the_strain_is_no_unloading() {
     let text = |stretches: &dyn Fn(usize) -> f64, rows: usize, deviation: f64, seed: u64| {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 5);
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 5);
         let row = |k: usize| {
             let l = stretches(k);
             let (e, p) = (deviation * random.normal(), 200.0 * random.normal());

@@ -38,7 +38,7 @@ fn a_misfit_that_prints_as_zero_has_no_pattern() {
 #[test]
 fn a_small_misfit_is_never_nowhere_valid() {
     for seed in 0..50 {
-        let mut noise = Random(seed);
+        let mut noise = Random::seed(seed);
         let law = model("neo_hookean", 1);
         let top = law.stress(&[0.1e6], Mode::Uniaxial, 3.0);
         let rows = samples(law, &[0.1e6], &[Mode::Uniaxial], [1.001, 3.0], 200, |p| p + 0.01 * top * noise.normal());
@@ -60,7 +60,7 @@ fn slack_that_is_not_fitted_is_named() {
     let law = model("neo_hookean", 1);
     let count = |slack: f64, draws: u64| {
         let is_named = |seed: &u64| {
-            let mut noise = Random(1 + 7919 * seed);
+            let mut noise = Random::seed(1 + 7919 * seed);
             let rows = (0..80).map(|k| {
                 let stretch = 1.08 + 0.9 * k as f64 / 79.0;
                 let stress = law.stress(&[0.1e6], Mode::Uniaxial, stretch - slack) + 500.0 * noise.normal();
@@ -83,7 +83,7 @@ fn correlated_noise_is_no_pattern_with_either_loss() {
     let law = model("yeoh", 2);
     for loss in [Loss::Squares, Loss::Huber] {
         let is_called = |seed: &u64| {
-            let (mut noise, mut error) = (Random(1 + 7919 * seed), 0.0);
+            let (mut noise, mut error) = (Random::seed(1 + 7919 * seed), 0.0);
             let rows = samples(law, &[30e3, 5e3], &[Mode::Uniaxial], [1.01, 2.0], 150, |p| {
                 error = 0.8 * error + 0.6 * 500.0 * noise.normal();
                 p + error
@@ -139,7 +139,7 @@ fn an_unstable_law_does_not_come_first() {
 /// in the range, so that the factor of C01 is between 0.96 and 1.
 #[test]
 fn a_small_range_knows_a_sum() {
-    let mut noise = Random(3);
+    let mut noise = Random::seed(3);
     let law = model("mooney_rivlin", 2);
     let rows = samples(law, &[0.15e6, 0.05e6], &[Mode::Uniaxial], [1.002, 1.04], 30, |p| p + 500.0 * noise.normal());
     let r = fitted(law, &[Mode::Uniaxial], rows);
@@ -167,7 +167,7 @@ fn as_many_constants_as_data_points() {
 #[test]
 fn undetermined_limits_of_chains_are_alike() {
     for (law, seed) in [("gent", 1), ("arruda_boyce", 1), ("gent", 2), ("arruda_boyce", 2)] {
-        let mut noise = Random(seed);
+        let mut noise = Random::seed(seed);
         let truth = model("neo_hookean", 1);
         let rows = samples(truth, &[0.3e6], &[Mode::Uniaxial], [1.05, 2.0], 40, |p| p + 2e3 * noise.normal());
         let r = fitted(model(law, 1), &[Mode::Uniaxial], rows);
@@ -327,7 +327,7 @@ fn laws_with_constants_that_mean_nothing_are_not_determined() {
 /// Two terms of which a small range with noise knows the sum: no interval is open, and a constant may be zero. That of one term is determined by the same data.
 #[test]
 fn terms_that_only_their_sum_determines_are_not_determined() {
-    let mut noise = Random(5);
+    let mut noise = Random::seed(5);
     let rows = |noise: &mut Random| {
         let law = model("mooney_rivlin", 2);
         samples(law, &[0.1e6, 0.02e6], &[Mode::Uniaxial], [1.01, 1.08], 40, |p| p + 2000.0 * noise.normal())

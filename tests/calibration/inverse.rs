@@ -226,7 +226,7 @@ fn one_loading_of_a_table_counts() {
     assert_eq!(rows("cycle = \"last-loading\""), Ok((23.0, 11, 1)));
     assert_eq!(rows("cycle = \"all\""), Ok((0.0, 45, 0)));
     assert!(rows("cycle = \"3\"").is_err_and(|e| e.contains("the table has 2")));
-    let mut noise = Random(3);
+    let mut noise = Random::seed(3);
     let scattered: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k) + 0.15 * noise.normal()).collect();
     assert_eq!(read("u,F", &lines(&scattered), "").map(|m| m.y.len()), Ok(60));
 }
@@ -289,7 +289,7 @@ fn the_interval_of_several_specimens_is_that_between_them() {
     let exact = made(&truth, (1..=20).map(|k| 1.5e-4 * f64::from(k)).collect());
     let largest = exact.y.iter().copied().fold(0.0, f64::max);
     let draw = |count: usize, seed: u64, specimen: Option<&str>| {
-        let mut noise = Random(1 + 7919 * seed);
+        let mut noise = Random::seed(1 + 7919 * seed);
         let one = |_| {
             let level = 1.0 + 0.05 * noise.normal();
             let y = exact.y.iter().map(|y| level * y + 3e-3 * largest * noise.normal()).collect();
@@ -388,7 +388,7 @@ fn profiles_of_a_linear_law_are_its_covariance() {
     let truth = model(&bar(&law, "6 mm", 6), &keys, X, Y);
     let mut measured = made(&truth, (1..=60).map(|k| 1e-4 * f64::from(k)).collect());
     let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
-    let mut random = common::Random(11);
+    let mut random = common::Random::seed(11);
     measured.y.iter_mut().for_each(|y| *y += 0.01 * largest * random.normal());
     let c = found_with(vec![curve(&truth, &measured)], &Settings { profile: true, ..exact() });
     for (f, u) in c.constants.iter().zip(&truth.unknown) {
@@ -584,7 +584,7 @@ nu = {nu}
     let of = |mu: &str, nu: f64| model(&scene(mu, nu), &["mu", "nu"], TENSION, "bending_angle_deg");
     let truth = of("100 kPa", 0.4);
     let mut measured = made(&truth, (1..=20).map(|k| 0.02 * f64::from(k)).collect());
-    let mut random = common::Random(3);
+    let mut random = common::Random::seed(3);
     let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
     measured.y.iter_mut().for_each(|y| *y += 0.005 * largest * random.normal());
     let started = of("60 kPa", 0.3);
@@ -635,7 +635,7 @@ fn two_curves_share_their_constants() {
     let keys = ["mu", "J_m"];
     let far = model(&bar(&law, "7 mm", 10), &keys, X, Y);
     let near = model(&bar(&law, "0.4 mm", 4), &keys, X, Y);
-    let mut random = common::Random(5);
+    let mut random = common::Random::seed(5);
     let mut noisy = |model: &SceneModel, to: f64, size: f64| {
         let mut m = made(model, (1..=25).map(|k| to * f64::from(k) / 25.0).collect());
         m.y.iter_mut().for_each(|y| *y += size * random.normal());
@@ -700,7 +700,7 @@ fn a_robust_loss_ignores_what_is_far_off() {
     let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
     let mut measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
     let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
-    let mut random = common::Random(8);
+    let mut random = common::Random::seed(8);
     measured.y.iter_mut().for_each(|y| *y += 0.002 * largest * random.normal());
     for k in [20, 24, 27] {
         measured.y[k] *= 0.6;
@@ -736,7 +736,7 @@ fn covered(errors: Errors, draws: u64) -> u64 {
     let clean = Measured { y, ..made(&truth, x) };
     let largest = clean.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
     let one = |seed: u64| {
-        let (mut random, mut before) = (common::Random(1000 + seed), 0.0);
+        let (mut random, mut before) = (common::Random::seed(1000 + seed), 0.0);
         (0..20).for_each(|_| _ = random.normal());
         let mut measured = clean.clone();
         for (k, y) in measured.y.iter_mut().enumerate() {

@@ -71,7 +71,7 @@ fn with(text: &str, values: &[(&str, f64)]) -> Table {
 /// What a scene records, with independent errors of this share of the largest value.
 fn measured(table: &Table, noise: f64) -> Measured {
     let mut made = recorded(table, FORCE);
-    let (size, mut random) = (noise * largest(&made.y), Random(7));
+    let (size, mut random) = (noise * largest(&made.y), Random::seed(7));
     made.y.iter_mut().for_each(|y| *y += size * random.normal());
     made
 }
@@ -259,7 +259,7 @@ region = "xmax"
 fn a_bound_far_from_the_minimum_is_left() {
     let column = "xmax_z_m";
     let (truth, keys) = (with(SAG, &[]), ["laws.rubber.E", "laws.rubber.nu"]);
-    let (mut data, mut random) = (recorded(&truth, column), Random(5));
+    let (mut data, mut random) = (recorded(&truth, column), Random::seed(5));
     data.y.iter_mut().for_each(|y| *y += 5e-5 * random.normal());
     let rms = |e: f64| {
         let model = model(&with(SAG, &[(keys[0], e)]), &keys, &Bounds::new(), column).unwrap_or_else(|e| panic!("{e}"));

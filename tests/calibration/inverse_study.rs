@@ -100,7 +100,7 @@ fn truth(axis: &str) -> Vec<(f64, f64)> {
 fn folder(keys: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
-    let mut random = Random(21);
+    let mut random = Random::seed(21);
     for (name, scene, axis) in [("bend", "scene", "z"), ("pull", "pull", "x")] {
         let rows = truth(axis);
         let largest = rows.iter().fold(0.0_f64, |m, (_, f)| m.max(f.abs()));

@@ -49,7 +49,7 @@ fn the_interval_covers_the_truth_in_95_of_100_tables() {
     let (mut covered, mut alarms) = (0, 0);
     let tables = 2000;
     for seed in 0..tables {
-        let mut noise = Random(0x5eed_0000 + seed);
+        let mut noise = Random::seed(0x5eed_0000 + seed);
         let sample = |k: u32| {
             let stretch = 1.05 + 0.05 * f64::from(k);
             let stress = stress(Mode::Uniaxial, stretch) + 3e3 * noise.normal();

@@ -155,7 +155,7 @@ fn evidence_finds_the_number_of_terms() {
     assert!(right >= 18, "{right} of 20 draws have two terms");
     // A rubber that does not relax
     let elastic = |seed: u64| {
-        let mut random = Random(seed);
+        let mut random = Random::seed(seed);
         let y = t.iter().map(|_| 60e3 + 300.0 * random.normal()).collect();
         let fit = fit_record(&record(TestKind::Relaxation, t.clone(), y, 0.0), &TermChoice::Evidence);
         matches!(fit, Err(RelaxationError::Elastic { .. }))
@@ -166,7 +166,7 @@ fn evidence_finds_the_number_of_terms() {
 
 /// Relaxation of the truth with errors of this deviation [Pa] and correlation of neighbours.
 fn noisy(t: &[f64], deviation: f64, rho: f64, seed: u64) -> Record {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+    let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9));
     let mut error = random.normal();
     let mut next = || {
         let own = error;
@@ -234,7 +234,7 @@ fn coverage_of_2000_draws() {
 
 /// Specimens whose moduli and times scatter by these parts around the truth, with errors of 200 Pa.
 fn specimens(count: usize, scatter: [f64; 2], seed: u64) -> Record {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 3);
+    let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 3);
     let t = spaced(0.02, 200.0, 120);
     let one = |_| {
         let mut factor = |part: f64| 1.0 + part * random.normal();
@@ -376,7 +376,7 @@ fn a_slow_relaxation_is_no_plateau() {
     let t = spaced(0.1, 1000.0, 80);
     let fits = |p: f64, deviation: f64| -> Vec<RelaxationFit> {
         let one = |seed: u64| {
-            let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 7);
+            let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 7);
             let y = t.iter().map(|t| 50e3 * (1.0 + 0.5 * (1.0 + t).powf(-p)) + deviation * random.normal()).collect();
             fit_record(&record(TestKind::Relaxation, t.clone(), y, 0.0), &TermChoice::Evidence).expect("a fit")
         };
@@ -433,7 +433,7 @@ fn a_loss_modulus_is_no_elastic_response() {
     for (count, part) in [(60, 0.03), (100, 0.03), (300, 0.03), (100, 0.05), (30, 0.02)] {
         let omega = spaced(TAU * 0.01, TAU * 100.0, count);
         let one = |seed: u64| {
-            let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 1);
+            let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 1);
             let mut measured = |k: usize| -> Vec<f64> {
                 omega.iter().map(|w| solid(*w)[k] * (1.0 + part * random.normal())).collect()
             };

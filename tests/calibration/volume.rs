@@ -20,7 +20,7 @@ fn request(path: PathBuf, test: VolumeTest) -> VolumeRequest {
 }
 
 fn lateral(name: &str, nu: f64, noise: f64, seed: u64) -> Result<VolumeFit, VolumeError> {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+    let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9));
     let row = |k: u32| {
         let e = 0.01 * f64::from(k);
         [100.0 * e, 100.0 * ((1.0 + e).powf(-nu) - 1.0 + noise * random.normal())]
@@ -75,7 +75,7 @@ fn intervals_of_the_ratio_cover_it() {
 #[test]
 fn noise_in_the_strain_is_no_correlation() {
     let drawn = |seed: &u64| {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 5);
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 5);
         let row = |k: u32| {
             let e = 0.1 * f64::from(k) / 199.0;
             let lateral = (1.0 + e).powf(-0.45) - 1.0 + 5e-4 * random.normal();
@@ -127,7 +127,7 @@ fn noise_in_the_volume_is_in_the_interval_of_the_bulk_modulus() {
 #[test]
 fn specimens_are_repeats_of_the_ratio() {
     let drawn = |seed: u64, count: u32| {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 11);
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 11);
         let one = |specimen: u32| {
             let (nu, offset) = (0.35 + 0.02 * random.normal(), 0.002 * random.normal());
             let row = |k: u32| {

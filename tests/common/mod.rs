@@ -10,6 +10,7 @@ pub mod field;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
+pub mod program;
 pub mod renumbered;
 pub mod sensitivities;
 pub mod stores;
@@ -27,9 +28,11 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh, quadrature};
-use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
+use durometer::scene::{Body, Run, RunOptions, Scene, overrides, read_scene};
 use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
+use std::ops::{Deref, DerefMut};
+use std::path::Path;
 use std::sync::Arc;
 
 /// A folder of this name for files of a test, in that of the build.
@@ -40,25 +43,30 @@ pub fn folder(name: &str) -> std::path::PathBuf {
 }
 
 /// Seeded draws for tests.
-pub struct Random(pub u64);
+pub struct Random(SplitMix);
+
+impl Deref for Random {
+    type Target = SplitMix;
+
+    fn deref(&self) -> &SplitMix {
+        &self.0
+    }
+}
+
+impl DerefMut for Random {
+    fn deref_mut(&mut self) -> &mut SplitMix {
+        &mut self.0
+    }
+}
 
 impl Random {
-    pub fn unit(&mut self) -> f64 {
-        let mut source = SplitMix(self.0);
-        let unit = source.unit();
-        self.0 = source.0;
-        unit
+    pub fn seed(seed: u64) -> Self {
+        Self(SplitMix(seed))
     }
 
     /// Uniform in [−size, size].
     pub fn around(&mut self, size: f64) -> f64 {
         size * (2.0 * self.unit() - 1.0)
-    }
-
-    /// Standard normal, by Box & Muller.
-    pub fn normal(&mut self) -> f64 {
-        let (u, v) = (1.0 - self.unit(), self.unit());
-        (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
     }
 
     pub fn vector(&mut self, n: usize, size: f64) -> Vec<f64> {
@@ -87,7 +95,7 @@ pub fn example(name: &str) -> Box<dyn Law> {
 /// stay straight.
 pub fn distorted_cube(n: usize, order: Order, amount: f64, seed: u64) -> TetMesh {
     let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
-    let mut random = Random(seed);
+    let mut random = Random::seed(seed);
     let corners = (n + 1).pow(3);
     for point in &mut mesh.points[..corners] {
         *point += Vec3::from_fn(|_, _| random.around(amount / n as f64));
@@ -277,6 +285,20 @@ pub fn try_scene(mesh: TetMesh, text: &str) -> Result<Scene, String> {
     let (spec, text) = read_scene(&file, &[]).map_err(|e| e.to_string())?;
     let body = Body { source: "block".into(), sha256: String::new(), ..Body::of_mesh(mesh) };
     Scene::build(&file, spec, text, Arc::new(body)).map_err(|e| e.to_string())
+}
+
+/// The scene of a study in `studies`, with these changes; its mesh is committed.
+pub fn shipped_scene(study: &str, changes: &[&str]) -> Scene {
+    changed_scene(&format!("studies/{study}/scene.toml"), changes)
+}
+
+/// A scene file of the project with these changes.
+pub fn changed_scene(file: &str, changes: &[&str]) -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let changes: Vec<_> = changes.iter().map(|c| overrides::parse(c).expect("key=value")).collect();
+    let (spec, text) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
+    let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Runs a scene to its end.

@@ -1,9 +1,9 @@
-//! A small study on disk, calls of the program, and the comparison of two folders of results.
+//! A small study on disk, and the comparison of two folders of results.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 const SCENE: &str = r#"
 title = "A block that is pressed"
@@ -43,10 +43,10 @@ pub fn write_study(folder: &Path, points: usize) {
     write_study_with(SCENE, folder, points);
 }
 
-/// Writes the same sweep on a finer mesh with 400 steps. A case lasts about a second, so that it is still there when a test kills it.
+/// Writes the same sweep on a finer mesh with 200 steps. A case lasts about a second, so that it is still there when a test kills it.
 pub fn write_slow_study(folder: &Path, points: usize) {
     let finer = SCENE.replace("divisions = [2, 1, 2]", "divisions = [12, 6, 12]");
-    write_study_with(&finer.replace("dt = \"0.5 s\"", "dt = \"0.0025 s\""), folder, points);
+    write_study_with(&finer.replace("dt = \"0.5 s\"", "dt = \"0.005 s\""), folder, points);
 }
 
 /// Writes a scene `rod.toml` with the body `rod`, whose mesher is a shell script.
@@ -90,31 +90,6 @@ values = [{}]
         values.join(", ")
     );
     std::fs::write(folder.join("study.toml"), study).expect("writable");
-}
-
-/// The program with these arguments, in this folder.
-pub fn program(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder);
-    let mesher = folder.join("mesher");
-    match mesher.is_file() {
-        true => command.env("DUROMETER_HOME", folder).env("DUROMETER_PYTHON", mesher),
-        false => command.env("DUROMETER_PYTHON", "no-such-python"),
-    };
-    command
-}
-
-/// Standard output and error of a call that must end with `code`.
-pub fn call(folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
-    said(&program(folder, arguments).output().expect("the program starts"), &format!("{arguments:?}"), code)
-}
-
-/// Standard output and error of a program that must have ended with `code`.
-pub fn said(output: &Output, call: &str, code: i32) -> (String, String) {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, errors) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{call}\n{out}\n{errors}");
-    (out, errors)
 }
 
 /// What a folder of results holds, times and the like apart: file → contents, of records their values.

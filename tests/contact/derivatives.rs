@@ -31,7 +31,7 @@ fn shapes() -> [Shape; 5] {
 /// derivative, at most 3/d³, and rounding 1e-16/h.
 #[test]
 fn distances_have_the_derivatives_of_their_witnesses() {
-    let mut random = Random(1);
+    let mut random = Random::seed(1);
     for (k, shape) in shapes().iter().enumerate() {
         for _ in 0..200 {
             let y = Vec3::from_fn(|_, _| random.around(1.5));
@@ -62,7 +62,7 @@ fn distances_have_the_derivatives_of_their_witnesses() {
 /// 1/width² at most, and 0 but at the borders of the kinks), no more than half the width above d, and exactly d away from kinks.
 #[test]
 fn rounded_distances_have_the_derivatives_of_their_witnesses() {
-    let (width, h, mut random) = (0.02, 1e-6, Random(7));
+    let (width, h, mut random) = (0.02, 1e-6, Random::seed(7));
     let shape = Shape::surface(&wedge()).expect("closed and outward");
     let (mut flat, mut rounded) = (0, 0);
     while flat < 50 || rounded < 200 {
@@ -138,7 +138,7 @@ fn check(effect: &dyn Effect, x: &[f64], label: &str) -> bool {
 
 #[test]
 fn forces_are_derivatives_of_energies_and_balance() {
-    let mut random = Random(7);
+    let mut random = Random::seed(7);
     let mut felt = 0;
     for k in 0..5 {
         for moving in [false, true] {
@@ -173,7 +173,7 @@ fn forces_are_derivatives_of_energies_and_balance() {
 /// The same for a point that has two contacts, each with a multiplier of its own, in front of both sides of a groove.
 #[test]
 fn forces_of_two_contacts_are_derivatives_of_energies() {
-    let mut random = Random(9);
+    let mut random = Random::seed(9);
     let mut wide = groove(1.0);
     wide.points.iter_mut().for_each(|point| *point *= 100.0);
     for case in 0..24 {
@@ -213,7 +213,7 @@ fn friction_obeys_coulomb() {
         pressing: pressing.clone(),
         law: Coulomb { coefficient: 0.4, stick_velocity, slip: 1.0, most: f64::INFINITY },
     };
-    let mut random = Random(3);
+    let mut random = Random::seed(3);
     let (mut slid, mut stuck) = (0, 0);
     for _ in 0..100 {
         let mut x = random.vector(9, 0.3);
@@ -272,7 +272,7 @@ fn friction_of_a_ball_has_a_moment() {
     let pressing = Arc::new(Pressed { contact, response, friction: None });
     let law = Coulomb { coefficient: 0.4, stick_velocity: 1e-3, slip: 1.0, most: f64::INFINITY };
     let friction = ContactFriction { name: "f".into(), pressing, law };
-    let mut random = Random(5);
+    let mut random = Random::seed(5);
     let mut felt = 0;
     for _ in 0..40 {
         let x = random.vector(12, 0.1);

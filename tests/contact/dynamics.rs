@@ -306,7 +306,7 @@ dt = "{dt} s"
 /// Rigid balls that fall from random heights do not rebound, at any step.
 #[test]
 fn falls_from_any_height_are_inelastic() {
-    let mut random = Random(5);
+    let mut random = Random::seed(5);
     for dt in [1e-3, 2e-4] {
         for _ in 0..20 {
             let height = 6e-3 + random.around(2e-3);
@@ -442,7 +442,7 @@ kind = "position"
 region = "xmax"
 "#;
     let mesh = block(4, 2, 2, 0.04, 0.012, 0.012, Order::Linear);
-    let mut random = Random(7);
+    let mut random = Random::seed(7);
     let mut ends = vec![];
     for _ in 0..12 {
         let mesh = renumbered(&mesh, &mut |n| (random.unit() * n as f64) as usize);
@@ -508,7 +508,7 @@ const OBSTACLES: [&str; 4] = [
 ];
 
 fn drops(count: usize) {
-    let mut random = Random(11);
+    let mut random = Random::seed(11);
     let (mut stopped, mut hits) = (0, 0);
     for k in 0..count {
         let (status, least) = drop_on(OBSTACLES[k % 4], &mut random);

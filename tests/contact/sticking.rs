@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// ε is there; |e| ≤ 1, across the normal, and 1 where the point slides; without contact e is zero.
 #[test]
 fn a_force_goes_on_from_step_to_step() {
-    let mut random = Random(7);
+    let mut random = Random::seed(7);
     let axes = Mat3::from_columns(&[Vec3::new(0.8, 0.0, -0.6), Vec3::y(), Vec3::new(0.6, 0.0, 0.8)]);
     let normal = axes * Vec3::z();
     let point = SurfacePoint::flat(Vec3::zeros(), vec![0], vec![1.0], 0.7);

@@ -296,7 +296,7 @@ fn two_mirrored_cables_answer_alike() {
 fn derivatives_of_rows_and_of_their_laws() {
     let scene = beam(&[bent("friction = 0.2\nmax_tension = \"1 N\"", RAISED)], "0.1 s", Order::Linear);
     let system = &scene.system;
-    let mut random = Random(7);
+    let mut random = Random::seed(7);
     let x = random.vector(system.rest().x.len(), 5e-4);
     let mut local = BlockValues::new(4000);
     for row in &system.constraints {

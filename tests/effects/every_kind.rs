@@ -373,7 +373,7 @@ fn the_samples_cover_every_kind() {
 #[test]
 fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
     over_scenes(|name, scene| {
-        let mut random = Random(1);
+        let mut random = Random::seed(1);
         for integrator in INTEGRATORS {
             for first in [true, false] {
                 let n = scene.system.dofs.equation.len();
@@ -404,7 +404,7 @@ fn tangent_is_the_derivative_of_the_residual_under_every_integrator() {
 #[test]
 fn derivatives_by_what_came_before() {
     over_scenes(|name, scene| {
-        let (mut random, n) = (Random(3), scene.system.dofs.equation.len());
+        let (mut random, n) = (Random::seed(3), scene.system.dofs.equation.len());
         let (past, x) = states(Integrator::Bdf2, &scene.system, false, &mut random);
         let [dx, dv, da, dold] = [1.0, 30.0, 300.0, 1.0].map(|size| random.vector(n, size));
         let dhistory = random.vector(past.history.len(), 1e5);
@@ -453,7 +453,7 @@ fn derivatives_by_what_came_before() {
 #[test]
 fn energy_belongs_to_the_residual() {
     over_scenes(|name, scene| {
-        let mut random = Random(2);
+        let mut random = Random::seed(2);
         let n = scene.system.dofs.equation.len();
         let integrator = Integrator::ImplicitEuler { linearised: false };
         let (past, x) = states(integrator, &scene.system, true, &mut random);
@@ -535,7 +535,7 @@ fn energy_belongs_to_the_residual() {
 #[test]
 fn momentum_balances() {
     over_scenes(|name, scene| {
-        let mut random = Random(3);
+        let mut random = Random::seed(3);
         let system = &scene.system;
         let mesh = &scene.body.mesh;
         let n = system.dofs.equation.len();
@@ -601,7 +601,7 @@ fn momentum_balances() {
 #[test]
 fn rate_effects_rest_in_statics() {
     let scene = sample("neo_hookean", Order::Quadratic);
-    let mut random = Random(4);
+    let mut random = Random::seed(4);
     let (past, x) = states(Integrator::Static, &scene.system, true, &mut random);
     for effect in scene
         .system
@@ -626,7 +626,7 @@ fn rate_effects_rest_in_statics() {
 #[test]
 fn rows_are_consistent() {
     over_scenes(|name, scene| {
-        let mut random = Random(5);
+        let mut random = Random::seed(5);
         let n = scene.system.dofs.equation.len();
         assert!(!scene.system.constraints.is_empty());
         for constraint in &scene.system.constraints {
@@ -654,7 +654,7 @@ fn rows_are_consistent() {
 fn assembled_tangent_is_the_derivative_of_the_assembled_residual() {
     over_scenes(|name, scene| {
         let system: &System = &scene.system;
-        let mut random = Random(6);
+        let mut random = Random::seed(6);
         for integrator in INTEGRATORS {
             let n = system.dofs.equation.len();
             let (past, x) = states(integrator, &scene.system, false, &mut random);

@@ -28,7 +28,7 @@ fn difference(g: impl Fn(f64) -> f64) -> f64 {
 /// that the fibres are taut within the differences.
 #[test]
 fn stress_and_tangent_are_derivatives() {
-    let mut random = Random(8);
+    let mut random = Random::seed(8);
     let turn = *nalgebra::Rotation3::from_euler_angles(0.4, -1.1, 2.0).matrix();
     for family in FAMILIES {
         for _ in 0..20 {

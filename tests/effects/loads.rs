@@ -75,7 +75,7 @@ fn power_at_the_point_is_power_at_the_nodes() {
         for radius in ["point", "0.25 m"] {
             let scene = loaded(order, radius, "");
             let mesh = &scene.body.mesh;
-            let (n, mut random) = (3 * mesh.points.len(), Random(11));
+            let (n, mut random) = (3 * mesh.points.len(), Random::seed(11));
             assert_eq!(scene.system.effects[1].name(), "point_force");
             let r = residual(&scene, 1, 0.7);
             let force = Vec3::new(2.0, -1.0, 2.0) / 3.0 * 210.0;
@@ -156,7 +156,7 @@ fn a_skin_follows_and_returns_its_traction() {
         let scene = loaded(order, "0.25 m", &extra);
         let mesh = &scene.body.mesh;
         let n = 3 * mesh.points.len();
-        let mut random = Random(23);
+        let mut random = Random::seed(23);
         let (slope, shift) = (matrix(&mut random), Vec3::new(0.1, 0.2, -0.3));
         let x: Vec<f64> = mesh.points.iter().flat_map(|p| (slope * p + shift).data.0[0]).collect();
         let u = scene.skins[0].displacement(&x);

@@ -52,7 +52,7 @@ fn symmetric_and_skew_part_make_the_tangent() {
         let held = hold(&nodes(&mesh, "ymin"), &[0, 1, 2]);
         let load = pressure(&mesh, &facets, 2.0);
         let system = System::new(mesh.points.len(), vec![Box::new(load)], vec![], held).expect("a system");
-        let mut random = Random(8);
+        let mut random = Random::seed(8);
         let n = 3 * mesh.points.len();
         let (x, d) = (random.vector(n, 0.05), random.vector(n, 1.0));
         let mut increment = d.clone();
@@ -88,7 +88,7 @@ fn the_force_is_the_pressure_times_the_vector_area() {
         let facets = angle(&mesh);
         let load = pressure(&mesh, &facets, 2.0);
         let system = System::new(mesh.points.len(), vec![Box::new(load)], vec![], vec![]).expect("a system");
-        let x = Random(5).vector(3 * mesh.points.len(), 0.05);
+        let x = Random::seed(5).vector(3 * mesh.points.len(), 0.05);
         let sum: Vec3 = assemble(&system, &x, None).r.chunks_exact(3).map(Vec3::from_column_slice).sum();
         let at = |k: u32| mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
         let mut area = Vec3::zeros();
@@ -110,7 +110,7 @@ fn the_force_is_the_pressure_times_the_vector_area() {
 fn the_energy_is_the_work_of_the_step() {
     let mesh = distorted_cube(2, Order::Quadratic, 0.1, 9);
     let load = pressure(&mesh, &angle(&mesh), 1.0);
-    let mut random = Random(2);
+    let mut random = Random::seed(2);
     let n = 3 * mesh.points.len();
     let (old, d, zero) = (random.vector(n, 0.05), random.vector(n, 0.1), vec![0.0; n]);
     let eval = |b: usize, x: &[f64]| {

@@ -1,11 +1,10 @@
 //! A scene pays only for what it declares: what is not declared is not executed, has no column and no cost, and a load of no
 //! intensity changes no bit of the rest.
 
-use crate::common::tools;
+use crate::common::{changed_scene, tools};
 use durometer::material::LAWS;
-use durometer::scene::overrides::parse;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
-use durometer::scene::{Body, Run, Scene, read_scene};
+use durometer::scene::{Run, Scene};
 use durometer::solve::Status;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,11 +19,7 @@ fn root() -> &'static Path {
 }
 
 fn scene(changes: &[&str]) -> Scene {
-    let file = root().join("tests/cli/scene.toml");
-    let changes: Vec<_> = changes.iter().map(|c| parse(c).expect("key=value")).collect();
-    let (spec, text) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
-    let body = Body::load(&file, &spec.mesh, &mut |_| {}).expect("a mesh file");
-    Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"))
+    changed_scene("tests/cli/scene.toml", changes)
 }
 
 fn run(changes: &[&str]) -> Run {

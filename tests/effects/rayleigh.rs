@@ -173,7 +173,7 @@ fn moving<'a>(x: &'a [f64], v: &'a [f64], old: &'a [f64]) -> At<'a> {
 /// 1e-5 with displacements of order 0.03 on cells of ½: truncation (1e-5/0.05)² = 4e-8, rounding ε/1e-5 = 2e-11.
 #[test]
 fn force_is_beta_times_the_slope_of_the_elastic_forces() {
-    let mut random = Random(8);
+    let mut random = Random::seed(8);
     for order in common::ORDERS {
         let mesh = common::distorted_cube(2, order, 0.1, 3);
         let n = 3 * mesh.points.len();
@@ -212,7 +212,7 @@ fn turning_costs_with_the_first_stiffness_only() {
         let effect = damping(&mesh, law("neo_hookean", 1e5, 0.4), 0.02, stiffness);
         common::largest(&residual(&effect, &moving(x, v, x)))
     };
-    let random = Random(3).vector(3 * mesh.points.len(), 0.1);
+    let random = Random::seed(3).vector(3 * mesh.points.len(), 0.1);
     for stiffness in [Stiffness::Initial, Stiffness::Last] {
         let (start, later) = (turned(0.0), turned(std::f64::consts::FRAC_PI_3));
         let size = force(stiffness, &start.0, &random);

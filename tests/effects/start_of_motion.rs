@@ -52,7 +52,7 @@ fn along(x: &[f64], d: &[f64], s: f64) -> Vec<f64> {
 #[test]
 fn dampers_begin_with_the_velocities() {
     let mesh = distorted_cube(2, Order::Quadratic, 0.1, 5);
-    let (mut random, n) = (Random(6), 3 * mesh.points.len());
+    let (mut random, n) = (Random::seed(6), 3 * mesh.points.len());
     let [x, v] = [0.03, 1.0].map(|size| random.vector(n, size));
     let dt = 1e-6;
     let later = along(&x, &v, dt);
@@ -76,7 +76,7 @@ fn dampers_begin_with_the_velocities() {
 fn forces_at_the_start_have_their_derivatives() {
     for order in [Order::Linear, Order::Quadratic] {
         let mesh = distorted_cube(2, order, 0.1, 7);
-        let (mut random, n) = (Random(9), 3 * mesh.points.len());
+        let (mut random, n) = (Random::seed(9), 3 * mesh.points.len());
         let [x, v, dx, dv] = [0.03, 1.0, 1.0, 3.0].map(|size| random.vector(n, size));
         let still = vec![0.0; n];
         for (name, effect) in dampers(&mesh) {

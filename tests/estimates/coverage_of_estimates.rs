@@ -15,14 +15,9 @@ trait Draws {
         low + (high - low) * self.random().unit()
     }
 
-    /// Sum of twelve uniform draws less six: variance 1.
-    fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.random().unit()).sum::<f64>() - 6.0
-    }
-
     /// max − min of normal draws.
     fn range(&mut self, count: usize) -> f64 {
-        let draws: Vec<f64> = (0..count).map(|_| self.normal()).collect();
+        let draws: Vec<f64> = (0..count).map(|_| self.random().normal()).collect();
         draws.iter().copied().fold(f64::MIN, f64::max) - draws.iter().copied().fold(f64::MAX, f64::min)
     }
 }
@@ -58,7 +53,7 @@ impl Sequences {
             // The size that rules the error is neither of the two.
             let size = h + mix * (edge - h);
             let exact = 1.0 + sign * a * (size.powf(p) + b * size.powf(p + 1.0));
-            let f = exact + self.noise * self.normal();
+            let f = exact + self.noise * self.random.normal();
             levels.push(Level { id: k.to_string(), h, edge: Some(edge), f, ..Level::default() });
             h *= self.between(1.25, 2.0);
         }
@@ -140,7 +135,7 @@ impl Bodies {
         let hidden = sizes[m.meshes - 1] * self.between(0.1, 0.5);
         let mut level = |h: &f64| {
             let unresolved = m.unresolved / (1.0 + (hidden / h).powi(2));
-            let f = 1.0 + unresolved + sign * a * (h.powf(p) + b * h.powf(p + 1.0)) + noise * self.normal();
+            let f = 1.0 + unresolved + sign * a * (h.powf(p) + b * h.powf(p + 1.0)) + noise * self.random.normal();
             Level { id: h.to_string(), h: *h, f, ..Level::default() }
         };
         let levels = sizes.iter().map(&mut level).collect();
@@ -236,7 +231,12 @@ impl Oscillations {
         let (mut h, mut levels) = (1.0_f64, Vec::new());
         for k in 0..self.meshes {
             let exact = if self.by_noise { 0.1 * a * h.powf(p) } else { a * h.powf(p) + b * h.powf(p + more) };
-            levels.push(Level { id: k.to_string(), h, f: 1.0 + exact + noise * self.normal(), ..Level::default() });
+            levels.push(Level {
+                id: k.to_string(),
+                h,
+                f: 1.0 + exact + noise * self.random.normal(),
+                ..Level::default()
+            });
             h *= self.between(1.2, 2.0);
         }
         estimate(("family", Role::Sizes, formulation), levels, None, self.tolerance)

@@ -1,30 +1,22 @@
 //! Cells across walls, and studies through the program whose evidence supports no verdict: a wall of one row of cells at every size, and one mesh too few.
 //! The report says which mesh is missing, and `run --extend` adds it.
 
+use crate::common::program::{ROOT, ended, without_mesher};
 use durometer::mesh::Order;
 use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
 use durometer::mesh::wall::thinnest;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const THIN: &str = "tests/thin_wall/study.toml";
-
-fn durometer(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    // Grids need no mesher.
-    command.args(arguments).current_dir(ROOT).env("DUROMETER_PYTHON", "no-such-python");
-    command.output().expect("the program starts")
-}
 
 /// `summary.json` and what was said during the run.
 fn run(study: &str, out: &str, more: &[&str]) -> (Value, String) {
-    let output = durometer(&[&["run", study, "--out", out, "--json"], more].concat());
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{errors}");
-    (serde_json::from_slice(&output.stdout).expect("JSON"), errors)
+    let output = ended(without_mesher(ROOT, &[&["run", study, "--out", out, "--json"], more].concat()));
+    let errors = output.err;
+    assert_eq!(output.code, Some(0), "{errors}");
+    (serde_json::from_str(&output.out).expect("JSON"), errors)
 }
 
 fn folder() -> (tempfile::TempDir, String) {
@@ -96,8 +88,7 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
     assert!(text(&before, "verdict").starts_with("No verdict"), "{}", text(&before, "verdict"));
     assert!(text(&before, "verdict").contains("durometer run STUDY --extend"), "{}", text(&before, "verdict"));
     // In a terminal it is the command for this study
-    let said = durometer(&["run", study, "--out", results_text]);
-    let said = String::from_utf8_lossy(&said.stdout);
+    let said = ended(without_mesher(ROOT, &["run", study, "--out", results_text])).out;
     assert!(said.contains(&format!("`durometer run {study} --extend`")), "{said}");
     let stamp = |id: &str| std::fs::read_to_string(results.join(format!("cases/{id}.json"))).expect("a record");
     let kept = stamp("sizes-load-b");
@@ -117,16 +108,16 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
     assert!(file.contains("[family.sizes") && file.contains("mesh.grid.divisions"), "{file}");
 
     // A later report and a later run have it, and run nothing again
-    let report = durometer(&["report", results_text, "--json"]);
-    let drawn: Value = serde_json::from_slice(&report.stdout).expect("JSON");
+    let report = ended(without_mesher(ROOT, &["report", results_text, "--json"]));
+    let drawn: Value = serde_json::from_str(&report.out).expect("JSON");
     assert_eq!(drawn, after);
     let (again, _) = run(study, results_text, &[]);
     assert_eq!(again, after);
     // A family that the study does not have is a typed error
     std::fs::write(results.join("extension.toml"), "[family.size]\na = {}\n").expect("writable");
-    let wrong = durometer(&["run", study, "--out", results_text]);
-    let said = String::from_utf8_lossy(&wrong.stderr);
-    assert_eq!(wrong.status.code(), Some(2), "{said}");
+    let wrong = ended(without_mesher(ROOT, &["run", study, "--out", results_text]));
+    let said = wrong.err;
+    assert_eq!(wrong.code, Some(2), "{said}");
     assert!(said.contains("the study has no such family") && said.contains("did you mean `sizes`"), "{said}");
     let place = |line: usize, family: &str| {
         format!("{}: line {line}: family {family}", results.join("extension.toml").display())
@@ -139,9 +130,9 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
         ("a = {}\n\"x y\" = {}", "cannot be part of a file name"),
     ] {
         std::fs::write(results.join("extension.toml"), format!("[family.sizes]\n{member}\n")).expect("writable");
-        let wrong = durometer(&["run", study, "--out", results_text]);
-        let said = String::from_utf8_lossy(&wrong.stderr);
-        assert_eq!(wrong.status.code(), Some(2), "{said}");
+        let wrong = ended(without_mesher(ROOT, &["run", study, "--out", results_text]));
+        let said = wrong.err;
+        assert_eq!(wrong.code, Some(2), "{said}");
         assert!(said.contains(&place(3, "sizes")) && said.contains(fact), "{said}");
     }
 }

@@ -7,14 +7,13 @@ mod awkward;
 mod latex;
 mod pdf;
 
+use common::program::{ROOT, durometer};
 use durometer::report::style::{STYLES, Style};
 use resvg::usvg;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::Arc;
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// Studies of a bar, small enough to be run in seconds, one for each kind of study and of figure.
 const STUDIES: [&str; 11] = [
     "calibration",
@@ -68,11 +67,11 @@ const DRAWN: [(&str, &str); 32] = [
 const OVERLAYS: [(&str, &str); 2] =
     [("study/overlay/in_study.rs", "compare-"), ("study/overlay/markers_in_study.rs", "markers-")];
 
-fn durometer(folder: &Path, words: &[&str]) {
-    let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).current_dir(folder).output();
-    let output = output.expect("the program starts");
+/// A call that draws.
+fn drawn(folder: &Path, words: &[&str]) {
+    let ended = durometer(folder, words);
     // 3: a study without a verdict is drawn as well
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(matches!(ended.code, Some(0 | 3)), "{words:?}: {}", ended.err);
 }
 
 /// Results of every kind, and the flags that draw them again: folders of reports.
@@ -83,15 +82,12 @@ fn results(folder: &Path) -> Vec<PathBuf> {
         }
     }
     for study in STUDIES {
-        durometer(folder, &["run", &format!("{study}.toml"), "--out", &format!("out/{study}")]);
+        drawn(folder, &["run", &format!("{study}.toml"), "--out", &format!("out/{study}")]);
     }
     let treloar = format!("{ROOT}/data/treloar-1944/treloar-1944.csv");
     let modes = ["--modes", "uniaxial,equibiaxial,planar", "--range", "1..2", "--out", "out/fit"];
-    durometer(folder, &[&["fit", &treloar, "--law", "yeoh"], &modes[..]].concat());
-    durometer(
-        folder,
-        &["prony", "relaxation.csv", "--experiment", "relaxation", "--ramp", "0 s", "--out", "out/prony"],
-    );
+    drawn(folder, &[&["fit", &treloar, "--law", "yeoh"], &modes[..]].concat());
+    drawn(folder, &["prony", "relaxation.csv", "--experiment", "relaxation", "--ramp", "0 s", "--out", "out/prony"]);
     let out = STUDIES.into_iter().chain(["fit", "prony"]);
     out.map(|name| folder.join("out").join(name)).collect()
 }
@@ -229,7 +225,7 @@ fn every_figure_has_type_of_the_chosen_size_within_its_sheet() {
             }
         };
         for result in &results {
-            durometer(folder.path(), &[&["report", &result.to_string_lossy()], &flags[..]].concat());
+            drawn(folder.path(), &[&["report", &result.to_string_lossy()], &flags[..]].concat());
             check(result);
         }
         let record = format!("{ROOT}/tests/motion/gravity_a.csv");
@@ -244,7 +240,7 @@ fn every_figure_has_type_of_the_chosen_size_within_its_sheet() {
             "0.1 mm",
         ];
         let words = [&["motion", &record, "--out", "out/motion"], &ring[..], &flags[..]].concat();
-        durometer(folder.path(), &words);
+        drawn(folder.path(), &words);
         check(&folder.path().join("out/motion"));
     }
     assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));

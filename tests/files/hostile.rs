@@ -1,6 +1,7 @@
 //! Input that is made to break the program, and results that a crash has damaged: each ends in a typed error, a status or a sound report.
 #![cfg(unix)]
 
+use crate::common::program::durometer;
 use crate::common::scene;
 use crate::common::studies::run_folder;
 use durometer::mesh::ball::ball_weights;
@@ -16,7 +17,7 @@ use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 const SCENE: &str = r#"
@@ -74,11 +75,6 @@ fn folder(scene: &str, study: &str) -> tempfile::TempDir {
     folder
 }
 
-fn durometer(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder).output().expect("the program runs")
-}
-
 /// A patch of 2 mm in cells of 750 mm × 10 mm × 10 mm: its weights follow affine motions, soon.
 #[test]
 fn a_patch_in_a_slender_cell_is_integrated() {
@@ -130,12 +126,12 @@ fn files_without_an_end_are_refused() {
         ("/dev/zero", "constraint.1.displacement={ kind = \"table\", file = \"/dev/zero\", unit = \"mm\" }"),
     ] {
         let said = durometer(at, &["check", "scene.toml", "--set", change]);
-        let error = String::from_utf8_lossy(&said.stderr);
-        assert_eq!(said.status.code(), Some(2), "{name}: {error}");
+        let error = said.err;
+        assert_eq!(said.code, Some(2), "{name}: {error}");
         assert!(error.contains("not a regular file"), "{name}: {error}");
     }
     let said = durometer(at, &["check", "pipe"]);
-    assert_eq!(said.status.code(), Some(2), "{}", String::from_utf8_lossy(&said.stderr));
+    assert_eq!(said.code, Some(2), "{}", said.err);
 }
 
 /// Numbers beyond all measurement are left out of a fit, with the reason; the others are fitted.
@@ -148,9 +144,9 @@ fn a_fit_leaves_out_numbers_that_are_no_measurement() {
         for law in ["yeoh", "mooney_rivlin"] {
             let fit = ["fit", "data.csv", "--law", law, "--mode", "uniaxial", "--out", "out", "--replace"];
             let said = durometer(keep.path(), &fit);
-            let error = String::from_utf8_lossy(&said.stderr).to_string();
+            let error = said.err;
             // Five data points need not determine every constant
-            assert!(matches!(said.status.code(), Some(0 | 3)), "{law} {wild}: {error}");
+            assert!(matches!(said.code, Some(0 | 3)), "{law} {wild}: {error}");
             let stored = std::fs::read_to_string(keep.path().join("out/fit.json")).expect("written");
             assert!(stored.contains("is beyond 1e30 Pa"), "{law} {wild}: {stored}");
         }
@@ -239,8 +235,8 @@ fn no_number_that_is_not_finite_is_stored() {
     }
     report::write(&keep.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
     let said = durometer(keep.path(), &["simulate", "scene.toml", "--out", "one"]);
-    let error = String::from_utf8_lossy(&said.stderr);
-    assert_eq!(said.status.code(), Some(3), "{error}");
+    let error = said.err;
+    assert_eq!(said.code, Some(3), "{error}");
     assert!(error.contains("is not a finite number"), "{error}");
     let scene = scene(block(4, 1, 1, 0.1, 0.02, 0.02, Order::Linear), SCENE);
     let mut record = durometer::study::store::outcome::record(&scene, &scene.run(), (1.0, 1.0));

@@ -1,5 +1,6 @@
 //! `durometer import`: files of many formats, their tables and starter scenes.
 
+use crate::common::program::{ROOT, durometer, ended};
 use crate::common::tools;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
@@ -10,16 +11,7 @@ use durometer::mesh::structured::block;
 use durometer::scene::{Body, read_scene};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn durometer(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("the program starts")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
+use std::process::Command;
 
 fn mesher_is_missing() -> bool {
     let store = MeshStore::find().expect("the project");
@@ -31,13 +23,9 @@ fn mesher_is_missing() -> bool {
 /// A folder with the same bar in many formats.
 fn files() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/import/make_files.py");
-    let made = Command::new(MeshStore::find().expect("the project").python)
-        .arg(script)
-        .arg(folder.path())
-        .output()
-        .expect("Python starts");
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let script = Path::new(ROOT).join("tests/files/import/make_files.py");
+    let made = ended(Command::new(MeshStore::find().expect("the project").python).arg(script).arg(folder.path()));
+    assert!(made.is_success(), "{}", made.err);
     folder
 }
 
@@ -63,10 +51,10 @@ fn a_folder_of_files_in_many_formats_is_imported_and_run() {
         return;
     }
     let folder = files();
-    let output = durometer(&["import", folder.path().to_str().expect("ASCII")]);
-    let text = stdout(&output);
+    let output = durometer(ROOT, &["import", folder.path().to_str().expect("ASCII")]);
+    let text = output.out;
     println!("{text}");
-    assert_eq!(output.status.code(), Some(3), "some files are bad: {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.code, Some(3), "some files are bad: {}", output.err);
     let rows = rows(&text);
     let (bad, good): (Vec<_>, Vec<_>) = rows.iter().partition(|(name, _)| name.starts_with("bad-"));
     assert_eq!(bad.len(), 4);
@@ -107,9 +95,9 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     let folder = files();
     let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
     let describe = |name: &str, scene: &str| {
-        let output = durometer(&["import", &at(name), "--scene", &at(scene)]);
-        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
-        (stdout(&output), std::fs::read_to_string(at(scene)).expect("written"))
+        let output = durometer(ROOT, &["import", &at(name), "--scene", &at(scene)]);
+        assert_eq!(output.code, Some(0), "{name}: {}", output.err);
+        (output.out, std::fs::read_to_string(at(scene)).expect("written"))
     };
     let (text, scene) = describe("sets.inp", "sets.toml");
     for line in [
@@ -134,20 +122,20 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     assert!(describe("quadratic.msh", "quadratic.toml").1.contains("element = \"tet10\""));
     // The weight of the bar is what holds it.
     let out = at("out");
-    let run = durometer(&["simulate", &at("sets.toml"), "--out", &out, "--json"]);
-    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-    let record: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let run = durometer(ROOT, &["simulate", &at("sets.toml"), "--out", &out, "--json"]);
+    assert_eq!(run.code, Some(0), "{}", run.err);
+    let record: serde_json::Value = serde_json::from_str(&run.out).expect("JSON");
     let force = record["probes"]["root_reaction_z_N"]["peak"].as_f64().expect("a number");
     let weight = 40e-3 * 10e-3 * 10e-3 * 1070.0 * 9.81;
     assert!((force.abs() / weight - 1.0).abs() < 1e-6, "{force} against {weight}");
     // A scene of a wrong unit is warned of.
     let scene = std::fs::read_to_string(at("sets.toml")).expect("there").replace("unit = \"mm\"", "unit = \"m\"");
     std::fs::write(at("huge.toml"), scene).expect("writable");
-    let text = stdout(&durometer(&["check", &at("huge.toml")]));
+    let text = durometer(ROOT, &["check", &at("huge.toml")]).out;
     let warned =
         |text: &str| text.lines().any(|l| l.starts_with("warning ") && l.ends_with("unit = \"mm\" would be plausible"));
     assert!(warned(&text), "{text}");
-    assert!(warned(&stdout(&durometer(&["import", &at("sets.inp"), "--unit", "m"]))));
+    assert!(warned(&durometer(ROOT, &["import", &at("sets.inp"), "--unit", "m"]).out));
 }
 
 /// Two plates of 40 × 40 × 2 mm with one cell across, some of them nearly flat, one `above` the other \[m\].
@@ -179,8 +167,8 @@ fn guessed_units_of_a_folder_that_differ_are_named() {
         std::fs::write(folder.path().join(name), text).expect("writable");
     };
     let note = |more: &[&str]| {
-        let output = durometer(&[&["import", folder.path().to_str().expect("ASCII")], more].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let output = durometer(ROOT, &[&["import", folder.path().to_str().expect("ASCII")], more].concat());
+        let said = output.err;
         said.lines().find(|line| line.starts_with("note: the guessed units")).map(String::from)
     };
     bar("one.vtk", 1.0);
@@ -199,9 +187,9 @@ fn commands_agree_on_the_limits_of_a_mesh() {
     let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
     plates(&folder.path().join("plates.vtk"), 0.00201);
     let limits = |arguments: &[&str]| {
-        let output = durometer(arguments);
-        let said = stdout(&output) + &String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+        let output = durometer(ROOT, arguments);
+        let said = output.said();
+        assert_eq!(output.code, Some(0), "{arguments:?}: {said}");
         let kinds = ["warning", "note"].map(|kind| {
             let of_kind = said.lines().filter_map(|line| line.strip_prefix(kind));
             let texts = of_kind.map(|text| text.trim_start_matches(':').trim().to_string());
@@ -254,7 +242,7 @@ fn faces_of_no_solid_are_told() {
     assert!(Command::new(python).args(["-c", script, &at("a.step")]).output().is_ok_and(|o| o.status.success()));
     let told = "a face bounds no solid and is left out, one from (0, 0, 20) to (10, 10, 20) mm; only solids are meshed";
     for arguments in [&["import", &at("a.step"), "--scene", &at("a.toml")][..], &["check", &at("a.toml")]] {
-        let text = stdout(&durometer(arguments));
+        let text = durometer(ROOT, arguments).out;
         assert!(text.lines().any(|line| line.starts_with("note ") && line.ends_with(told)), "{arguments:?}: {text}");
     }
 }
@@ -272,9 +260,9 @@ fn what_cannot_be_imported_is_refused_with_its_reason() {
         (vec!["check".into(), "tests/bad/good/boxes-order2-binary.vtk".into()], "durometer import"),
     ] {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let output = durometer(&arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        let output = durometer(ROOT, &arguments);
+        let said = output.err;
+        assert_eq!(output.code, Some(2), "{arguments:?}: {said}");
         assert!(said.contains(says), "{arguments:?}: {said}");
         assert!(said.matches("a.txt").count() <= 1 && said.matches("absent.msh").count() <= 1, "{said}");
     }
@@ -283,7 +271,7 @@ fn what_cannot_be_imported_is_refused_with_its_reason() {
         "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0\n",
     )
     .expect("writable");
-    let said = String::from_utf8_lossy(&durometer(&["import", &at("cut.vtk")]).stderr).into_owned();
+    let said = durometer(ROOT, &["import", &at("cut.vtk")]).err;
     assert!(said.contains("the file ends where") && said.matches("cut.vtk").count() == 1, "{said}");
 }
 
@@ -305,10 +293,10 @@ print(json.dumps([list(least), list(most), int(strict.sum()), int(centroid.sum()
 #[track_caller]
 fn same_box_as_sofa(file: &Path, unit: &str) -> u64 {
     let python = MeshStore::find().expect("the project").python;
-    let counted = Command::new(python).args(["-c", BOX_ROI]).arg(file).output().expect("Python starts");
-    assert!(counted.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&counted.stderr));
+    let counted = ended(Command::new(python).args(["-c", BOX_ROI]).arg(file));
+    assert!(counted.is_success(), "{}: {}", file.display(), counted.err);
     // meshio may say something before
-    let line = stdout(&counted).lines().last().unwrap_or_default().to_string();
+    let line = counted.out.lines().last().unwrap_or_default().to_string();
     let (least, most, strict, centroid): ([f64; 3], [f64; 3], u64, u64) = serde_json::from_str(&line).expect("JSON");
     let corner = |p: [f64; 3]| p.map(|x| format!("\"{x:?} {unit}\"")).join(", ");
     let region = |name: &str, rule: &str| {
@@ -317,10 +305,10 @@ fn same_box_as_sofa(file: &Path, unit: &str) -> u64 {
     };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = folder.path().join("scene.toml").to_str().expect("ASCII").to_string();
-    let made = durometer(&["import", file.to_str().expect("UTF-8"), "--unit", unit, "--scene", &scene]);
-    assert!(made.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&made.stderr));
+    let made = durometer(ROOT, &["import", file.to_str().expect("UTF-8"), "--unit", unit, "--scene", &scene]);
+    assert!(made.is_success(), "{}: {}", file.display(), made.err);
     let changes = [region("roi_strict", "all"), region("roi_middle", "centroid")];
-    let text = stdout(&durometer(&["check", &scene, "--set", &changes[0], "--set", &changes[1]]));
+    let text = durometer(ROOT, &["check", &scene, "--set", &changes[0], "--set", &changes[1]]).out;
     let cells = |name: &str| -> u64 {
         let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}: {text}"));
         line.split_whitespace().nth(3).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{line}"))
@@ -358,8 +346,8 @@ fn boxes_hold_the_cells_of_sofa() {
 #[test]
 #[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
 fn public_robots_are_imported_and_run() {
-    let output = durometer(&["import", tools::shared("data/robots").to_str().expect("UTF-8")]);
-    let text = stdout(&output);
+    let output = durometer(ROOT, &["import", tools::shared("data/robots").to_str().expect("UTF-8")]);
+    let text = output.out;
     println!("{text}");
     let rows = rows(&text);
     for (name, cells) in
@@ -412,8 +400,8 @@ fn a_shape_that_needs_many_cells_becomes_a_project() {
     let (file, project) = (folder.path().join("comb.stl"), folder.path().join("comb"));
     std::fs::write(&file, text).expect("room");
     let [file, at] = [&file, &project].map(|path| path.to_str().expect("ASCII"));
-    let made = durometer(&["new", file, at, "--unit", "mm"]);
-    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    let made = durometer(ROOT, &["new", file, at, "--unit", "mm"]);
+    assert_eq!(made.code, Some(0), "{}", made.err);
     let table = |name: &str| -> toml::Table {
         std::fs::read_to_string(project.join(name)).expect("written").parse().expect("TOML")
     };
@@ -432,8 +420,8 @@ fn a_shape_that_needs_many_cells_becomes_a_project() {
     let sizes: Vec<i64> =
         members.as_table().expect("sizes").values().filter_map(|set| set["mesh.cells"].as_integer()).collect();
     assert_eq!(sizes, [cells, 5 * cells / 2, 6 * cells]);
-    let checked = durometer(&["check", project.join("scene.toml").to_str().expect("ASCII")]);
-    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+    let checked = durometer(ROOT, &["check", project.join("scene.toml").to_str().expect("ASCII")]);
+    assert_eq!(checked.code, Some(0), "{}", checked.err);
 }
 
 /// `levels` splits the cells of a volume mesh within the facets that it has, and no more of them than fit.

@@ -2,11 +2,11 @@
 //! `DUROMETER_BLESS=1 cargo test --release --test files refuse::` writes the messages anew: read them before you commit them.
 #![cfg(unix)]
 
+use crate::common::program::{Ended, ROOT, ended, program};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const SCENES: &str = "tests/bad/scenes";
 const REMEDY: &str = "`DUROMETER_BLESS=1 cargo test --release --test files refuse::` writes messages that were changed on purpose, such as a list \
     with a new kind: read them before you commit them";
@@ -48,17 +48,15 @@ fn script(name: &str) -> &'static str {
     }
 }
 
-fn durometer(arguments: &[&str], home: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(ROOT);
-    command.env("DUROMETER_HOME", home).env("DUROMETER_PYTHON", home.join("python"));
-    command.output().expect("the program starts")
+/// A call with the bodies and the mesher of this folder.
+fn at_home(home: &Path, arguments: &[&str]) -> Ended {
+    ended(program(ROOT, arguments).env("DUROMETER_HOME", home).env("DUROMETER_PYTHON", home.join("python")))
 }
 
 /// What the user sees: messages, then the exit code.
-fn said(output: &Output) -> String {
-    let code = output.status.code().map_or("none".into(), |c| c.to_string());
-    format!("{}exit code {code}\n", String::from_utf8_lossy(&output.stderr))
+fn said(Ended { code, err, .. }: &Ended) -> String {
+    let code = code.map_or("none".into(), |c| c.to_string());
+    format!("{err}exit code {code}\n")
 }
 
 /// Compares with the message in `<name>.txt`, or writes it.
@@ -88,13 +86,13 @@ fn every_bad_file_is_refused_with_its_message() {
     for file in bad_files() {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
         let home = project(script(&name));
-        let output = durometer(&["check", &format!("{SCENES}/{name}.toml")], home.path());
+        let output = at_home(home.path(), &["check", &format!("{SCENES}/{name}.toml")]);
         if name == "scene" {
-            assert!(output.status.success(), "the scene the bad ones are made from: {}", said(&output));
+            assert!(output.is_success(), "the scene the bad ones are made from: {}", said(&output));
             continue;
         }
         let said = said(&output);
-        if !said.ends_with("exit code 2\n") || output.stdout.windows(7).any(|w| w == b"effect ") {
+        if !said.ends_with("exit code 2\n") || output.out.contains("effect ") {
             wrong.push(format!("{name} is not refused:\n{said}"));
         }
         assert!(!said.contains(ROOT), "{name}: a message must not depend on the machine: {said}");
@@ -159,9 +157,9 @@ const COMMANDS: &[(&str, &[&str])] = &[
 fn every_bad_command_is_refused_with_its_message() {
     let (mut wrong, home) = (Vec::new(), project("exit 9"));
     for (name, arguments) in COMMANDS {
-        let output = durometer(arguments, home.path());
+        let output = at_home(home.path(), arguments);
         let said = said(&output);
-        if output.status.code() != Some(2) {
+        if output.code != Some(2) {
             wrong.push(format!("{name} is not refused: {said}"));
         }
         compare(name, &said, &mut wrong);
@@ -183,9 +181,9 @@ fn an_unwritable_output_is_named() {
         &["simulate", "tests/bad/scenes/scene.toml", "--out", out],
         &["fit", "data/treloar-1944/treloar-1944.csv", "--law", "neo_hookean", "--mode", "uniaxial", "--out", out],
     ] {
-        let output = durometer(arguments, Path::new(ROOT));
+        let output = at_home(Path::new(ROOT), arguments);
         let said = said(&output);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert_eq!(output.code, Some(2), "{arguments:?}: {said}");
         assert!(said.contains(out) && said.contains("--out"), "{arguments:?}: {said}");
     }
     // As on a full disk, no file takes a byte: the shell limits their size, and the signal that would end the program is ignored.
@@ -201,7 +199,7 @@ fn an_unwritable_output_is_named() {
         "tests/bad/scenes/scene.toml",
         "--out",
     ]);
-    let said = said(&shell.arg(&full).current_dir(ROOT).output().expect("a shell"));
+    let said = said(&ended(shell.arg(&full).current_dir(ROOT)));
     assert!(said.contains("File too large") && said.contains("make room") && said.ends_with("exit code 2\n"), "{said}");
     assert!(!full.join("scene.json").exists(), "no record without its results");
 }

@@ -1,25 +1,20 @@
 //! Robots from files (`studies/trunk` and others): each is still read from its file, meshed where it has to be, and built.
 
+use crate::common::program::{ROOT, durometer};
 use crate::common::tools;
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn durometer(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().expect("the program starts")
-}
 
 /// The study and its scene are not refused, and these things are said about the scene.
 #[track_caller]
 fn check(study: &str, said: &[&str]) {
-    if tools::is_missing(durometer(&["doctor"]).status.success(), "the mesher (durometer doctor --setup)") {
+    if tools::is_missing(durometer(ROOT, &["doctor"]).is_success(), "the mesher (durometer doctor --setup)") {
         return;
     }
     let read = |name: &str| {
         let file = Path::new("studies").join(study).join(name);
-        let output = durometer(&["check", &file.to_string_lossy()]);
-        assert!(output.status.success(), "{study}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8_lossy(&output.stdout).into_owned()
+        let output = durometer(ROOT, &["check", &file.to_string_lossy()]);
+        assert!(output.is_success(), "{study}: {}", output.err);
+        output.out
     };
     read("study.toml");
     let out = read("scene.toml");

@@ -67,7 +67,7 @@ fn stresses_are_those_of_the_scenes_law() {
 /// of the lateral strain.
 fn press(name: &str, values: &[f64], nu: f64, noise: [f64; 2], seed: u64) -> FitRequest {
     let model = model(values.len() / 2, nu);
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 5);
+    let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 5);
     let row = |k: u32| {
         let e = 0.012 * f64::from(k);
         let (stress, lateral) = (model.stress(values, Mode::Uniaxial, 1.0 - e), (1.0 - e).powf(-nu) - 1.0);

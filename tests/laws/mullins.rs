@@ -312,7 +312,7 @@ fn cyclic_table_with(peaks: &[f64], [up, down]: [i32; 2], set: f64, noise: f64, 
         there.chain((0..down).rev().map(move |k| 1.0 + (p - 1.0) * f64::from(k) / f64::from(down)))
     });
     let part = law.split().expect("a split").0;
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+    let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9));
     let mut peak = 1.0_f64;
     let energy = |l: f64| part.eval(&isochoric(l), Want::Residual).expect("regular");
     let row = |l: f64| {
@@ -490,7 +490,7 @@ fn tables_without_softening_are_refused() {
         .enumerate()
         .map(|(k, [l, _])| {
             let p = law.split().expect("a split").0.eval(&isochoric(*l), Want::Residual).expect("regular").p;
-            [*l, p[(0, 0)] - l.powf(-1.5) * p[(1, 1)] + 100.0 * Random(k as u64 + 1).normal()]
+            [*l, p[(0, 0)] - l.powf(-1.5) * p[(1, 1)] + 100.0 * Random::seed(k as u64 + 1).normal()]
         })
         .collect();
     let refused = fit_softening(&request("elastic", &elastic));

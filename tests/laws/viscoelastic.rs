@@ -400,7 +400,7 @@ fn the_next_stage_starts_with_the_overstress_of_the_last() {
 #[test]
 fn the_overstress_has_no_pressure() {
     let mesh = block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear);
-    let mut random = common::Random(11);
+    let mut random = common::Random::seed(11);
     for entry in durometer::material::LAWS.iter().filter(|l| l.info.isochoric) {
         let effect = effects(&mesh, entry.info.name).remove(1);
         let history = random.vector(effect.capabilities().history_size() * effect.blocks().len(), 5e3);

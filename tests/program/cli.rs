@@ -1,35 +1,21 @@
 //! The command line as a user meets it: what it says, what it leaves on disk, its exit codes.
 
+use crate::common::program::{self, ROOT, ended, without_mesher};
 use crate::common::stores::{assert_same, contents};
 use crate::common::tools;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const SCENE: &str = "tests/cli/scene.toml";
 const STUDY: &str = "tests/cli/study.toml";
 /// Shortens the cable beyond its length in one case: that one cannot complete.
 const OVERPULL: &str = "tests/cli/overpull/study.toml";
 
-fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    // No mesher: what is tested here works without one.
-    command.args(arguments).current_dir(ROOT).env("DUROMETER_PYTHON", "no-such-python");
-    command
-}
-
-fn durometer(arguments: &[&str]) -> Output {
-    command(arguments).output().expect("the program starts")
-}
-
 /// Standard output of a call that must end with `code`.
 fn call(arguments: &[&str], code: i32) -> String {
-    let output = durometer(arguments);
-    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{errors}");
-    String::from_utf8(output.stdout).expect("UTF-8")
+    program::call(ROOT, arguments, code).0
 }
 
 fn json(text: &str) -> Value {
@@ -95,9 +81,9 @@ source = "itself"
                 tolerance = \"5 %\"\n[[variant]]\nname = \"plain\"\nlabel = \"plain\"\nset = {}\n";
     let file = keep.path().join("study.toml");
     std::fs::write(&file, head.to_string() + &suite("linear") + &suite("quadratic")).expect("room");
-    let output = durometer(&["check", file.to_str().expect("UTF-8")]);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{errors}");
+    let output = ended(without_mesher(ROOT, &["check", file.to_str().expect("UTF-8")]));
+    let errors = output.err;
+    assert_eq!(output.code, Some(2), "{errors}");
     assert!(errors.contains("the file holds tet10 cells"), "{errors}");
 }
 
@@ -114,9 +100,9 @@ nowhere = { "probe.0.tip" = "nowhere" }
 "#;
     let file = keep.path().join("study.toml");
     std::fs::write(&file, study.trim_end().to_string() + members).expect("room");
-    let output = durometer(&["check", file.to_str().expect("UTF-8")]);
-    let (out, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert_eq!(output.status.code(), Some(2), "{out}\n{errors}");
+    let output = ended(without_mesher(ROOT, &["check", file.to_str().expect("UTF-8")]));
+    let (out, errors) = (output.out, output.err);
+    assert_eq!(output.code, Some(2), "{out}\n{errors}");
     let said: Vec<&str> = errors.lines().collect();
     assert_eq!(said[0], "error: 3 cases cannot be run:");
     assert!(said[1].starts_with("  dt-length-far and 1 more: ") && said[1].contains("only 27.0000 mm"), "{errors}");
@@ -220,9 +206,9 @@ fn an_output_without_room_is_an_error_and_results_are_written() {
         &["run", STUDY, "--partition", "1/100000", "--out", &out, "--json"],
         &["simulate", SCENE, "--out", &out, "--json"],
     ] {
-        let output = command(arguments).stdout(full()).output().expect("the program starts");
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        let output = ended(without_mesher(ROOT, arguments).stdout(full()));
+        let said = output.err;
+        assert_eq!(output.code, Some(2), "{arguments:?}: {said}");
         let expected = "the standard output cannot be written: No space left on device";
         assert!(said.contains(expected) && !said.contains("panicked"), "{arguments:?}: {said}");
     }
@@ -270,8 +256,9 @@ region = "xmax"
         );
         std::fs::write(&scene, text).expect("room");
         let path = scene.to_str().expect("UTF-8");
-        let output = durometer(&["simulate", path, "--error", "xmax_z_m", "--out", &out, "--no-view"]);
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        let output =
+            ended(without_mesher(ROOT, &["simulate", path, "--error", "xmax_z_m", "--out", &out, "--no-view"]));
+        (output.code, output.err)
     };
     let growing = r#"{ kind = "ramp", from = "0 m/s^2", to = "1 m/s^2", end = "1 s" }"#;
     for (formulation, locks) in [("displacement", true), ("mixed", false)] {
@@ -291,17 +278,17 @@ fn messages_without_room_end_no_command() {
         [(&["simulate", SCENE, "--out", &out][..], 0), (&["check", "no-such.toml"], 2), (&["no-such"], 2)]
     {
         let full = std::fs::File::options().write(true).open("/dev/full").expect("a device of Linux");
-        let output = command(arguments).stderr(full).output().expect("the program starts");
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+        let output = ended(without_mesher(ROOT, arguments).stderr(full));
+        assert_eq!(output.code, Some(code), "{arguments:?}");
     }
 }
 
 #[test]
 fn more_threads_than_a_machine_can_use_are_refused() {
     for arguments in [["run", STUDY, "--jobs", "5000"], ["simulate", SCENE, "--threads", "5000"]] {
-        let output = durometer(&arguments);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.code() == Some(2) && said.contains("only wait for each other"), "{arguments:?}: {said}");
+        let output = ended(without_mesher(ROOT, &arguments));
+        let said = output.err;
+        assert!(output.code == Some(2) && said.contains("only wait for each other"), "{arguments:?}: {said}");
     }
 }
 
@@ -390,9 +377,9 @@ fn a_second_run_of_a_name_is_refused() {
     let (keep, out) = folder();
     let rows = std::fs::File::create(keep.path().join("scene.partial.csv")).expect("writable");
     rows.try_lock().expect("nobody else");
-    let output = durometer(&["simulate", SCENE, "--out", &out]);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && said.contains("another process runs a scene of this name"), "{said}");
+    let output = ended(without_mesher(ROOT, &["simulate", SCENE, "--out", &out]));
+    let said = output.err;
+    assert!(output.code == Some(2) && said.contains("another process runs a scene of this name"), "{said}");
     drop(rows);
     call(&["simulate", SCENE, "--out", &out], 0);
 }
@@ -404,9 +391,9 @@ fn a_limit_on_the_size_of_files_is_told() {
     let (keep, out) = folder();
     let program = env!("CARGO_BIN_EXE_durometer");
     let line = format!("ulimit -f 4; exec '{program}' simulate {SCENE} --out '{out}'");
-    let output = Command::new("sh").args(["-c", &line]).current_dir(ROOT).output().expect("a shell");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && said.contains("cannot be written: File too large"), "{said}");
+    let output = ended(Command::new("sh").args(["-c", &line]).current_dir(ROOT));
+    let said = output.err;
+    assert!(output.code == Some(2) && said.contains("cannot be written: File too large"), "{said}");
     assert!(keep.path().join("scene.partial.csv").is_file(), "{said}");
 }
 
@@ -447,9 +434,9 @@ fn an_imported_law_keeps_its_relaxation() {
     std::fs::write(file("r.inp"), input).expect("writable");
     let (data, law, series) = (file("r.inp"), file("law.toml"), file("prony.toml"));
     let import = ["laws", "import", &data, "--from", "abaqus", "--unit", "kPa", "--out", &law];
-    let refused = durometer(&import);
-    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(2) && message.contains("pass --prony prony.toml"), "{message}");
+    let refused = ended(without_mesher(ROOT, &import));
+    let message = refused.err;
+    assert!(refused.code == Some(2) && message.contains("pass --prony prony.toml"), "{message}");
     assert!(!Path::new(&law).exists());
     call(&[&import[..], &["--prony", &series]].concat(), 0);
     let (law, series): (toml::Table, toml::Table) =
@@ -458,8 +445,7 @@ fn an_imported_law_keeps_its_relaxation() {
     assert!(law["source"].as_str().is_some_and(|s| s.ends_with("constants of the long term")), "{law}");
     assert_eq!(series["prony"].to_string(), "[{ g = 0.25, tau = \"2 s\" }]");
     std::fs::write(&data, "*HYPERELASTIC, NEO HOOKE\n50, 1e-3\n").expect("writable");
-    let message =
-        String::from_utf8_lossy(&durometer(&[&import[..], &["--prony", "p.toml"]].concat()).stderr).into_owned();
+    let message = ended(without_mesher(ROOT, &[&import[..], &["--prony", "p.toml"]].concat())).err;
     assert!(message.contains("does not relax; leave out --prony"), "{message}");
 }
 
@@ -470,9 +456,9 @@ fn an_export_names_the_flags_of_what_the_law_file_lacks() {
     let law = format!("{out}/law.toml");
     std::fs::write(&law, "law = \"mooney_rivlin\"\nC10 = \"75 kPa\"\nC01 = \"5 kPa\"\n").expect("writable");
     let export = ["laws", "export", &law, "--to", "calculix", "--unit", "MPa"];
-    let refused = durometer(&export);
-    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(refused.status.code() == Some(2) && message.contains("--volumetric quadratic --nu 0.49"), "{message}");
+    let refused = ended(without_mesher(ROOT, &export));
+    let message = refused.err;
+    assert!(refused.code == Some(2) && message.contains("--volumetric quadratic --nu 0.49"), "{message}");
     call(&[&export[..], &["--volumetric", "quadratic", "--nu", "0.49"]].concat(), 0);
 }
 
@@ -533,8 +519,8 @@ fn results_of_others_are_replaced_only_when_asked() {
         (vec!["motion", "--body", "tip1,tip2,tip3", "--out", &track], motion("gravity_a"), motion("gravity_b")),
     ];
     let code = |arguments: &[&str]| {
-        let output = durometer(arguments);
-        (output.status.code().expect("no signal"), String::from_utf8_lossy(&output.stderr).into_owned())
+        let output = ended(without_mesher(ROOT, arguments));
+        (output.code.expect("no signal"), output.err)
     };
     for (words, table, other) in &commands {
         let (dir, of) = (words[words.len() - 1], |table| [&words[..1], &[table], &words[1..]].concat());
@@ -596,9 +582,9 @@ fn a_folder_of_results_has_the_files_of_the_last_run() {
 #[test]
 fn a_study_file_is_no_result() {
     for command in [&["report", STUDY][..], &["compare", STUDY, STUDY], &["store", "verify", STUDY]] {
-        let output = durometer(command);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{command:?}: {said}");
+        let output = ended(without_mesher(ROOT, command));
+        let said = output.err;
+        assert_eq!(output.code, Some(2), "{command:?}: {said}");
         assert!(said.contains("that `durometer run STUDY`") && said.contains("give "), "{command:?}: {said}");
         assert!(!said.contains("delete"), "{command:?}: {said}");
     }
@@ -658,9 +644,9 @@ fn the_number_of_jobs_does_not_change_a_bit() {
 fn a_case_that_cannot_be_solved_stops_no_other() {
     let (_keep, out) = folder();
     let dir = PathBuf::from(&out);
-    let output = durometer(&["run", OVERPULL, "--out", &out]);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{errors}");
+    let output = ended(without_mesher(ROOT, &["run", OVERPULL, "--out", &out]));
+    let errors = output.err;
+    assert_eq!(output.code, Some(3), "{errors}");
     assert!(errors.contains("not complete: dt-length-overpull"), "{errors}");
     let record = |case: &str| json(&read(&dir.join(format!("cases/{case}.json"))));
     for case in ["dt-length-coarse", "dt-length-nominal"] {
@@ -682,10 +668,10 @@ fn a_case_that_cannot_be_solved_stops_no_other() {
     let told = summary["cases"].as_array().into_iter().flatten().find(|c| c["id"] == "dt-length-overpull");
     assert_eq!(told.map(|c| &c["solver"]["stop"]), Some(stop));
     // The incomplete case is not tried again for nothing, and still counts.
-    let again = durometer(&["run", OVERPULL, "--out", &out]);
-    assert_eq!(again.status.code(), Some(3));
-    let alone = durometer(&["simulate", "tests/cli/overpull/scene.toml", "--out", &out]);
-    assert_eq!(alone.status.code(), Some(3));
+    let again = ended(without_mesher(ROOT, &["run", OVERPULL, "--out", &out]));
+    assert_eq!(again.code, Some(3));
+    let alone = ended(without_mesher(ROOT, &["simulate", "tests/cli/overpull/scene.toml", "--out", &out]));
+    assert_eq!(alone.code, Some(3));
     assert!(table(&dir.join("scene.csv"))["t_s"].len() > 1);
 }
 
@@ -702,7 +688,8 @@ fn an_interrupted_run_goes_on_where_it_stopped() {
     };
     // Steps enough that the last case is still running when the first is done.
     let long = ["run", STUDY, "--jobs", "1", "--out", &out, "--set", "stage.0.duration=4000 s"];
-    let mut child = command(&long).stderr(std::process::Stdio::null()).spawn().expect("the program starts");
+    let mut child =
+        without_mesher(ROOT, &long).stderr(std::process::Stdio::null()).spawn().expect("the program starts");
     let start = std::time::Instant::now();
     while done() == 0 {
         assert!(start.elapsed().as_secs() < 60 && child.try_wait().expect("ours").is_none(), "no case is finished");

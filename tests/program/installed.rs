@@ -1,16 +1,16 @@
 //! The program away from its checkout: it brings its studies, bodies and meshes, unpacks them once, and takes nothing from the folder it runs in.
 
 use crate::common::disk::{Disk, Fault};
+use crate::common::program::{ROOT, said};
 use crate::common::tools;
 use durometer::catalogue::{Archive, Entry};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_durometer");
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// A scene on a grid.
 const GRID: &str = r#"
@@ -77,7 +77,12 @@ impl Machine {
 
     /// What a call prints that ends with this code.
     fn call(&self, arguments: &[&str], code: i32) -> (String, String) {
-        said(&self.command(arguments).output().expect("the program starts"), code)
+        self.call_in(&self.work(), arguments, code)
+    }
+
+    fn call_in(&self, folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
+        let output = self.command(arguments).current_dir(folder).output().expect("the program starts");
+        said(&output, &format!("{arguments:?}"), code)
     }
 }
 
@@ -86,13 +91,6 @@ fn place(path: &Path) {
     std::fs::hard_link(PROGRAM, path)
         .or_else(|_| std::fs::copy(PROGRAM, path).map(|_| ()))
         .expect("room for the program");
-}
-
-fn said(output: &Output, code: i32) -> (String, String) {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (out, errors) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!(output.status.code(), Some(code), "{out}\n{errors}");
-    (out, errors)
 }
 
 /// The files that the program brings.
@@ -234,8 +232,7 @@ fn a_starter_runs_as_it_is() {
             let stored = std::fs::read_to_string(at.join(format!("{kind}.schema.json"))).expect("a schema");
             assert_eq!(schema, stored);
         }
-        let call =
-            |arguments: &[&str]| said(&machine.command(arguments).current_dir(&at).output().expect("it starts"), 0);
+        let call = |arguments: &[&str]| machine.call_in(&at, arguments, 0);
         call(&["check", "study.toml"]);
         // The first steps only: the whole run of a gripper takes a minute
         let short = ["--set", "stage.0.duration=\"0.1 s\"", "--set", "stage.0.dt=\"0.05 s\"", "--no-view"];
@@ -258,8 +255,7 @@ fn the_study_of_a_starter_ends_with_a_report() {
     let machine = Machine::new();
     machine.call(&["new", "finger", "my finger"], 0);
     let at = machine.work().join("my finger");
-    let output = machine.command(&["run", "study.toml"]).current_dir(&at).output().expect("it starts");
-    let (out, _) = said(&output, 0);
+    let (out, _) = machine.call_in(&at, &["run", "study.toml"], 0);
     assert!(out.contains("can be trusted within 5 %"), "{out}");
     let page = std::fs::read_to_string(at.join("README.md")).expect("a page");
     let report = "reports/my finger/index.html";
@@ -277,7 +273,7 @@ fn a_project_is_made_around_a_mesh_file() {
     let schemas = ["scene.schema.json", "study.schema.json"];
     assert_eq!(names(&at), ["README.md", "robot.vtk", schemas[0], "scene.toml", schemas[1], "study.toml"]);
     std::fs::remove_file(machine.work().join("robot.vtk")).expect("own file");
-    let call = |arguments: &[&str]| said(&machine.command(arguments).current_dir(&at).output().expect("it starts"), 0);
+    let call = |arguments: &[&str]| machine.call_in(&at, arguments, 0);
     call(&["simulate", "scene.toml"]);
     let (out, _) = call(&["run", "study.toml"]);
     assert!(out.contains("report: reports/robot/index.html"), "{out}");
@@ -368,10 +364,10 @@ fn a_full_disk_leaves_nothing_half_unpacked() {
     let disk = Disk::new(&machine.cache());
     let check = || machine.command(&["check", "finger-dynamics"]);
     let (output, _) = disk.call(check(), Fault::Space(1_000_000));
-    let (_, errors) = said(&output, 2);
+    let (_, errors) = said(&output, "a call", 2);
     assert!(errors.contains("No space left") && errors.contains("MB free"), "{errors}");
     assert_eq!(names(&machine.cache()), Vec::<String>::new());
-    said(&disk.call(check(), Fault::None).0, 0);
+    said(&disk.call(check(), Fault::None).0, "check", 0);
 }
 
 /// The python of the system with the packages of the mesher in it: no environment is missing. Without one of them there is.
@@ -387,7 +383,7 @@ fn a_python_with_the_packages_needs_no_environment() {
         std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).expect("own file");
         let mut command = machine.command(&["doctor"]);
         command.env_remove("DUROMETER_PYTHON").env("PATH", format!("{}:/usr/bin:/bin", folder.display()));
-        said(&command.output().expect("the program starts"), code).0
+        said(&command.output().expect("the program starts"), "a call", code).0
     };
     let all = doctor(r#"{"versions": {"gmsh": "4.15.2", "meshio": "5.3.5"}}"#, 0);
     assert!(all.contains("ok      environment              not needed: ") && !all.contains("MISSING"), "{all}");
@@ -411,7 +407,8 @@ fn no_program_of_others_is_run() {
         trace
     };
     let trace = trap(&machine.work());
-    let (out, _) = said(&machine.command(&["doctor"]).env_remove("DUROMETER_PYTHON").output().expect("it starts"), 2);
+    let (out, _) =
+        said(&machine.command(&["doctor"]).env_remove("DUROMETER_PYTHON").output().expect("it starts"), "doctor", 2);
     assert!(!trace.exists() && out.contains("the files of the program, unpacked"), "{out}");
     // The program of one user in a folder of another one
     let shared = machine.keep.path().join("shared");

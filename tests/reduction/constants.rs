@@ -77,7 +77,7 @@ fn state(order: Order, formulation: &str, u: &[f64]) -> FullState {
 }
 
 fn states(order: Order, formulation: &str, count: usize, seed: u64) -> Vec<FullState> {
-    let mut random = Random(seed);
+    let mut random = Random::seed(seed);
     let mut point = || RANGES.map(|r| r[0] + random.unit() * (r[1] - r[0]));
     (0..count).map(|_| state(order, formulation, &point())).collect()
 }

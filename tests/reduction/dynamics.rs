@@ -1,73 +1,29 @@
 //! Reduced models that move: equal to the full model where nothing is left out, with its balance of energy, its relaxation, and bars that hold for whole runs.
 
-use crate::common;
-use crate::common::{Random, scene};
+use crate::bar::{self, BY_LENGTH, Bar};
+use crate::common::{self, Random};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::model::TimeEstimate;
 use durometer::reduction::running::dynamics::Dynamics;
 use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{FullState, ReducedModel, StepError, TransientTraining, Twin, errors_in_time};
-use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, Scene};
-use durometer::solve::Status;
-use durometer::system::State;
+use durometer::scene::Scene;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// A bar of 40 mm that a cable bends and its weight swings; `parts` are its effects by rates.
+/// The bar with inertia; `parts` are its other effects by rates.
 fn bar(order: Order, law: &str, formulation: &str, drive: &str, stage: &str, parts: &str) -> Scene {
-    let text = format!(
-        r#"
-[mesh]
-body = "block"
-[laws.rubber]
-{law}
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-formulation = "{formulation}"
-[[effect]]
-kind = "inertia"
-region = "body"
-density = "1100 kg/m^3"
-mass = "consistent"
-{parts}
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 1, 0]
-acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["-20 m/s^2", "20 m/s^2"] }}
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = {drive}
-[[stage]]
-integrator = {stage}
-[[probe]]
-kind = "position"
-region = "xmax"
-[[probe]]
-kind = "bending_angle"
-root = "xmin"
-tip = "xmax"
-"#
-    );
-    scene(block(6, 2, 2, 0.04, 0.01, 0.01, order), &text)
+    let rates = [INERTIA, parts].concat();
+    let bar = Bar { law, formulation, rates: &rates, drive: Some(drive), stage, ..Bar::default() };
+    bar.scene(block(6, 2, 2, 0.04, 0.01, 0.01, order))
 }
 
+const INERTIA: &str =
+    "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1100 kg/m^3\"\nmass = \"consistent\"\n";
 const SOFT: &str = "law = \"neo_hookean_split\"\nmu = \"60 kPa\"\nnu = 0.45";
 const SPLIT: &str =
     "law = \"yeoh\"\nC10 = \"30 kPa\"\nC20 = \"1 kPa\"\nC30 = \"0.1 kPa\"\nvolumetric = \"quadratic\"\nnu = 0.49";
-const BY_LENGTH: &str =
-    "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"0 mm\", \"4 mm\"] } }";
 const BY_TENSION: &str =
     "{ kind = \"tension\", signal = { kind = \"controlled\", initial = \"0 N\", range = [\"0 N\", \"0.4 N\"] } }";
 /// Inputs are the acceleration, then the drive of the cable: the order of the scene.
@@ -84,36 +40,11 @@ const RELAXING: &str = "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\n
 const ADDED: &str = "[laws.second]\nlaw = \"neo_hookean_split\"\nmu = \"30 kPa\"\nnu = 0.45\n\
     [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"second\"\noverlap = \"add\"\n";
 
-/// Sets the inputs point after point.
-struct Way(std::vec::IntoIter<Vec<f64>>);
-
-impl Controller for Way {
-    fn step(&mut self, _: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        if let Some(point) = self.0.next() {
-            signals.copy_from_slice(&point);
-        }
-        Ok(Reply::default())
-    }
-}
-
 /// The states of the full model after each step.
 fn states(scene: &Scene, points: &[Vec<f64>], names: &[String]) -> Vec<FullState> {
-    let mut all: Vec<State> = vec![];
-    let mut on_state = |state: &State| all.push(state.clone());
-    let steps = points.to_vec();
-    let mut way = Way(steps.into_iter());
-    let options = RunOptions { on_state: Some(&mut on_state), controller: Some(&mut way), ..RunOptions::default() };
-    let run = scene.run_with(options);
-    assert_eq!(run.status, Status::Converged);
+    let (run, states) = bar::run(scene, points, names);
     assert_eq!(run.totals.cuts, 0, "a step of another length");
-    let columns: Vec<Vec<f64>> = names.iter().map(|n| run.column(n).expect("it is recorded")).collect();
-    let state = |(k, state): (usize, &State)| FullState {
-        inputs: points[k - 1].clone(),
-        x: state.x.clone(),
-        lambda: state.lambda.clone(),
-        values: columns.iter().map(|c| c[k]).collect(),
-    };
-    all.iter().enumerate().skip(1).map(state).collect()
+    states
 }
 
 /// Inputs over time: polygons from rest with a corner every `each` steps, drawn evenly from the ranges.
@@ -165,7 +96,7 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
     ] {
         let steps = 14;
         let scene = bar(order, law, formulation, drive, &stage(integrator, steps), parts);
-        let runs = vec![states(&scene, &signal(ranges, steps, 5, &mut Random(3)), &names())];
+        let runs = vec![states(&scene, &signal(ranges, steps, 5, &mut Random::seed(3)), &names())];
         let training = TransientTraining::new(&scene, &runs, &names()).unwrap_or_else(|e| panic!("{e}"));
         let model = training.model(steps, None, &[]).unwrap_or_else(|e| panic!("{e}"));
         let all = errors_in_time(&model, &runs).expect("a law of the library");
@@ -267,7 +198,7 @@ fn built(steps: usize) -> Scene {
 const STEPS: usize = 30;
 
 fn runs(scene: &Scene, count: usize, seed: u64) -> Vec<Vec<FullState>> {
-    let mut random = Random(seed);
+    let mut random = Random::seed(seed);
     (0..count).map(|_| states(scene, &signal(LENGTHS, STEPS, 6, &mut random), &names())).collect()
 }
 
@@ -395,7 +326,7 @@ fn sensitivities_of_a_step_are_those_of_differences() {
 #[test]
 fn any_sequence_ends_and_is_replayed() {
     let (_, model) = trained();
-    let mut random = Random(11);
+    let mut random = Random::seed(11);
     let mut twin = Twin::new(model.clone()).expect("a law of the library");
     let mut done = 0;
     for sequence in 0..1_000 {
@@ -506,7 +437,7 @@ fn what_is_not_reduced_in_time_is_refused() {
         assert!(why.contains(words), "{words}: {why}");
     }
     let scene = built(4);
-    let known = vec![states(&scene, &signal(LENGTHS, 4, 2, &mut Random(1)), &names())];
+    let known = vec![states(&scene, &signal(LENGTHS, 4, 2, &mut Random::seed(1)), &names())];
     let why =
         TransientTraining::new(&scene, &known, &["none_m".to_string()]).err().expect("no such column").to_string();
     assert!(why.contains("none_m"), "{why}");

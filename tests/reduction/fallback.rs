@@ -1,12 +1,11 @@
 //! The full model behind a reduced one: it answers where the bar is above the tolerance, and only its own scene is accepted.
 
+use crate::common::program::{Ended, durometer, durometer_with};
 use durometer::reduction::running::fallback::By;
 use durometer::reduction::training::full_model::FullModelError;
 use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
 use serde_json::Value;
-use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 /// A bar that is bent by its weight, of a law whose constant is an input.
 const SCENE: &str = r#"
@@ -64,17 +63,6 @@ symbol = "z"
 unit = "m"
 "#;
 
-fn durometer(folder: &Path, arguments: &[&str], input: &str) -> (Option<i32>, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder);
-    let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = pipes.spawn().expect("the program starts");
-    child.stdin.take().expect("it is piped").write_all(input.as_bytes()).ok();
-    let output = child.wait_with_output().expect("the program ends");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("it prints text");
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
 fn answers(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
@@ -83,7 +71,7 @@ fn answers(text: &str) -> Vec<Value> {
 fn plain(folder: &Path, weight: f64, mu: f64) -> f64 {
     let set = [format!("effect.gravity.acceleration={weight} m/s^2"), format!("laws.rubber.mu={mu} Pa")];
     let arguments = ["simulate", "scene.toml", "--out", "plain", "--set", &set[0], "--set", &set[1]];
-    let (code, out, err) = durometer(folder, &arguments, "");
+    let Ended { code, out, err } = durometer(folder, &arguments);
     assert_eq!(code, Some(0), "{out}{err}");
     let mut files = std::fs::read_dir(folder.join("plain")).expect("a folder").flatten().map(|f| f.path());
     let file = files.find(|f| f.extension().is_some_and(|e| e == "csv")).expect("a table");
@@ -102,7 +90,7 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
     let at = folder.path();
     std::fs::write(at.join("scene.toml"), SCENE).expect("room");
     std::fs::write(at.join("study.toml"), STUDY).expect("room");
-    let (code, out, err) = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let Ended { code, out, err } = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{out}{err}");
     let record: Value =
         serde_json::from_str(&std::fs::read_to_string(at.join("out/derived.json")).expect("models")).expect("JSON");
@@ -114,7 +102,7 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
         {\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n\
         {\"inputs\": {\"rubber_mu_Pa\": -1}}\n";
     let backed = ["twin", &file, "--tolerance", "5%", "--full", "scene.toml"];
-    let (code, out, err) = durometer(at, &backed, protocol);
+    let Ended { code, out, err } = durometer_with(at, &backed, protocol);
     assert_eq!(code, Some(0), "{out}{err}");
     let all = answers(&out);
     let by: Vec<&str> = all[1..5].iter().map(|a| a["by"].as_str().unwrap_or("none")).collect();
@@ -132,9 +120,8 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
 
     // A tolerance that no bar keeps: every answer is the full one, and a target is judged by it
     let strict = ["twin", &file, "--tolerance", "1e-9", "--full", "scene.toml"];
-    let (_, out, _) =
-        durometer(at, &strict, "{\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n");
-    let answer = &answers(&out)[1];
+    let step = "{\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n";
+    let answer = &answers(&durometer_with(at, &strict, step).out)[1];
     let value = answer["quantities"]["xmax_z_m"]["value"].as_f64().expect("a value");
     assert!(answer["by"] == "full" && (value - plain(at, 8.0, 60e3)).abs() < 1e-8, "{answer}");
     in_the_library(at, &file);
@@ -169,7 +156,7 @@ fn others_are_refused(at: &Path, file: &str) {
         (gravity, "", "effect.gravity.acceleration differs or is missing; give"),
     ] {
         std::fs::write(at.join("other.toml"), SCENE.replacen(from, to, 1)).expect("room");
-        let (code, _, err) = durometer(at, &["twin", file, "--tolerance", "1%", "--full", "other.toml"], "");
+        let Ended { code, err, .. } = durometer(at, &["twin", file, "--tolerance", "1%", "--full", "other.toml"]);
         assert_eq!(code, Some(2), "{to}: {err}");
         assert!(err.contains(words) && err.contains("other.toml"), "{to}: {err}");
     }
@@ -180,6 +167,6 @@ fn others_are_refused(at: &Path, file: &str) {
     assert!(matches!(FullModel::open(&elsewhere, &scene), Err(FullModelError::OtherMesh { .. })));
     elsewhere.origin.changes = String::new();
     assert!(matches!(FullModel::open(&elsewhere, &scene), Err(FullModelError::Unknown)));
-    let (code, _, err) = durometer(at, &["twin", file, "--full", "scene.toml"], "");
+    let Ended { code, err, .. } = durometer(at, &["twin", file, "--full", "scene.toml"]);
     assert!(code == Some(2) && err.contains("--tolerance"), "{err}");
 }

@@ -1,6 +1,8 @@
 //! The files of reduced models, and those that their scene names: a model is under the report of the inputs that it was made of.
 
-use super::study::{SCENE, STUDY, durometer, write};
+use crate::bar::SCENE;
+use crate::common::program::{durometer, durometer_with};
+use crate::study::{STUDY, write};
 use durometer::reduction::training::full_model::FullModelError;
 use durometer::reduction::{FullModel, ReducedModel};
 use serde_json::Value;
@@ -36,7 +38,7 @@ fn a_model_is_that_of_the_present_inputs() {
     let at = folder.path();
     written(at);
     let run = |more: &[&str]| {
-        let ran = durometer(at, &[&["run", "study.toml", "--out", "out"][..], more].concat(), "");
+        let ran = durometer(at, &[&["run", "study.toml", "--out", "out"][..], more].concat());
         assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     };
     run(&[]);
@@ -52,7 +54,7 @@ fn a_model_is_that_of_the_present_inputs() {
 
     // Models that were not made anew are those of the report
     std::fs::remove_file(out.join("report.json")).expect("it was there");
-    assert_eq!(durometer(at, &["report", "out"], "").code, Some(0));
+    assert_eq!(durometer(at, &["report", "out"]).code, Some(0));
     let scene = std::fs::read_to_string(at.join("scene.toml")).expect("it is there");
     write(at, "scene.toml", &scene.replace("60 kPa", "120 kPa"));
     run(&["--only", "training"]);
@@ -73,11 +75,11 @@ fn models_are_made_with_the_files_of_their_cases() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     written(at);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out", "--partition", "1/1"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out", "--partition", "1/1"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let out = at.join("out");
     let report = || {
-        durometer(at, &["report", "out"], "");
+        durometer(at, &["report", "out"]);
         let summary = json(&out.join("summary.json"));
         (summary["verdict"].as_str().expect("words").to_string(), summary["warnings"].to_string())
     };
@@ -107,7 +109,7 @@ fn models_are_made_with_the_files_of_their_cases() {
 
 /// The guides are at other places now: the full model is refused, also in the library. A model that does not know the files takes them, and they are named.
 fn the_full_model_has_the_files_of_the_study(at: &Path, file: &str) {
-    let step = || durometer(at, &["twin", file, "--tolerance", "1%", "--full", "scene.toml"], "{}\n");
+    let step = || durometer_with(at, &["twin", file, "--tolerance", "1%", "--full", "scene.toml"], "{}\n");
     let refused = step();
     assert!(refused.code == Some(2) && refused.err.contains("other contents of guides.csv"), "{}", refused.err);
     let (mut model, scene) = (ReducedModel::read(&at.join(file)).expect("a model"), at.join("scene.toml"));

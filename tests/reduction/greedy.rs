@@ -1,74 +1,28 @@
 //! Training states that are chosen where the estimated error is large: how well, and as parts of a study.
 
-use crate::common::scene;
+use crate::bar::{self, Bar, SCENE};
+use crate::common::program::durometer;
 use crate::common::studies::run_folder;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::prelude::write_report;
 use durometer::reduction::training::greedy::Search;
 use durometer::reduction::{FullState, Training, errors};
-use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, Scene};
-use durometer::solve::Status;
+use durometer::scene::Scene;
 use durometer::study::kinds::reduction::path::{ordered, random, spread};
 use durometer::study::rounds::Rounds;
-use durometer::system::State;
 use serde_json::Value;
 use std::path::Path;
-use std::process::Command;
 
 /// Weight across a bar, and a cable that is slack over most of its range: below 4 mm nothing depends on it.
 const RANGES: [[f64; 2]; 2] = [[-10.0, 10.0], [-12e-3, 4e-3]];
 
+const DRIVE: &str =
+    "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"-12 mm\", \"4 mm\"] } }";
+
 fn bar(points: usize) -> Scene {
-    let text = format!(
-        r#"
-[mesh]
-body = "block"
-[laws.rubber]
-law = "neo_hookean"
-mu = "60 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 1, 0]
-acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["-10 m/s^2", "10 m/s^2"] }}
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = {{ kind = "length", signal = {{ kind = "controlled", initial = "0 mm", range = ["-12 mm", "4 mm"] }} }}
-[[stage]]
-integrator = "static"
-duration = "{points} s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#
-    );
-    scene(block(8, 2, 2, 0.04, 0.01, 0.01, Order::Linear), &text)
-}
-
-struct Way(std::vec::IntoIter<Vec<f64>>);
-
-impl Controller for Way {
-    fn step(&mut self, _: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        if let Some(point) = self.0.next() {
-            signals.copy_from_slice(&point);
-        }
-        Ok(Reply::default())
-    }
+    let bar = Bar { weight: [-10, 10], drive: Some(DRIVE), ..Bar::default() };
+    bar.of_points(block(8, 2, 2, 0.04, 0.01, 0.01, Order::Linear), points)
 }
 
 fn names() -> Vec<String> {
@@ -81,21 +35,7 @@ fn states(shares: Vec<Vec<f64>>) -> Vec<FullState> {
         share.iter().zip(RANGES).map(|(s, range)| range[0] + s * (range[1] - range[0])).collect()
     };
     let points: Vec<Vec<f64>> = ordered(shares, &[0.5, 0.75]).iter().map(in_si).collect();
-    let scene = bar(points.len());
-    let mut all: Vec<State> = vec![];
-    let mut on_state = |state: &State| all.push(state.clone());
-    let mut way = Way(points.clone().into_iter());
-    let options = RunOptions { on_state: Some(&mut on_state), controller: Some(&mut way), ..RunOptions::default() };
-    let run = scene.run_with(options);
-    assert_eq!(run.status, Status::Converged);
-    let columns: Vec<Vec<f64>> = names().iter().map(|n| run.column(n).expect("it is recorded")).collect();
-    let state = |(k, state): (usize, &State)| FullState {
-        inputs: points[k - 1].clone(),
-        x: state.x.clone(),
-        lambda: state.lambda.clone(),
-        values: columns.iter().map(|c| c[k]).collect(),
-    };
-    all.iter().enumerate().skip(1).map(state).collect()
+    bar::states(&bar(points.len()), &points, &names())
 }
 
 /// Largest error at states that were held back, of a model of as many modes as the search looks at.
@@ -138,43 +78,6 @@ fn no_more_states_than_a_hypercube_for_the_same_error() {
     assert!(needed(&errors, reached) <= needed(&hypercube, reached), "{reached:e}");
 }
 
-const SCENE: &str = r#"
-[mesh.grid]
-kind = "box"
-size = ["40 mm", "10 mm", "10 mm"]
-divisions = [8, 2, 2]
-[laws.rubber]
-law = "neo_hookean"
-mu = "60 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = { kind = "tension", signal = "0 N" }
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 0, -1]
-acceleration = "9.81 m/s^2"
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#;
-
 const STUDY: &str = r#"
 kind = "reduction"
 question = "How few?"
@@ -203,12 +106,6 @@ coarse = { "mesh.grid.divisions" = [4, 1, 1] }
 "mesh.grid.divisions" = [16, 4, 4]
 "#;
 
-fn durometer(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    let output = command.args(arguments).current_dir(folder).output().expect("the program runs");
-    (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
-}
-
 fn json(file: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(file).expect("it is there")).expect("JSON")
 }
@@ -223,13 +120,13 @@ fn a_search_is_continued_with_the_same_bits() {
     std::fs::write(at.join("study.toml"), STUDY).expect("room");
     // A part runs what is known, and says that the search waits
     let part = ["run", "study.toml", "--out", "whole", "--partition", "1/1"];
-    let (code, words) = durometer(at, &part);
+    let (code, words) = durometer(at, &part).code_and_said();
     assert_eq!(code, Some(0), "{words}");
     assert!(words.contains("the search for further cases waits for a run of the study without --partition"), "{words}");
     assert!(!at.join("whole/growth.json").exists());
-    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]);
+    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]).code_and_said();
     assert_eq!(code, Some(0), "{words}");
-    let (code, words) = durometer(at, &part);
+    let (code, words) = durometer(at, &part).code_and_said();
     assert!(code == Some(0) && !words.contains("the search for further cases"), "{words}");
     let derived = json(&at.join("whole/derived.json"));
     let search: Vec<(u64, f64)> = derived["search"]
@@ -281,12 +178,12 @@ fn a_search_is_continued_with_the_same_bits() {
         }
     }
     std::fs::remove_file(at.join("whole/derived.json")).expect("it was there");
-    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]);
+    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]).code_and_said();
     assert_eq!(code, Some(0), "{words}");
     assert!(std::fs::read(&model).expect("a model") == before, "the same states give the same bits");
     // Another range is another search
     std::fs::write(at.join("study.toml"), STUDY.replacen("\"0.4 N\"", "\"0.3 N\"", 1)).expect("room");
-    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]);
+    let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]).code_and_said();
     assert_eq!(code, Some(0), "{words}");
     assert_eq!(json(&at.join("whole/derived.json"))["training"], 18);
 }
@@ -334,7 +231,7 @@ fn mistakes_of_a_plan_are_refused() {
     ] {
         assert!(STUDY.contains(plan_or_key), "{plan_or_key}");
         std::fs::write(at.join("study.toml"), STUDY.replacen(plan_or_key, to, 1)).expect("room");
-        let (code, words) = durometer(at, &["run", "study.toml", "--out", "refused"]);
+        let (code, words) = durometer(at, &["run", "study.toml", "--out", "refused"]).code_and_said();
         assert_eq!(code, Some(2), "{to}: {words}");
         assert!(words.contains(word), "{to}: {words}");
     }

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bar;
 mod constants;
 mod dynamics;
 mod fallback;

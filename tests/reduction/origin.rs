@@ -1,85 +1,25 @@
 //! A reduced model is judged by changes from rest: where the origin of the coordinates lies decides nothing.
 
-use crate::common::scene;
+use crate::bar::{Bar, states};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::training::greedy::{Choice, Search};
-use durometer::reduction::{FullState, ReducedModel, Training, errors};
-use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, Scene};
-use durometer::solve::Status;
-use durometer::system::State;
+use durometer::reduction::{ReducedModel, Training, errors};
+use durometer::scene::Scene;
 
 const LOADS: [f64; 6] = [2.0, 5.0, 9.0, 12.0, 16.0, 20.0];
 
 /// A bar under its weight, so far along z.
 fn bar(shift: f64, points: usize) -> Scene {
-    let text = format!(
-        r#"
-[mesh]
-body = "block"
-[laws.rubber]
-law = "neo_hookean"
-mu = "60 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 0, -1]
-acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["0 m/s^2", "20 m/s^2"] }}
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[stage]]
-integrator = "static"
-duration = "{points} s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#
-    );
     let mut mesh = block(8, 1, 1, 0.04, 0.01, 0.01, Order::Linear);
     mesh.points.iter_mut().for_each(|point| point.z += shift);
-    scene(mesh, &text)
-}
-
-struct Way(std::slice::Iter<'static, f64>);
-
-impl Controller for Way {
-    fn step(&mut self, _: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        if let Some(load) = self.0.next() {
-            signals[0] = *load;
-        }
-        Ok(Reply::default())
-    }
+    Bar { direction: "[0, 0, -1]", weight: [0, 20], drive: None, ..Bar::default() }.of_points(mesh, points)
 }
 
 /// A model of one mode, its errors at its own states, and the states that a search would add.
 fn judged(shift: f64) -> (ReducedModel, Vec<Vec<(f64, f64)>>, Choice) {
     let (scene, names) = (bar(shift, LOADS.len()), vec!["xmax_z_m".to_string()]);
-    let mut all: Vec<State> = vec![];
-    let mut on_state = |state: &State| all.push(state.clone());
-    let mut way = Way(LOADS.iter());
-    let run = scene.run_with(RunOptions {
-        on_state: Some(&mut on_state),
-        controller: Some(&mut way),
-        ..RunOptions::default()
-    });
-    assert_eq!(run.status, Status::Converged);
-    let values = run.column(&names[0]).expect("it is recorded");
-    let state = |k: usize| FullState {
-        inputs: vec![LOADS[k - 1]],
-        x: all[k].x.clone(),
-        lambda: all[k].lambda.clone(),
-        values: vec![values[k]],
-    };
-    let states: Vec<FullState> = (1..all.len()).map(state).collect();
+    let states = states(&scene, &LOADS.map(|load| vec![load]), &names);
     let training = Training::new(&scene, &states, &names).unwrap_or_else(|e| panic!("{e}"));
     let model = training.model(1, None, &[]).unwrap_or_else(|e| panic!("{e}"));
     let candidates: Vec<Vec<f64>> = (1..20).map(|k| vec![f64::from(k)]).collect();

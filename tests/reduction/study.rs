@@ -1,48 +1,12 @@
 //! A study of kind `reduction` from end to end: runs, models, report, and the program that steps a model.
 
+use crate::bar::SCENE;
+use crate::common::program::{durometer, durometer_with, program};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-
-/// A bar that is bent by a cable under tension and by its weight.
-pub(super) const SCENE: &str = r#"
-[mesh.grid]
-kind = "box"
-size = ["40 mm", "10 mm", "10 mm"]
-divisions = [8, 2, 2]
-[laws.rubber]
-law = "neo_hookean"
-mu = "60 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = { kind = "tension", signal = "0 N" }
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 0, -1]
-acceleration = "9.81 m/s^2"
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#;
+use std::process::{Child, Stdio};
 
 pub(super) const STUDY: &str = r#"
 kind = "reduction"
@@ -68,27 +32,6 @@ symbol = "z"
 unit = "m"
 "#;
 
-pub(super) struct Ended {
-    pub code: Option<i32>,
-    pub out: String,
-    pub err: String,
-}
-
-pub(super) fn durometer(folder: &Path, arguments: &[&str], input: &str) -> Ended {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).current_dir(folder);
-    let mut child = command
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    child.stdin.take().expect("it is piped").write_all(input.as_bytes()).ok();
-    let output = child.wait_with_output().expect("the program ends");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("it prints text");
-    Ended { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
-}
-
 fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
@@ -103,7 +46,7 @@ fn a_study_makes_models_that_the_program_steps() {
     let at = folder.path();
     write(at, "scene.toml", SCENE);
     write(at, "study.toml", STUDY);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let summary: Value =
         serde_json::from_str(&std::fs::read_to_string(at.join("out/summary.json")).expect("it is there"))
@@ -117,13 +60,13 @@ fn a_study_makes_models_that_the_program_steps() {
     a_full_step_is_that_between_neighbours(at, &record);
 
     // Nothing is made again where nothing has changed; a lost model is
-    let again = durometer(at, &["report", "out"], "");
+    let again = durometer(at, &["report", "out"]);
     assert_eq!(again.code, Some(0), "{}", again.err);
     assert_eq!(std::fs::read(at.join("out/derived.json")).expect("it is there"), derived);
     let name = record["models"][1]["file"].as_str().expect("a file").to_string();
     let before = std::fs::read(at.join("out").join(&name)).expect("a model");
     std::fs::remove_file(at.join("out").join(&name)).expect("it was there");
-    assert_eq!(durometer(at, &["report", "out"], "").code, Some(0));
+    assert_eq!(durometer(at, &["report", "out"]).code, Some(0));
     assert!(
         std::fs::read(at.join("out").join(&name)).expect("a model") == before,
         "the same states give the same bits"
@@ -133,7 +76,7 @@ fn a_study_makes_models_that_the_program_steps() {
     let protocol = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
         {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}, \"moving\": [\"body_acceleration_m_s2\"]}\n\
         {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}}\n{\"moving\": [\"body_acceleration_m_s2\"]}\n";
-    let stepped = durometer(at, &["twin", &model], protocol);
+    let stepped = durometer_with(at, &["twin", &model], protocol);
     assert_eq!(stepped.code, Some(0), "{}", stepped.err);
     let answers = lines(&stepped.out);
     assert_eq!(answers.len(), 8, "{}", stepped.out);
@@ -155,19 +98,19 @@ fn a_study_makes_models_that_the_program_steps() {
     // A line that cannot be meant so has no effect, and its answer says why
     let held = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": \"yes\"}\n{\"reset\": true, \"inputs\": {\"none\": 1}}\n\
         {\"inputs\": {\"cable_imposed_tension_N\": 0.1, \"cable_imposed_tension_N\": 0.3}}\n{\"inputs\": {}}\n";
-    let held = lines(&durometer(at, &["twin", &model], held).out);
+    let held = lines(&durometer_with(at, &["twin", &model], held).out);
     assert!(held[2..5].iter().all(|refused| refused["error"].is_string()), "{held:?}");
     assert_eq!(held[1]["inputs"], held[5]["inputs"]);
 
-    let strict = durometer(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
+    let strict = durometer_with(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
     assert_eq!(strict.code, Some(3), "{}", strict.out);
-    assert_eq!(durometer(at, &["twin", "scene.toml"], "").code, Some(2));
+    assert_eq!(durometer(at, &["twin", "scene.toml"]).code, Some(2));
     clients_have_the_answers_of_a_pipe(at, &model);
 
     // Models answer what the study asks for now
     write(at, "study.toml", &STUDY.replace("xmax_z_m", "xmax_x_m"));
     for out in ["out", "fresh"] {
-        let ran = durometer(at, &["run", "study.toml", "--out", out], "");
+        let ran = durometer(at, &["run", "study.toml", "--out", out]);
         assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     }
     let of = |out: &str| -> Value {
@@ -234,14 +177,9 @@ impl Drop for Server {
 fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
     let line = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n";
     let values = |answer: &Value| answer["quantities"].clone();
-    let piped = values(&lines(&durometer(folder, &["twin", model], line).out)[1]);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    let child = command
-        .args(["twin", model, "--listen", "0"])
-        .current_dir(folder)
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+    let piped = values(&lines(&durometer_with(folder, &["twin", model], line).out)[1]);
+    let mut command = program(folder, &["twin", model, "--listen", "0"]);
+    let child = command.stdout(Stdio::piped()).spawn().expect("the program starts");
     let mut server = Server(child);
     let mut first = String::new();
     BufReader::new(server.0.stdout.take().expect("it is piped")).read_line(&mut first).expect("a line");
@@ -262,7 +200,7 @@ fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
         assert_eq!(values(&answers[1]), piped);
     }
     let port = address.rsplit(':').next().expect("a port");
-    assert_eq!(durometer(folder, &["twin", model, "--listen", port], "").code, Some(2), "the port is taken");
+    assert_eq!(durometer(folder, &["twin", model, "--listen", port]).code, Some(2), "the port is taken");
 }
 
 /// The bar with its mass and a relaxing rubber, whose inputs change in time: the models move, and the program takes a step in time for each line, with the bits
@@ -286,7 +224,7 @@ fn a_study_makes_models_that_move() {
     let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 8");
     let study = study.replace("held_back = 20", "held_back = 12").replace("\"-10 m/s^2\"", "\"0 m/s^2\"");
     write(at, "study.toml", &study);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let read = |name: &str| std::fs::read_to_string(at.join("out").join(name)).expect("it is there");
     let record: Value = serde_json::from_str(&read("derived.json")).expect("JSON");
@@ -300,7 +238,7 @@ fn a_study_makes_models_that_move() {
     let model = format!("out/{}", record["models"][1]["file"].as_str().expect("a file"));
     let lines_in = "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{}\n{\"reset\": true}\n{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n\
         {\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}, \"target\": {\"xmax_z_m\": 0.005}}\n{\"inputs\": {\"cable_imposed_tension_N\": 0.4}}\n";
-    let stepped = durometer(at, &["twin", &model], lines_in);
+    let stepped = durometer_with(at, &["twin", &model], lines_in);
     assert_eq!(stepped.code, Some(0), "{}", stepped.err);
     let answers = lines(&stepped.out);
     assert!(answers[0]["dt_s"] == 0.01 && answers[0]["inputs"][0]["largest_change"].is_number(), "{}", answers[0]);
@@ -314,7 +252,7 @@ fn a_study_makes_models_that_move() {
     // Inputs that are not given are those of the last step, also where a target has found them
     let targeted =
         "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}}\n";
-    let targeted = lines(&durometer(at, &["twin", &model], targeted).out);
+    let targeted = lines(&durometer_with(at, &["twin", &model], targeted).out);
     assert_ne!(targeted[1]["inputs"], targeted[2]["inputs"]);
     assert_eq!(targeted[2]["inputs"], targeted[3]["inputs"]);
 
@@ -322,7 +260,7 @@ fn a_study_makes_models_that_move() {
     let second = "[[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"10 ms\"\n";
     let scene = std::fs::read_to_string(at.join("scene.toml")).expect("it was written");
     write(at, "scene.toml", &(scene.clone() + second));
-    let ran = durometer(at, &["check", "study.toml"], "");
+    let ran = durometer(at, &["check", "study.toml"]);
     assert!(ran.code == Some(2) && ran.err.contains("the scene has 2 stages"), "{}\n{}", ran.out, ran.err);
     write(at, "scene.toml", &scene);
 
@@ -331,7 +269,7 @@ fn a_study_makes_models_that_move() {
         ("duration = \"0.2 s\"", "duration = \"0.2 m\"", "duration"),
     ] {
         write(at, "study.toml", &study.replacen(from, to, 1));
-        let ran = durometer(at, &["run", "study.toml", "--out", "refused"], "");
+        let ran = durometer(at, &["run", "study.toml", "--out", "refused"]);
         assert!(ran.code == Some(2) && ran.err.contains(word), "{to}: {}\n{}", ran.out, ran.err);
     }
 }
@@ -350,7 +288,7 @@ fn runs_with_cut_steps_make_no_model() {
     let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 3");
     let study = study.replace("held_back = 20", "held_back = 2").replace("\"-10 m/s^2\"", "\"0 m/s^2\"");
     write(at, "study.toml", &study);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
     for words in ["no model could be made", "dt = 0.02 s were cut", "training-in-time-1", "held-back-in-time-2"] {
         assert!(ran.err.contains(words), "{words}: {}", ran.err);
@@ -371,14 +309,14 @@ fn a_model_without_an_equilibrium_is_left_out_with_a_warning() {
     ];
     let study = harder.iter().fold(STUDY.to_string(), |text, (from, to)| text.replacen(from, to, 1));
     write(at, "study.toml", &study);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let read = |name: &str| std::fs::read_to_string(at.join("out").join(name)).expect("it is there");
     let record: Value = serde_json::from_str(&read("derived.json")).expect("JSON");
     let kept: Vec<&str> =
         record["models"].as_array().expect("models").iter().filter_map(|m| m["file"].as_str()).collect();
     assert!(kept.len() == 1 && kept[0].ends_with("-5.durom"), "{kept:?}");
-    assert_eq!(durometer(at, &["twin", &format!("out/{}", kept[0])], "{}\n").code, Some(0));
+    assert_eq!(durometer_with(at, &["twin", &format!("out/{}", kept[0])], "{}\n").code, Some(0));
     let summary: Value = serde_json::from_str(&read("summary.json")).expect("JSON");
     let warnings = summary["warnings"].to_string();
     assert!(warnings.contains("8 modes") && warnings.contains("no equilibrium"), "{warnings}");
@@ -398,7 +336,7 @@ fn a_cable_that_is_often_slack_has_bars_of_the_size_of_its_errors() {
         ("unit = \"m\"", "unit = \"N\""),
     ];
     write(at, "study.toml", &slack.iter().fold(STUDY.to_string(), |text, (from, to)| text.replacen(from, to, 1)));
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert!(!ran.out.contains("No verdict"), "{}\n{}", ran.out, ran.err);
     let methods = std::fs::read_to_string(at.join("out/paper/methods.md")).expect("it is there");
     assert!(methods.contains("tension from −3 to 1 mm") && methods.contains("made of 24 states"), "{methods}");
@@ -425,7 +363,7 @@ fn a_cable_that_is_often_slack_has_bars_of_the_size_of_its_errors() {
         ratios.sort_by(f64::total_cmp);
         let middle = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
         assert!((number("bar_over_error") / middle - 1.0).abs() < 1e-9, "{tension}");
-        let answer = durometer(at, &["twin", &format!("out/{}", model["file"].as_str().expect("a file"))], "{}\n");
+        let answer = durometer_with(at, &["twin", &format!("out/{}", model["file"].as_str().expect("a file"))], "{}\n");
         assert_eq!(answer.code, Some(0), "{}", answer.err);
     }
 }
@@ -467,7 +405,7 @@ fn mistakes_of_a_study_are_refused() {
     ] {
         assert!(STUDY.contains(from), "{from}");
         write(at, "study.toml", &STUDY.replacen(from, to, 1));
-        let ran = durometer(at, &["run", "study.toml", "--out", "refused"], "");
+        let ran = durometer(at, &["run", "study.toml", "--out", "refused"]);
         assert_eq!(ran.code, Some(2), "{to}: {}\n{}", ran.out, ran.err);
         assert!(ran.err.contains(word), "{to}: {}", ran.err);
     }
@@ -487,7 +425,7 @@ fn a_part_of_a_signal_is_no_input() {
         write(at, "scene.toml", &SCENE.replace("signal = \"0 N\"", &format!("signal = {signal}")));
         write(at, "study.toml", &STUDY.replace(whole, &format!("{whole}.{key}")));
         for arguments in [&["check", "study.toml"][..], &["run", "study.toml", "--out", "out"]] {
-            let ran = durometer(at, arguments, "");
+            let ran = durometer(at, arguments);
             assert_eq!(ran.code, Some(2), "{key}: {}\n{}", ran.out, ran.err);
             assert!(ran.err.contains("part of the signal") && ran.err.contains(whole), "{key}: {}", ran.err);
             assert!(!at.join("out/cases").exists(), "{key}");
@@ -506,7 +444,7 @@ fn a_study_without_models_is_not_complete() {
         [("\"0.4 N\"", "\"5 N\""), ("modes = [2, 5]", "modes = [8]"), ("[[input]]", "sampling = \"5 %\"\n[[input]]")];
     let study = harder.iter().fold(STUDY.to_string(), |text, (from, to)| text.replacen(from, to, 1));
     write(at, "study.toml", &study);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
     assert!(ran.err.contains("no model could be made") && ran.err.contains("8 modes"), "{}", ran.err);
     let summary: Value =
@@ -532,7 +470,7 @@ fn what_has_no_reduced_form_is_refused_before_a_run() {
         write(at, "scene.toml", &format!("{SCENE}{more}"));
         write(at, "study.toml", study);
         for arguments in [&["check", "study.toml"][..], &["run", "study.toml", "--out", "out"]] {
-            let ran = durometer(at, arguments, "");
+            let ran = durometer(at, arguments);
             assert_eq!(ran.code, Some(2), "{}\n{}", ran.out, ran.err);
             assert!(words.iter().all(|word| ran.err.contains(word)), "{}", ran.err);
             assert!(

@@ -2,17 +2,15 @@
 //! against a fresh factorisation in every iteration (`reuse_factor = false`).
 
 use crate::common;
-use crate::common::{ORDERS, Random, column, distorted_cube, law};
+use crate::common::{ORDERS, Random, column, distorted_cube, law, shipped_scene};
 use durometer::effect::{Elastic, Inertia, Lumping, Mass, ViscousDamping};
 use durometer::material::{LAWS, Want};
 use durometer::math::lanes::LANES;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::overrides::parse;
-use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
+use durometer::scene::{Checkpoint, Run, RunOptions};
 use durometer::solve::Status;
 use durometer::system::{At, Batch, BlockValues, Effect, Rates};
-use std::path::Path;
 
 /// Asserts that blocks side by side are those evaluated one at a time: the same operations in the same order, so that no rounding separates them.
 fn assert_lanes_are_blocks(name: &str, effect: &dyn Effect, at: &At) {
@@ -38,7 +36,7 @@ fn assert_lanes_are_blocks(name: &str, effect: &dyn Effect, at: &At) {
 #[test]
 fn cells_side_by_side() {
     for order in ORDERS {
-        let mut random = Random(7);
+        let mut random = Random::seed(7);
         let mesh = distorted_cube(2, order, 0.1, 7);
         let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
         let x = random.vector(3 * mesh.points.len(), 0.02);
@@ -66,7 +64,7 @@ fn cells_side_by_side() {
 #[test]
 fn masses_and_dampers_side_by_side() {
     for order in ORDERS {
-        let mut random = Random(3);
+        let mut random = Random::seed(3);
         let mesh = distorted_cube(2, order, 0.1, 7);
         let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
         let n = 3 * mesh.points.len();
@@ -88,16 +86,8 @@ fn masses_and_dampers_side_by_side() {
     }
 }
 
-fn scene(study: &str, changes: &[&str]) -> Scene {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(study).join("scene.toml");
-    let changes: Vec<_> = changes.iter().map(|c| parse(c).expect("key=value")).collect();
-    let (spec, text) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
-    let body = Body::load(&file, &spec.mesh, &mut |_| {}).expect("a committed mesh");
-    Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"))
-}
-
 fn run(study: &str, changes: &[&str]) -> Run {
-    let run = scene(study, changes).run();
+    let run = shipped_scene(study, changes).run();
     assert_eq!(run.status, Status::Converged, "{study} {changes:?}");
     run
 }
@@ -274,7 +264,7 @@ fn corrections_lead_to_the_states_of_newtons_method() {
 /// A saved state holds the matrix of the lagged factor.
 #[test]
 fn a_restart_keeps_the_factor() {
-    let scene = scene("finger-convergence", &[KEEP, "stage.0.duration=\"0.4 s\""]);
+    let scene = shipped_scene("finger-convergence", &[KEEP, "stage.0.duration=\"0.4 s\""]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");

@@ -209,12 +209,41 @@ fn faults_of_comments(file: &str) -> Vec<(usize, String)> {
     faults
 }
 
+/// Lines of doc comments of public items that begin with a preposition, such as "Of a pattern": they do not name the item. A type with a schema is read
+/// where a value of it is described, and may do so.
+fn bare_prepositions(file: &str) -> Vec<(usize, String)> {
+    static BARE: LazyLock<Regex> = LazyLock::new(|| {
+        let words =
+            "About|After|Against|As|At|Before|Between|By|For|From|In|Into|Of|On|Over|To|Under|With|Within|Without";
+        Regex::new(&format!(r"^///\s*({words})\s")).expect("a valid expression")
+    });
+    static ITEM: LazyLock<Regex> = LazyLock::new(|| {
+        Regex::new(r"^pub(\([^)]*\))? (const |unsafe )*(fn|struct|enum|trait|const|static|type|mod)\b")
+            .expect("a valid expression")
+    });
+    let (mut faults, mut open, mut has_schema) = (Vec::new(), None::<(usize, &str)>, false);
+    for (k, line) in file.lines().map(str::trim).enumerate() {
+        if line.starts_with("///") {
+            open = open.or(Some((k + 1, line)));
+        } else if line.starts_with("#[") {
+            has_schema |= line.contains("JsonSchema");
+        } else {
+            let of_item = open.take().filter(|(_, first)| !has_schema && ITEM.is_match(line) && BARE.is_match(first));
+            faults
+                .extend(of_item.map(|(at, _)| (at, "a comment that begins with a preposition: name the thing".into())));
+            has_schema = false;
+        }
+    }
+    faults
+}
+
 #[test]
 fn doc_comments_are_sentences_that_name_the_thing() {
     let offenders: Vec<String> = texts(&["src", "examples", "benches", "python"], &["rs"])
         .iter()
         .flat_map(|(name, text)| {
-            faults_of_comments(text).into_iter().map(move |(line, fault)| format!("{name}:{line}: {fault}"))
+            let faults = faults_of_comments(text).into_iter().chain(bare_prepositions(text));
+            faults.map(move |(line, fault)| format!("{name}:{line}: {fault}"))
         })
         .collect();
     assert!(offenders.is_empty(), "{} comments to rewrite:\n{}", offenders.len(), offenders.join("\n"));
@@ -225,6 +254,14 @@ fn phrases_are_found_in_names_and_over_the_end_of_a_line() {
     let text = "/// A factor of its\n/// own accord.\nlet case_prices = PriceList;\nlet turns = 1; // all turns out\n";
     let found: Vec<usize> = banned(text).into_iter().map(|(line, _)| line).collect();
     assert_eq!(found, [1, 3, 3]);
+}
+
+#[test]
+fn prepositions_are_found_in_comments_of_public_items() {
+    let text = "/// Of a mesh,\n/// by cells.\n#[must_use]\npub fn f() {}\n/// With cells\nfn g() {}\n/// The cells\npub struct H;\n\
+                /// By cells\n#[derive(JsonSchema)]\npub struct I;\n";
+    let lines: Vec<usize> = bare_prepositions(text).into_iter().map(|(line, _)| line).collect();
+    assert_eq!(lines, [1]);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! A study with a measured curve: the report lays it over the recorded ones, and the bundle runs again elsewhere.
 
+use crate::common::program::{Ended, ROOT, ended, program};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 const SCENE: &str = r#"
 [mesh]
@@ -67,13 +68,9 @@ unit = "kPa"
 values = ["50 kPa", "100 kPa"]
 "#;
 
-fn durometer(arguments: &[&str], paths: &[&Path]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.args(arguments).args(paths).output().expect("the program starts")
-}
-
-fn said(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr)
+/// A call with these paths after its arguments.
+fn with_paths(arguments: &[&str], paths: &[&Path]) -> Ended {
+    ended(program(ROOT, arguments).args(paths))
 }
 
 /// The study, run, in a folder of its own.
@@ -92,8 +89,8 @@ fn study() -> (tempfile::TempDir, PathBuf, PathBuf) {
         std::fs::write(dir.path().join(name), text).expect("a file");
     }
     let (file, results) = (dir.path().join("bar/study.toml"), dir.path().join("results"));
-    let out = durometer(&["run"], &[&file, Path::new("--out"), &results]);
-    assert!(out.status.success(), "{}", said(&out));
+    let out = with_paths(&["run"], &[&file, Path::new("--out"), &results]);
+    assert!(out.is_success(), "{}", out.said());
     (dir, file, results)
 }
 
@@ -112,8 +109,8 @@ fn a_measured_curve_is_laid_over_those_of_the_cases() {
 fn a_bundle_lists_what_it_holds_and_runs_again() {
     let (dir, file, results) = study();
     let bundle = dir.path().join("crate");
-    let out = durometer(&["bundle", "write", "--results"], &[&results, &file, &bundle]);
-    assert!(out.status.success(), "{}", said(&out));
+    let out = with_paths(&["bundle", "write", "--results"], &[&results, &file, &bundle]);
+    assert!(out.is_success(), "{}", out.said());
     check_crate(&bundle);
     // Elsewhere, without what it was made from
     let moved = tempfile::tempdir().expect("a temporary folder");
@@ -121,24 +118,20 @@ fn a_bundle_lists_what_it_holds_and_runs_again() {
     std::fs::rename(&bundle, &there).expect("a move");
     drop(dir);
     let again = moved.path().join("again");
-    let rerun = || durometer(&["bundle", "rerun", "--out"], &[&again, &there]);
+    let rerun = || with_paths(&["bundle", "rerun", "--out"], &[&again, &there]);
     let out = rerun();
-    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
-    assert!(said(&out).contains("2 values: 2 unchanged"), "{}", said(&out));
+    assert_eq!(out.code, Some(0), "{}", out.said());
+    assert!(out.said().contains("2 values: 2 unchanged"), "{}", out.said());
     // A result that is not the one of the inputs: the digests are those of the file, the comparison says so
     let law = there.join("home/data/law.toml");
     let sound = std::fs::read_to_string(&law).expect("the law");
     std::fs::write(&law, sound.replace("0.3", "0.31")).expect("the law");
     let out = rerun();
-    assert!(
-        out.status.code() == Some(2) && said(&out).contains("home/data/law.toml is not the file"),
-        "{}",
-        said(&out)
-    );
+    assert!(out.code == Some(2) && out.said().contains("home/data/law.toml is not the file"), "{}", out.said());
     std::fs::remove_file(&law).expect("the law");
-    assert_eq!(rerun().status.code(), Some(2));
+    assert_eq!(rerun().code, Some(2));
     std::fs::write(&law, sound).expect("the law");
-    assert_eq!(rerun().status.code(), Some(0));
+    assert_eq!(rerun().code, Some(0));
 }
 
 /// Results that `run` wrote next to a study are found from another folder; where there are none both places are named.
@@ -149,18 +142,14 @@ fn results_next_to_a_study_are_found_from_elsewhere() {
     for folder in [&elsewhere, &next_to_it] {
         std::fs::create_dir(folder).expect("a folder");
     }
-    let write = || {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-        command.args(["bundle", "write"]).args([&file, &dir.path().join("crate")]).current_dir(&elsewhere);
-        command.output().expect("the program starts")
-    };
+    let write = || ended(program(&elsewhere, &["bundle", "write"]).args([&file, &dir.path().join("crate")]));
     let out = write();
     let (here, there) = (Path::new("reports").join("bar"), next_to_it.join("bar"));
     let places = format!("in {} or in {}", here.display(), there.display());
-    assert!(out.status.code() == Some(2) && said(&out).contains(&places), "{}", said(&out));
+    assert!(out.code == Some(2) && out.said().contains(&places), "{}", out.said());
     std::fs::rename(&results, &there).expect("a move");
     let out = write();
-    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    assert_eq!(out.code, Some(0), "{}", out.said());
     check_crate(&dir.path().join("crate"));
 }
 
@@ -182,14 +171,14 @@ fn a_study_with_links_runs_again() {
     std::fs::remove_file(at.join("data/pull.csv")).expect("a link");
     std::os::unix::fs::symlink("../measured.csv", at.join("data/pull.csv")).expect("a link");
     let (results, bundle) = (at.join("linked"), at.join("crate"));
-    let done = |out: Output| assert_eq!(out.status.code(), Some(0), "{}", said(&out));
-    done(durometer(&["run", "--out"], &[&results, &file]));
-    done(durometer(&["bundle", "write", "--results"], &[&results, &file, &bundle]));
+    let done = |out: Ended| assert_eq!(out.code, Some(0), "{}", out.said());
+    done(with_paths(&["run", "--out"], &[&results, &file]));
+    done(with_paths(&["bundle", "write", "--results"], &[&results, &file, &bundle]));
     let moved = tempfile::tempdir().expect("a temporary folder");
     let there = moved.path().join("crate");
     std::fs::rename(&bundle, &there).expect("a move");
     drop(dir);
-    done(durometer(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]));
+    done(with_paths(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]));
 }
 
 /// Every file but the manifest is an entity, and every entity that is a file exists with its digest.
@@ -282,14 +271,13 @@ fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
         Command::new("sh").args(["-c", "cp script mesher && chmod +x mesher"]).current_dir(at("project")).status();
     assert!(made.expect("sh").success());
     let here = |arguments: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-        command.args(arguments).current_dir(dir.path()).env("DUROMETER_HOME", at("project"));
-        command.env("DUROMETER_PYTHON", at("project/mesher")).output().expect("the program starts")
+        let mut command = program(dir.path(), arguments);
+        ended(command.env("DUROMETER_HOME", at("project")).env("DUROMETER_PYTHON", at("project/mesher")))
     };
     let out = here(&["run", "bar/study.toml", "--out", "results"]);
-    assert!(out.status.success(), "{}", said(&out));
+    assert!(out.is_success(), "{}", out.said());
     let out = here(&["bundle", "write", "bar/study.toml", "crate", "--results", "results"]);
-    assert!(out.status.success() && !said(&out).contains("not stored"), "{}", said(&out));
+    assert!(out.is_success() && !out.said().contains("not stored"), "{}", out.said());
     let moved = tempfile::tempdir().expect("a temporary folder");
     let there = moved.path().join("crate");
     std::fs::rename(at("crate"), &there).expect("a move");
@@ -297,9 +285,9 @@ fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
     for name in ["bar/m.inp", "bar/parts/nodes.inp", "meshes/meshgen/__main__.py"] {
         assert!(there.join("home").join(name).is_file(), "{name}");
     }
-    let out = durometer(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]);
-    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
-    assert!(said(&out).contains("2 values: 2 unchanged"), "{}", said(&out));
+    let out = with_paths(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]);
+    assert_eq!(out.code, Some(0), "{}", out.said());
+    assert!(out.said().contains("2 values: 2 unchanged"), "{}", out.said());
 }
 
 /// Changes of the command line, edits of a file or of the study after the run, and damage: the cases are named. A bundle of earlier, which holds such
@@ -308,22 +296,22 @@ fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
 fn results_of_other_inputs_are_no_part_of_a_bundle() {
     let (dir, file, results) = study();
     let out = dir.path().join("crate");
-    let bundle = |results: &Path| durometer(&["bundle", "write", "--results"], &[results, &file, &out]);
+    let bundle = |results: &Path| with_paths(&["bundle", "write", "--results"], &[results, &file, &out]);
     let refused = |results: &Path, facts: &[&str]| {
         let done = bundle(results);
-        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
-        assert!(facts.iter().all(|fact| said(&done).contains(fact)) && !out.exists(), "{facts:?}: {}", said(&done));
+        assert_eq!(done.code, Some(2), "{}", done.said());
+        assert!(facts.iter().all(|fact| done.said().contains(fact)) && !out.exists(), "{facts:?}: {}", done.said());
     };
     let other = dir.path().join("other");
-    let run = durometer(&["run", "--set", "laws.rubber.nu=0.4", "--out"], &[&other, &file]);
-    assert!(run.status.success(), "{}", said(&run));
+    let run = with_paths(&["run", "--set", "laws.rubber.nu=0.4", "--out"], &[&other, &file]);
+    assert!(run.is_success(), "{}", run.said());
     let both = ["another scene, other files", "sweep-pull-E50kPa", "sweep-pull-E100kPa", "--set"];
     refused(&other, &both);
-    let compared = durometer(&["compare"], &[&results, &other]);
+    let compared = with_paths(&["compare"], &[&results, &other]);
     assert!(
-        said(&compared).contains("inputs: 2 of the common cases were computed from another scene"),
+        compared.said().contains("inputs: 2 of the common cases were computed from another scene"),
         "{}",
-        said(&compared)
+        compared.said()
     );
     let edit = |name: &str, old: &str, new: &str| {
         let path = dir.path().join(name);
@@ -341,7 +329,7 @@ fn results_of_other_inputs_are_no_part_of_a_bundle() {
     refused(&results, &["sweep-pull-E50kPa: their files are not those that were stored"]);
     edit("results/cases/sweep-pull-E50kPa.json", "\"steps\": 5", "\"steps\": 4");
     let done = bundle(&results);
-    assert!(done.status.success(), "{}", said(&done));
+    assert!(done.is_success(), "{}", done.said());
 }
 
 const LAWS: &str = r#"
@@ -377,30 +365,30 @@ fn a_rerun_has_the_members_that_were_added() {
         std::fs::write(results.join("extension.toml"), text).expect("a file");
     };
     add(&results, "150 kPa");
-    let run = durometer(&["run", "--out"], &[&results, &file]);
-    assert!(run.status.success(), "{}", said(&run));
-    let written = durometer(&["bundle", "write", "--results"], &[&results, &file, &out]);
-    assert!(written.status.success(), "{}", said(&written));
-    let rerun = |to: &Path| durometer(&["bundle", "rerun", "--out"], &[to, &out]);
+    let run = with_paths(&["run", "--out"], &[&results, &file]);
+    assert!(run.is_success(), "{}", run.said());
+    let written = with_paths(&["bundle", "write", "--results"], &[&results, &file, &out]);
+    assert!(written.is_success(), "{}", written.said());
+    let rerun = |to: &Path| with_paths(&["bundle", "rerun", "--out"], &[to, &out]);
     for _ in 0..2 {
         let done = rerun(&again);
-        assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-        assert!(said(&done).contains("3 values: 3 unchanged") && !said(&done).contains("gone"), "{}", said(&done));
-        assert!(!said(&done).contains("inputs: "), "{}", said(&done));
+        assert_eq!(done.code, Some(0), "{}", done.said());
+        assert!(done.said().contains("3 values: 3 unchanged") && !done.said().contains("gone"), "{}", done.said());
+        assert!(!done.said().contains("inputs: "), "{}", done.said());
         assert!(again.join("cases/laws-pull-added.json").is_file());
     }
     let other = dir.path().join("other");
     add(&other, "160 kPa");
     let done = rerun(&other);
-    assert!(done.status.code() == Some(2) && said(&done).contains("adds other meshes"), "{}", said(&done));
+    assert!(done.code == Some(2) && done.said().contains("adds other meshes"), "{}", done.said());
 }
 
 #[test]
 fn what_cannot_be_bundled_is_refused() {
     let (dir, file, results) = study();
     let refused = |results: &Path, out: &Path, fact: &str| {
-        let done = durometer(&["bundle", "write", "--results"], &[results, &file, out]);
-        assert!(done.status.code() == Some(2) && said(&done).contains(fact), "{fact}: {}", said(&done));
+        let done = with_paths(&["bundle", "write", "--results"], &[results, &file, out]);
+        assert!(done.code == Some(2) && done.said().contains(fact), "{fact}: {}", done.said());
     };
     refused(&results, dir.path(), "is not empty");
     refused(&dir.path().join("nothing"), &dir.path().join("b"), "does not exist");
@@ -410,10 +398,10 @@ fn what_cannot_be_bundled_is_refused() {
     refused(&results, &dir.path().join("b"), "name it relative");
     for (text, fact) in [("", "study"), ("x\n", "without a digest")] {
         std::fs::write(dir.path().join("manifest-sha256.txt"), text).expect("a manifest");
-        let done = durometer(&["bundle", "rerun"], &[dir.path()]);
-        assert!(done.status.code() == Some(2) && said(&done).contains("is no bundle"), "{fact}: {}", said(&done));
+        let done = with_paths(&["bundle", "rerun"], &[dir.path()]);
+        assert!(done.code == Some(2) && done.said().contains("is no bundle"), "{fact}: {}", done.said());
     }
     let outside = format!("{}  ../secret\n", "0".repeat(64));
     std::fs::write(dir.path().join("manifest-sha256.txt"), outside).expect("a manifest");
-    assert!(said(&durometer(&["bundle", "rerun"], &[dir.path()])).contains("leads out of the bundle"));
+    assert!(with_paths(&["bundle", "rerun"], &[dir.path()]).said().contains("leads out of the bundle"));
 }

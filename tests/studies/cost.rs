@@ -2,6 +2,7 @@
 
 // It serves the tests of another kind of study too.
 #[allow(dead_code)]
+use crate::common::program::{ROOT, ended, without_mesher};
 use crate::common::synthetic;
 use durometer::study::kinds::cost::analysis::analyse;
 use durometer::study::kinds::cost::findings::{Grows, Measure};
@@ -12,7 +13,6 @@ use durometer::study::run::work::RepeatRecord;
 use durometer::study::store::record::{FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Output};
 
 /// The limit of the peak tension [N].
 const LIMIT: f64 = 6.4;
@@ -271,16 +271,6 @@ fn an_absolute_tolerance_sets_the_scale_of_errors() {
     assert!(absolute.quantities[0].sentence.contains("from family fine alone"), "{}", absolute.quantities[0].sentence);
 }
 
-fn durometer(arguments: &[&str]) -> Output {
-    // Stored meshes only, whatever this machine has
-    Command::new(env!("CARGO_BIN_EXE_durometer"))
-        .args(arguments)
-        .env("DUROMETER_PYTHON", "/nonexistent/python")
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .expect("the program starts")
-}
-
 const STUDY: &str = r#"
 kind = "cost"
 question = "?"
@@ -310,14 +300,16 @@ c = { "stage.0.dt" = "0.015625 s" }
 #[test]
 fn a_cost_study_runs_from_end_to_end() {
     let dir = tempfile::tempdir().expect("temporary folder");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/scene.toml");
+    let scene = Path::new(ROOT).join("tests/cli/scene.toml");
     let (file, out) = (dir.path().join("study.toml"), dir.path().join("out"));
     std::fs::write(&file, format!("scene = {:?}\n{STUDY}", scene.display().to_string())).expect("temporary file");
     let run = || {
-        let output =
-            durometer(&["run", "--json", "--jobs", "1", "--out", &out.to_string_lossy(), &file.to_string_lossy()]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("JSON")
+        let output = ended(without_mesher(
+            ROOT,
+            &["run", "--json", "--jobs", "1", "--out", &out.to_string_lossy(), &file.to_string_lossy()],
+        ));
+        assert!(output.is_success(), "{}", output.err);
+        serde_json::from_str::<serde_json::Value>(&output.out).expect("JSON")
     };
     let summary = run();
     let q = &summary["analysis"]["cable_tension_N"]["length"];
@@ -351,26 +343,29 @@ fn a_cost_study_runs_from_end_to_end() {
 fn a_plan_is_made_and_carried_out() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let out = dir.path().to_string_lossy().into_owned();
-    let output = durometer(&[
-        "plan",
-        "finger-convergence",
-        "--tolerance",
-        "40 %",
-        "--budget",
-        "20 min",
-        "--quantity",
-        "cable_tension_N",
-        "--run",
-        "--json",
-        "--out",
-        &out,
-        "--set",
-        "stage.0.duration=\"0.1 s\"",
-        "--set",
-        "stage.0.dt=\"0.1 s\"",
-    ]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let plan: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let output = ended(without_mesher(
+        ROOT,
+        &[
+            "plan",
+            "finger-convergence",
+            "--tolerance",
+            "40 %",
+            "--budget",
+            "20 min",
+            "--quantity",
+            "cable_tension_N",
+            "--run",
+            "--json",
+            "--out",
+            &out,
+            "--set",
+            "stage.0.duration=\"0.1 s\"",
+            "--set",
+            "stage.0.dt=\"0.1 s\"",
+        ],
+    ));
+    assert!(output.is_success(), "{}", output.err);
+    let plan: serde_json::Value = serde_json::from_str(&output.out).expect("JSON");
     assert_eq!(plan["meshes"], "stored");
     assert_eq!(plan["meets"], true);
     let number = |v: &serde_json::Value| v.as_f64().unwrap_or_else(|| panic!("{v} is no number"));

@@ -1,6 +1,7 @@
 //! An earlier result of a case stays until there is a better one, and what was drawn of it does not stay longer.
 
-use crate::common::stores::{call, contents, write_study};
+use crate::common::program::call;
+use crate::common::stores::{contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::growing::run;

@@ -3,7 +3,8 @@
 
 mod slurm;
 
-use crate::common::stores::{assert_same, call, program, said, write_slow_study, write_study};
+use crate::common::program::{call, said, without_mesher};
+use crate::common::stores::{assert_same, write_slow_study, write_study};
 use slurm::{Cluster, wait_for};
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -51,7 +52,7 @@ fn submit(at: &Path, cluster: &Cluster, options: &[&str]) -> String {
         "--case-memory",
         "0.3",
     ];
-    let mut command = program(at, &[&fixed, options].concat());
+    let mut command = without_mesher(at, &[&fixed, options].concat());
     let output = command.env("SLURM_CONF", cluster.configuration()).output().expect("it starts");
     said(&output, "submission", 0).0
 }
@@ -134,7 +135,7 @@ fn submit_to_hyperqueue(at: &Path, python: &Path, server: &str) -> String {
     let server = format!("--engine-option=--server-dir={server}");
     let options = ["--case-time", "60 min", "--memory-factor", "0", "--tasks", "4", "--task-time", "180 min", &server];
     let mut command =
-        program(at, &[&["run", "study.toml", "--out", "r", "--engine", "hyperqueue"], &options[..]].concat());
+        without_mesher(at, &[&["run", "study.toml", "--out", "r", "--engine", "hyperqueue"], &options[..]].concat());
     said(&command.env("DUROMETER_PYTHON", python).output().expect("it starts"), "submission", 0).0
 }
 
@@ -179,7 +180,7 @@ fn a_missing_engine_says_what_to_install() {
     write_study(&at, 2);
     for (engine, words) in [("slurm", "apt install slurm-client"), ("hyperqueue", "pip install hyperqueue")] {
         let arguments = ["run", "study.toml", "--out", "r", "--engine", engine];
-        let output = program(&at, &arguments).env("PATH", "/nonexistent").output().expect("it starts");
+        let output = without_mesher(&at, &arguments).env("PATH", "/nonexistent").output().expect("it starts");
         let (_, errors) = said(&output, engine, 2);
         assert!(errors.contains(words) && errors.contains("is not found"), "{errors}");
     }

@@ -4,7 +4,8 @@
 
 use crate::common::disk;
 use crate::common::disk::{Disk, Fault};
-use crate::common::stores::{assert_same, call, contents, program, said, write_rod, write_study};
+use crate::common::program::{call, said, without_mesher};
+use crate::common::stores::{assert_same, contents, write_rod, write_study};
 use durometer::study::store::upkeep::verify;
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
@@ -116,7 +117,7 @@ fn size(path: &Path) -> u64 {
 
 impl Job {
     fn command(&self, at: &Path) -> Command {
-        program(at, self.arguments)
+        without_mesher(at, self.arguments)
     }
 
     /// A folder in which it can be called.
@@ -295,7 +296,7 @@ fn runs_share_a_store_without_links() {
     write_study(at, 20);
     call(at, &["run", "study.toml", "--out", "whole", "--jobs", "1"], 0);
     let run = || {
-        let command = program(at, &["run", "study.toml", "--out", "r", "--jobs", "1"]);
+        let command = without_mesher(at, &["run", "study.toml", "--out", "r", "--jobs", "1"]);
         Disk::new(at).call(command, Fault::NoLinks).0
     };
     let outputs: Vec<Output> = std::thread::scope(|s| {

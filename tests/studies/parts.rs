@@ -1,7 +1,8 @@
 //! A study that is run in parts, by several processes, is the study that one process runs.
 
+use crate::common::program::{call, said, without_mesher};
 use crate::common::stores;
-use crate::common::stores::{assert_same, call, program, write_study};
+use crate::common::stores::{assert_same, write_study};
 use durometer::study::store::seal::sealed;
 use serde_json::Value;
 use std::path::Path;
@@ -23,13 +24,13 @@ fn the_parts_of_a_study_are_the_study() {
         let start = |k| {
             let part = format!("{k}/{n}");
             let arguments = ["run", "study.toml", "--out", &out, "--jobs", "1", "--partition", &part, "--json"];
-            program(at, &arguments).stdout(std::process::Stdio::piped()).spawn().expect("the program starts")
+            without_mesher(at, &arguments).stdout(std::process::Stdio::piped()).spawn().expect("the program starts")
         };
         let processes: Vec<_> = (1..=n).map(start).collect();
         let mut cases = 0;
         for process in processes {
             let output = process.wait_with_output().expect("it ends");
-            let (said, _) = stores::said(&output, "a part", 0);
+            let (said, _) = said(&output, "a part", 0);
             cases += serde_json::from_str::<Value>(&said).expect("JSON")["cases"].as_u64().expect("a number");
         }
         assert_eq!(cases, 9, "every case is in one part");
@@ -69,7 +70,7 @@ fn parts_of_other_inputs_do_not_count() {
     std::fs::write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.31")).expect("room");
     call(at, &["run", "study.toml", "--out", "r", "--partition", "1/2"], 0);
     let of_report = || {
-        let output = program(at, &["report", "r", "--json"]).output().expect("it starts");
+        let output = without_mesher(at, &["report", "r", "--json"]).output().expect("it starts");
         let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
         ["cases", "outdated"].map(|key| summary[key].as_array().map_or(0, Vec::len))
     };

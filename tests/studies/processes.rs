@@ -1,7 +1,8 @@
 //! Cases in processes of their own: the results are those of threads, and whatever ends a process is the status of one case.
 #![cfg(target_os = "linux")]
 
-use crate::common::stores::{contents, program, write_rod};
+use crate::common::program::without_mesher;
+use crate::common::stores::{contents, write_rod};
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
 use durometer::study::run::growing::run;
@@ -485,7 +486,7 @@ fn a_simulation_that_is_stopped_while_meshing_says_so() {
     let at = folder.path();
     write_rod(at, "echo meshing >&2\nexec sleep 60");
     let mut run =
-        program(at, &["simulate", "rod.toml", "--out", "r"]).stderr(Stdio::piped()).spawn().expect("it starts");
+        without_mesher(at, &["simulate", "rod.toml", "--out", "r"]).stderr(Stdio::piped()).spawn().expect("it starts");
     let mut said = BufReader::new(run.stderr.take().expect("piped")).lines().map_while(Result::ok);
     assert!(said.by_ref().any(|line| line.contains("meshing")));
     let mesher = wait_for(|| children(run.id()).pop());

@@ -1,6 +1,7 @@
 //! A folder of results has the report of one study, that of its present inputs.
 
-use crate::common::stores::{call, contents, write_study};
+use crate::common::program::call;
+use crate::common::stores::{contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::growing::run;

@@ -1,6 +1,7 @@
 //! The algebraic error as a term of the budget.
 
-use crate::beam::{SCENE, STUDY, durometer};
+use crate::beam::{SCENE, STUDY};
+use crate::common::program::durometer;
 use std::path::Path;
 
 /// Prediction of the drop under the heavy load \[mm\].
@@ -31,7 +32,7 @@ fn predicted(numerics: &str) -> Predicted {
     // Drops within the range of the modulus
     let text = STUDY.replace("none = [2.9, 3.1], light = 5.0", "none = 6.0, light = 7.7");
     std::fs::write(study.join("study.toml"), text).expect("writable");
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
     let text = std::fs::read_to_string(folder.path().join("out/predictions.toml")).expect("a file");
     let all: toml::Table = text.parse().expect("TOML");
@@ -78,7 +79,7 @@ fn a_check_that_is_the_same_run_shows_the_algebraic_error() {
     let heavy = STUDY.find("[[record]]\nname = \"heavy\"").expect("a record");
     let text = format!("{head}{}", &STUDY[heavy..]).replace("none = [2.9, 3.1], light = 5.0", "heavy = 9.0");
     std::fs::write(study.join("study.toml"), text).expect("writable");
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
     assert!(!out.contains("tighter tolerances"), "{out}");
     assert!(!folder.path().join("out/cases/algebraic-heavy-tighter.csv").exists(), "{out}");

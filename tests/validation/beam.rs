@@ -8,7 +8,6 @@ use durometer::study::store::record::{CaseRecord, FamilyRecord, Role, Series, St
 use durometer::study::store::results::Results;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
 
 /// A slender beam of 8 x 2 x 2 boxes under its own weight and a tip load, small enough to be run in tens of milliseconds.
 pub const SCENE: &str = r#"
@@ -227,14 +226,4 @@ pub fn results(plan: &ValidationPlan) -> Results {
 
 pub fn found(results: &Results, plan: &ValidationPlan) -> ValidationFindings {
     analyse(results, plan).found
-}
-
-pub fn durometer(folder: &Path, words: &[&str]) -> (Option<i32>, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_durometer"))
-        .args(words)
-        .current_dir(folder)
-        .output()
-        .expect("the program runs");
-    let text = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
-    (output.status.code(), text)
 }

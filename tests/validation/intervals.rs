@@ -1,6 +1,7 @@
 //! Intervals contain what they say, errors that calibration and prediction share cancel, values are added without runs.
 
-use crate::beam::{LOADS, SCENE, STUDY, by_formula, drop, durometer, found};
+use crate::beam::{LOADS, SCENE, STUDY, by_formula, drop, found};
+use crate::common::program::durometer;
 use durometer::math::random::SplitMix;
 use durometer::study::kind::Extent;
 use durometer::study::kinds::validation::analysis::analyse;
@@ -155,7 +156,7 @@ fn what_the_mesh_does_to_both_cancels() {
     let write = |text: &str| std::fs::write(study.join("study.toml"), text).expect("writable");
     // The drops of the linear beam at 300 kPa, in proportion to the loads
     write(&text.replace("none = [2.9, 3.1], light = 5.0", "none = [0.015, 0.017], light = 1.612"));
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
     assert!(out.contains("is predicted as"), "{out}");
     let summary: serde_json::Value =
@@ -172,7 +173,7 @@ fn what_the_mesh_does_to_both_cancels() {
     assert!((value / 4.836 - 1.0).abs() < 0.01, "{value}");
 
     write(&text.replace("none = [2.9, 3.1], light = 5.0", "none = [0.015, 0.017], light = 1.612, heavy = 4.7"));
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
     assert!(!out.lines().any(|l| l.starts_with("done ")), "{out}");
     assert!(out.contains("1 of 1 measured prediction lies in its 95 % interval."), "{out}");
@@ -187,9 +188,9 @@ fn what_the_mesh_does_to_both_cancels() {
         std::fs::copy(folder.path().join("out").join(name), old.join(name)).expect("a copy");
     }
     write(&text.replace("none = [2.9, 3.1], light = 5.0", "none = [0.015, 0.017], light = 1.612, heavy = 9.7"));
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
-    let (code, out) = durometer(folder.path(), &["compare", "old", "out"]);
+    let (code, out) = durometer(folder.path(), &["compare", "old", "out"]).code_and_said();
     assert!(code == Some(3) && out.contains("decision: heavy: drop is inside its interval: yes, now no"), "{out}");
 }
 
@@ -238,7 +239,7 @@ source = "the test"
         "",
     );
     std::fs::write(study.join("study.toml"), format!("{only_field}{field}")).expect("writable");
-    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]).code_and_said();
     assert_eq!(code, Some(0), "{out}");
 
     let results = durometer::study::store::results::read(&folder.path().join("out")).unwrap_or_else(|e| panic!("{e}"));

@@ -1,5 +1,8 @@
 //! Studies of kind `validation`.
 
+#[path = "../common/mod.rs"]
+mod common;
+
 mod algebraic;
 mod beam;
 mod families;

@@ -1,10 +1,10 @@
 //! `[[compare.markers]]`: recorded points over measured tracks of markers, by the program on files.
 
+use crate::common::program::durometer;
 use durometer::math::tensor::Vec3;
 use nalgebra::Rotation3;
 use std::fmt::Write;
 use std::path::Path;
-use std::process::Command;
 
 /// A beam that a ramp of gravity bends, with a point at its tip and one at mid-length.
 const SCENE: &str = r#"
@@ -56,14 +56,7 @@ const BASE: [[f64; 3]; 4] = [[0.0, -0.06, 0.0], [0.0, 0.07, 0.0], [-0.08, 0.0, 0
 
 fn simulate(folder: &Path, scene: &str, words: &[&str]) -> (Option<i32>, String) {
     std::fs::write(folder.join("scene.toml"), scene).expect("writable");
-    let output = Command::new(env!("CARGO_BIN_EXE_durometer"))
-        .args(words)
-        .args(["scene.toml"])
-        .current_dir(folder)
-        .output()
-        .expect("the program runs");
-    let text = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
-    (output.status.code(), text)
+    durometer(folder, &[words, &["scene.toml"]].concat()).code_and_said()
 }
 
 /// Rows of `t, x₁, y₁, z₁, x₂, …` of the run.
@@ -148,12 +141,8 @@ fn the_report_of_a_study_has_the_distances_of_its_cases() {
          [[variant]]\nname = \"down\"\nquantity = [{ name = \"face_1_z_m\", label = \"height\", symbol = \"z\", unit = \"m\" }]\n\
          [[family]]\nname = \"sizes\"\nrole = \"sizes\"\n[family.members]\nnominal = {}\n";
     std::fs::write(folder.path().join("study.toml"), study).expect("writable");
-    let output = Command::new(env!("CARGO_BIN_EXE_durometer"))
-        .args(["run", "study.toml", "--out", "results"])
-        .current_dir(folder.path())
-        .output()
-        .expect("the program runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let ended = durometer(folder.path(), &["run", "study.toml", "--out", "results"]);
+    assert!(ended.is_success(), "{}", ended.err);
     let table = std::fs::read_to_string(folder.path().join("results/tables/markers.csv")).expect("a table");
     let row =
         |marker: &str| table.lines().find(|l| l.contains(marker)).unwrap_or_else(|| panic!("{table}")).to_string();

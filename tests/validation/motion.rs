@@ -21,16 +21,12 @@ fn at(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/motion").join(name)
 }
 
-fn normal(random: &mut SplitMix) -> f64 {
-    (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (TAU * random.unit()).cos()
-}
-
 fn noise(random: &mut SplitMix, n: usize, rho: f64) -> Vec<f64> {
-    let mut before = normal(random);
+    let mut before = random.normal();
     (0..n)
         .map(|_| {
             let now = before;
-            before = rho * before + (1.0 - rho * rho).sqrt() * normal(random);
+            before = rho * before + (1.0 - rho * rho).sqrt() * random.normal();
             now
         })
         .collect()
@@ -237,7 +233,7 @@ fn the_covariance_of_a_registration_is_that_of_draws() {
     let (tip, mut random) = (Vec3::new(0.3, 0.0, 0.1), SplitMix(11));
     let (mut sum, mut stated, mut inside) = (Mat3::zeros(), Mat3::zeros(), 0);
     for _ in 0..draws {
-        let mut error = || sigma * Vec3::new(normal(&mut random), normal(&mut random), normal(&mut random));
+        let mut error = || sigma * Vec3::new(random.normal(), random.normal(), random.normal());
         let moved: Vec<Vec3> = points.iter().map(|p| rotation * p + shift + error()).collect();
         let found = rigid(&points, &moved, None).expect("five points");
         let off = found.apply(tip) - rotation * tip - shift;

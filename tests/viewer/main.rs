@@ -6,6 +6,7 @@ mod common;
 mod pictures;
 mod studies;
 
+use crate::common::program::{ROOT, durometer, ended};
 use crate::common::tools;
 use durometer::mesh::grid_file::{Grid, read_collection, read_grid};
 use durometer::report::viewer::film::Film;
@@ -19,16 +20,11 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use tempfile::TempDir;
 
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// A title that breaks out of whatever is not escaped.
 const TITLE: &str = "</script><img src=x onerror=alert(1)> \\\"quotes\\\" & <b>bold</b> 指 ∂u/∂t {{x}} ${y}";
-
-fn durometer(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_durometer")).current_dir(ROOT).args(args).output().expect("the program starts")
-}
 
 /// A run with fields and a page, under a title.
 fn run(folder: &Path, title: &str) -> PathBuf {
@@ -40,8 +36,8 @@ fn run(folder: &Path, title: &str) -> PathBuf {
         format!("title = \"{title}\"\n{scene}\n[output]\nfields = {{ what = [\"displacement\", \"stress\"] }}\n");
     let file = folder.join("scene.toml");
     std::fs::write(&file, text).expect("room");
-    let output = durometer(&["simulate", &file.to_string_lossy(), "--out", &folder.to_string_lossy()]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &["simulate", &file.to_string_lossy(), "--out", &folder.to_string_lossy()]);
+    assert!(output.is_success(), "{}", output.err);
     folder.join("scene.html")
 }
 
@@ -190,8 +186,8 @@ fn files_of_all_kinds_are_shown_or_refused() {
     let run = run(folder.path(), "cubes").to_string_lossy().into_owned();
     let out = path("out.html");
     let shows = |files: &[&str], cases: usize| {
-        let output = durometer(&[&["view", "--out", &out], files].concat());
-        assert!(output.status.success(), "{files:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let output = durometer(ROOT, &[&["view", "--out", &out], files].concat());
+        assert!(output.is_success(), "{files:?}: {}", output.err);
         let found = page::read(Path::new(&out)).expect("a page");
         assert_eq!(found.len(), cases, "{files:?}");
         found
@@ -227,9 +223,9 @@ fn files_of_all_kinds_are_shown_or_refused() {
         ("image.vtu", "ImageData"),
         ("none.html", "cannot be read"),
     ] {
-        let output = durometer(&["view", &path(file), "--out", &out]);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && said.contains(words), "{file}: {said}");
+        let output = durometer(ROOT, &["view", &path(file), "--out", &out]);
+        let said = output.err;
+        assert!(output.code == Some(2) && said.contains(words), "{file}: {said}");
     }
 }
 
@@ -238,8 +234,8 @@ fn files_of_all_kinds_are_shown_or_refused() {
 fn the_report_of_a_study_has_its_cases_in_three_dimensions() {
     let folder = TempDir::new().expect("a temporary folder");
     let out = folder.path().to_string_lossy().into_owned();
-    let output = durometer(&["run", "tests/cli/study.toml", "--out", &out]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &["run", "tests/cli/study.toml", "--out", &out]);
+    assert!(output.is_success(), "{}", output.err);
     let index = std::fs::read_to_string(folder.path().join("index.html")).expect("the report");
     assert!(index.contains("href=\"view.html\""));
     let found = page::read(&folder.path().join("view.html")).expect("a page");
@@ -255,17 +251,17 @@ fn the_report_of_a_study_has_its_cases_in_three_dimensions() {
             assert!(off <= stated + SINGLE, "{}: node {k} is off by {off}, stated {stated}", case.title());
         }
     }
-    let again = durometer(&["view", &out, "--out", &folder.path().join("out.html").to_string_lossy()]);
-    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    let again = durometer(ROOT, &["view", &out, "--out", &folder.path().join("out.html").to_string_lossy()]);
+    assert!(again.is_success(), "{}", again.err);
 }
 
 #[test]
 fn a_run_can_be_without_a_page_and_names_the_keys_of_fields_that_are_missing() {
     let folder = TempDir::new().expect("a temporary folder");
     let out = folder.path().to_string_lossy().into_owned();
-    assert!(durometer(&["simulate", "tests/cli/scene.toml", "--no-view", "--out", &out]).status.success());
+    assert!(durometer(ROOT, &["simulate", "tests/cli/scene.toml", "--no-view", "--out", &out]).is_success());
     assert!(!folder.path().join("scene.html").exists());
-    assert!(durometer(&["simulate", "tests/cli/scene.toml", "--out", &out]).status.success());
+    assert!(durometer(ROOT, &["simulate", "tests/cli/scene.toml", "--out", &out]).is_success());
     let case = &page::read(&folder.path().join("scene.html")).expect("a page")[0];
     let absent = case.head["absent"].to_string();
     assert!(absent.contains("[output] fields = { what = [\\\"stress\\\"] }"), "{absent}");
@@ -305,8 +301,8 @@ fn the_build_makes_the_program_that_is_committed() {
     if tools::is_missing(root.join("node_modules/esbuild").is_dir(), "esbuild (npm ci in viewer/)") {
         return;
     }
-    let output = Command::new("node").arg("build.mjs").arg("--check").current_dir(root).output().expect("node starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = ended(Command::new("node").arg("build.mjs").arg("--check").current_dir(root));
+    assert!(output.is_success(), "{}", output.err);
 }
 
 /// Marks of axes and colour bars have texts that tell neighbours apart, in one notation.
@@ -340,9 +336,9 @@ fn reference_pictures() -> PathBuf {
 
 /// What the driver prints.
 fn found(driver: &mut Command) -> Value {
-    let output = driver.output().expect("it starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    let output = ended(driver);
+    assert!(output.is_success(), "{}", output.err);
+    serde_json::from_str(&output.out).expect("JSON")
 }
 
 /// Every act of keys, mouse and fingers did what it should, and every view is its reference picture: of its squares of 4 × 4 pixels no more than
@@ -445,8 +441,8 @@ fn a_browser_shows_two_cases_and_a_scene_at_rest() {
     let run = run(folder.path(), "cubes").to_string_lossy().into_owned();
     let out = folder.path().join("out.html");
     for files in [vec![run.as_str(), run.as_str()], vec!["tests/cli/scene.toml"]] {
-        let output = durometer(&[&["view", "--out", &out.to_string_lossy()][..], &files].concat());
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let output = durometer(ROOT, &[&["view", "--out", &out.to_string_lossy()][..], &files].concat());
+        assert!(output.is_success(), "{}", output.err);
         let Some(found) = driven(&out, false) else { return };
         assert_eq!(found["errors"], serde_json::json!([]), "{files:?}");
         let linked = found["linked"].as_array().expect("a list");
@@ -459,8 +455,8 @@ fn a_browser_shows_two_cases_and_a_scene_at_rest() {
         [(0.0, 0), (1.0, 1), (0.5, 2)].map(|(t, k)| format!("<DataSet timestep=\"{t}\" file=\"scene-000{k}.vtu\"/>"));
     let back = folder.path().join("back.pvd");
     std::fs::write(&back, format!("<VTKFile><Collection>{}</Collection></VTKFile>", sets.concat())).expect("room");
-    let output = durometer(&["view", "--out", &out.to_string_lossy(), &back.to_string_lossy()]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &["view", "--out", &out.to_string_lossy(), &back.to_string_lossy()]);
+    assert!(output.is_success(), "{}", output.err);
     let Some(found) = driven(&out, false) else { return };
     assert_eq!((&found["errors"], &found["clock"]), (&serde_json::json!([]), &"state 1, t = 0 s".into()));
 }

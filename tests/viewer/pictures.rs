@@ -1,6 +1,7 @@
 //! First picture, legends and curves of a page, of two bodies of which one moves to and fro on a floor.
 
-use crate::{driven, durometer};
+use crate::common::program::{ROOT, durometer};
+use crate::driven;
 use durometer::report::viewer::of_scene;
 use durometer::report::viewer::shape::{Limits, PartKind};
 use durometer::scene::SceneBuilder;
@@ -69,8 +70,8 @@ fn texts(value: &Value) -> Vec<&str> {
 fn page(folder: &Path) -> PathBuf {
     let file = folder.join("scene.toml");
     std::fs::write(&file, SCENE).expect("room");
-    let output = durometer(&["simulate", &file.to_string_lossy(), "--out", &folder.to_string_lossy()]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &["simulate", &file.to_string_lossy(), "--out", &folder.to_string_lossy()]);
+    assert!(output.is_success(), "{}", output.err);
     folder.join("scene.html")
 }
 

@@ -1,5 +1,6 @@
 //! The page of a study in three dimensions: motion where it is recorded, the key that records it where it is not, its size; and the shares of cells in an error.
 
+use crate::common::program::{ROOT, durometer};
 use durometer::report::viewer::film::Film;
 use durometer::report::viewer::footage::{About, hollow};
 use durometer::report::viewer::pack::{Packed, pack};
@@ -13,14 +14,7 @@ use durometer::study::view;
 use durometer::system::State;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use tempfile::TempDir;
-
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-
-fn durometer(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_durometer")).current_dir(ROOT).args(args).output().expect("the program starts")
-}
 
 fn text(path: &Path) -> String {
     path.to_string_lossy().into_owned()
@@ -46,9 +40,9 @@ fn the_page_of_a_study_has_the_motion_that_its_scene_records() {
     let folder = TempDir::new().expect("a temporary folder");
     let file = study(folder.path(), "[output]\nfields = { what = [\"displacement\", \"stress\"] }");
     let out = folder.path().join("results");
-    let run = || durometer(&["run", &text(&file), "--out", &text(&out)]);
+    let run = || durometer(ROOT, &["run", &text(&file), "--out", &text(&out)]);
     let output = run();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.is_success(), "{}", output.err);
     let shown = page::read(&out.join("view.html")).expect("a page");
     assert_eq!(shown.len(), 3);
     for case in &shown {
@@ -70,12 +64,12 @@ fn the_page_of_a_study_has_the_motion_that_its_scene_records() {
     assert!(damaged.iter().any(|d| d.contains("its data do not fit together")), "{damaged:?}");
     assert!(damaged.iter().any(|d| d.contains("nominal.view.html: its contents are not those")), "{damaged:?}");
     let output = run();
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.is_success(), "{}", output.err);
     assert!(results::read(&out).expect("results").damaged.is_empty());
 
     let file = study(folder.path(), "");
-    let output = durometer(&["run", &text(&file), "--out", &text(&out)]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &["run", &text(&file), "--out", &text(&out)]);
+    assert!(output.is_success(), "{}", output.err);
     assert!(!page.exists(), "the page of the result before");
     for case in page::read(&out.join("view.html")).expect("a page") {
         let still = case.head["still"].as_str().expect("text");
@@ -166,8 +160,8 @@ fn the_page_of_a_run_shows_the_shares_of_the_cells_in_an_error() {
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, scene).expect("room");
     let args = ["simulate", &text(&file), "--out", &text(folder.path()), "--error", "xmax_z_m", "--error-cells"];
-    let output = durometer(&args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = durometer(ROOT, &args);
+    assert!(output.is_success(), "{}", output.err);
     let case = unpack(&page::read(&folder.path().join("scene.html")).expect("a page")[0]).expect("sound");
     let field = case.fields.iter().find(|f| f.name == "share in the error of the xmax z").expect("the shares");
     assert_eq!((field.unit.as_str(), field.at_nodes), ("m", false));
@@ -188,8 +182,8 @@ fn the_page_of_a_run_shows_the_shares_of_the_cells_in_an_error() {
     let sum: f64 = shares.iter().sum();
     let signed: f64 = found.cells[0].signed.iter().sum();
     assert!(sum >= signed.abs() && signed.abs() > 0.0, "{sum} and {signed}");
-    let plain = durometer(&["simulate", &text(&file), "--out", &text(folder.path())]);
-    assert!(plain.status.success());
+    let plain = durometer(ROOT, &["simulate", &text(&file), "--out", &text(folder.path())]);
+    assert!(plain.is_success());
     let case = &page::read(&folder.path().join("scene.html")).expect("a page")[0];
     assert!(case.head["absent"].to_string().contains("--error COLUMN --error-cells"), "{}", case.head["absent"]);
 }

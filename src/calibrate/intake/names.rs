@@ -288,7 +288,7 @@ pub enum VolumeKind {
     Change,
 }
 
-/// Of a column of volume; `None` where the name does not say, as in "Volume (%)".
+/// The content of a column of volume by its name; `None` where the name does not say, as in "Volume (%)".
 pub fn volume(name: &str) -> Option<VolumeKind> {
     const CHANGE: &[&str] = &[
         "change",

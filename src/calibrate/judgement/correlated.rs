@@ -112,7 +112,7 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    /// Of errors of one size.
+    /// The rows of a residual whose errors are all of one size.
     pub fn equal(directions: &Directions, residual: &DVector<f64>) -> Self {
         let u = &directions.u;
         Self { u: u.clone(), residual: residual.clone(), along: u.clone(), log: 0.0 }
@@ -145,7 +145,7 @@ pub struct Correlated {
     pub shares: Vec<f64>,
 }
 
-/// Of `p` constants, by the rows over each choice of the sizes of their errors. `None` where the errors are not correlated.
+/// The correlated errors behind `p` constants, from the rows over each choice of the sizes of their errors. `None` where the errors are not correlated.
 pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option<Correlated> {
     let n = choices.first()?.u.nrows() as f64;
     let left = p as f64 + LEFT;

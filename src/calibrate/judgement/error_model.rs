@@ -113,7 +113,7 @@ impl Errors {
         Some(most / least)
     }
 
-    /// With the standard error of each constant multiplied by a factor.
+    /// Multiplies the standard error of each constant by a factor, and the covariance by the factors of both constants.
     pub fn scaled(mut self, factors: &[f64]) -> Self {
         self.deviations.iter_mut().zip(factors).for_each(|(d, f)| *d *= f);
         let scaled = |a: usize, b: usize| factors[a] * factors[b] * self.covariance[(a, b)];

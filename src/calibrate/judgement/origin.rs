@@ -16,7 +16,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Of samples, whose tests are their modes; the number of a mode serves as a name alone.
+    /// The origin of samples, whose tests are their modes; the number of a mode serves as a name alone.
     pub fn of(samples: &[Sample]) -> Self {
         Self {
             specimen: samples.iter().map(|s| s.specimen).collect(),

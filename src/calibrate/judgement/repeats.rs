@@ -26,7 +26,7 @@ impl<T: Ord> Repeats<T> {
 }
 
 impl Repeats<Mode> {
-    /// Of samples, whose tests are their modes.
+    /// Counts the specimens of each mode of the samples: the modes are their tests.
     pub fn of_modes(samples: &[Sample]) -> Self {
         Self::of(samples.iter().map(|s| (s.mode, s.specimen)))
     }

@@ -47,7 +47,7 @@ pub struct SofteningFit {
     pub summary: FitSummary,
 }
 
-/// Without words.
+/// A summary without words, data and curve, which are added once they are known.
 pub fn summary() -> FitSummary {
     let curves = MeasuredCurves {
         x_label: "stretch [–]".into(),

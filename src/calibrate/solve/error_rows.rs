@@ -13,7 +13,7 @@ pub struct ErrorRows {
 }
 
 impl ErrorRows {
-    /// From the weighted Jacobian and residual of an answer, the stresses of its law, the weights, and the √ of Huber's weights in them.
+    /// Makes the rows from the weighted Jacobian and residual of an answer, the stresses of its law, the weights, and the √ of Huber's weights in them.
     ///
     /// With Huber's loss they have the weights before it, and the residual is Kψ(r)/ψ̄′ with ψ(r) the residual up to its bound, ψ̄′ the part m of the
     /// data points within it and K = 1 + (p/n)(1 − m)/m: its covariance (JᵀJ)⁻¹Σ(Kψ)²/((n − p)m²) is the asymptotic one (Huber, *Robust Statistics*, 1981,

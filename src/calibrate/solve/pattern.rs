@@ -36,7 +36,7 @@ impl Pattern {
         self.least() * among as f64 <= LEVEL
     }
 
-    /// Of residuals whose neighbours have the correlation `rho`.
+    /// Tests residuals whose neighbours have the correlation `rho`.
     pub fn of(samples: &[Sample], rows: &ErrorRows, rho: f64) -> Self {
         let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
         let (runs, runs_p) = runs(samples, &rows.unlimited, rho).unzip();

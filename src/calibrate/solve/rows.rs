@@ -60,7 +60,7 @@ pub fn side_by_side(columns: &[DVector<f64>]) -> DMatrix<f64> {
     DMatrix::from_columns(columns)
 }
 
-/// At least as many rows as columns, zeros below.
+/// The matrix with rows of zeros below, so that it has at least as many rows as columns.
 pub fn padded(a: &DMatrix<f64>, columns: usize) -> DMatrix<f64> {
     let n = a.nrows().max(columns);
     a.clone().resize_vertically(n, 0.0)

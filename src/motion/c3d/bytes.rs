@@ -13,7 +13,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// By the code in the parameters.
+    /// The order by its code in the parameters.
     pub fn of(code: u8) -> Option<Self> {
         match code {
             84 => Some(Self::Intel),

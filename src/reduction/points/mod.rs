@@ -140,7 +140,7 @@ fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
 }
 
 impl Points {
-    /// From what a file holds, which must be [sound](StoredPoints::is_sound).
+    /// The points that a file holds, which must be [sound](StoredPoints::is_sound).
     pub fn new(stored: &StoredPoints, sizes: Sizes) -> Result<Self, LawSpecError> {
         let (law, volumetric) = parted(stored.law.build()?, stored.has_pressure);
         let points = stored.weights.len();

@@ -64,7 +64,7 @@ struct Relaxation {
 }
 
 impl RatePoints {
-    /// At `groups` of points, for steps of `dt` \[s\]; `whole` is the law of the points where this is not its isochoric part already.
+    /// The points in `groups`, for steps of `dt` \[s\]; `whole` is the law of the points where this is not its isochoric part already.
     pub fn new(of: &StoredRates, whole: Option<&dyn Law>, groups: usize, dt: f64) -> Self {
         let relaxation = of.relaxation.as_ref().map(|series| {
             let arms: Vec<(f64, f64)> =

@@ -17,7 +17,7 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// For systems of at most `most` unknowns.
+    /// Room for systems of at most `most` unknowns.
     pub fn new(most: usize) -> Self {
         let of_factor = factor::lu_in_place_scratch::<usize, f64>(most, most, Par::Seq, Default::default());
         let of_solve = solve::solve_in_place_scratch::<usize, f64>(most, 1, Par::Seq);

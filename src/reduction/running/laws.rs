@@ -15,7 +15,7 @@ pub struct RunningLaws {
 pub type Share = fn(&crate::reduction::constants::PartCompliance) -> &Vec<f64>;
 
 impl RunningLaws {
-    /// At the nominal constants, of `inputs` inputs.
+    /// The laws at the nominal constants, of `inputs` inputs.
     pub fn new(compliance: &[f64], inputs: usize) -> Self {
         Self { present: vec![f64::NAN; inputs], compliance: compliance.to_vec() }
     }

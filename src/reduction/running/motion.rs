@@ -22,7 +22,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// At rest, of points that remember so many numbers.
+    /// Rest of points that remember so many numbers.
     pub fn new(of: &Dynamics, coordinates: usize, memory: usize) -> Self {
         let zero = vec![0.0; coordinates];
         // Room for what any integrator remembers, so that no step allocates

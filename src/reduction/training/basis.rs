@@ -38,7 +38,7 @@ pub struct Basis {
 const NEW: f64 = 1e-7;
 
 impl Basis {
-    /// As many modes of displacement and pressure as asked for, or as the states have; states are \[unknowns\].
+    /// The basis of as many modes of displacement and pressure as asked for, or as the states have; states are \[unknowns\].
     pub fn of(scene: &Scene, points: &BodyPoints, states: &[&[f64]], modes: usize) -> Result<Self, ReductionError> {
         let split = scene.system.dofs.displacements as usize;
         let half = |state: &&[f64], keep: std::ops::Range<usize>| {

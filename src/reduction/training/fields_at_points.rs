@@ -12,7 +12,7 @@ pub struct FieldsAtPoints {
 }
 
 impl FieldsAtPoints {
-    /// Of fields \[unknowns\], each with a displacement and a pressure.
+    /// The values of fields \[unknowns\], each with a displacement and a pressure.
     pub fn of(points: &BodyPoints, fields: &[Vec<f64>]) -> Self {
         Self {
             gradients: fields.iter().map(|f| points.gradients(f)).collect(),

@@ -32,7 +32,7 @@ pub struct Training<'a> {
 }
 
 impl<'a> Training<'a> {
-    /// From states at training inputs, for models that give the recorded columns `names`.
+    /// A training by states at training inputs, for models that give the recorded columns `names`.
     ///
     /// # Errors
     ///

@@ -57,7 +57,7 @@ pub(in crate::reduction) fn check_in_time(scene: &Scene) -> Result<(Integrator, 
 }
 
 impl<'a> TransientTraining<'a> {
-    /// From the states of training runs after each step, for models that give the recorded columns `names`.
+    /// A training by the states of training runs after each step, for models that give the recorded columns `names`.
     ///
     /// # Errors
     ///
