@@ -17,7 +17,7 @@ use std::time::Instant;
 
 /// Say what a mesh, surface or CAD file holds, and write a starter scene for it
 ///
-/// The format is recognised by the content. A volume mesh is read as a scene would read it; a surface or CAD file is meshed with about 2000 cells, or as few as its shape allows. The starter scene holds the body by a region of the file whose name says so, else at its wider end, and loads it with its weight; its physics is an example that you replace. For a folder every file is imported and its starter scene is run.
+/// The format is recognised by the content. A volume mesh is read as a scene would read it; a surface or CAD file is meshed with about 2000 cells, or as few as its shape allows. The starter scene holds the body by a region of the file whose name says so, else at the larger flat end of each component, or its wider end where it has none, and loads it with its weight; its physics is an example that you replace. For a folder every file is imported and its starter scene is run.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

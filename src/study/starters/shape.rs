@@ -58,14 +58,28 @@ fn copy_referred(folder: &Path, file: &Path, format: &str) -> Result<(), Starter
 
 /// The study with meshes of so many cells, and of 2.5 and 6 times as many.
 fn convergence(cells: usize) -> String {
-    let member = |cells: usize| format!("\n{cells} = {{ \"mesh.cells\" = {cells} }}");
-    let usual = include_str!("shape/convergence.toml").to_string();
-    [2000, 5000, 12000].iter().fold(usual, |text, n| text.replace(&member(*n), &member(n * cells / 2000)))
+    let member = |cells: usize| format!("{cells} = {{ \"mesh.cells\" = {cells} }}\n");
+    // The file ends with the head of the table of members
+    include_str!("shape/convergence.toml").to_string() + &[cells, cells * 5 / 2, cells * 6].map(member).concat()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_study_has_three_meshes_for_every_number_of_cells() {
+        for cells in [1, 2000, 4800, 5000, 12000] {
+            let study: toml::Table = convergence(cells).parse().unwrap_or_else(|e| panic!("{cells}: {e}"));
+            let members = study["family"][0]["members"].as_table().expect("a table");
+            let mut numbers: Vec<i64> =
+                members.values().map(|m| m["mesh.cells"].as_integer().expect("a number")).collect();
+            numbers.sort_unstable();
+            let cells = cells as i64;
+            assert_eq!(numbers, [cells, cells * 5 / 2, cells * 6]);
+            assert!(numbers.iter().all(|n| members.contains_key(&n.to_string())), "{members:?}");
+        }
+    }
 
     #[test]
     fn the_files_that_a_mesh_file_refers_to_are_copied_with_it() {

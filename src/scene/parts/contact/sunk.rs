@@ -10,6 +10,8 @@ use crate::mesh::element::facet_shape;
 const MOST: f64 = 0.125;
 /// Share of that depth to which the deepest place is found.
 const RESOLVED: f64 = 0.125;
+/// How often a facet is halved at most: one that lies on a thin obstacle is everywhere near to it, and its distances bound no search. Beyond, the deepest place is found to the size of a part.
+const HALVINGS: usize = 6;
 
 /// Facets that press on an obstacle, and how much deeper than the contact points they may lie in it.
 pub(in crate::scene) struct PressingFacets {
@@ -34,10 +36,14 @@ impl PressingFacets {
     }
 
     /// The deepest place of the facets at displacement x where it is in space, and how deep \[m\], if that is too deep. A distance changes no faster than the
-    /// place: parts of a facet that are too far from the obstacle for their size are not split.
+    /// place: parts of a facet that are too far from the obstacle for their size are not split, nor those that are halved [`HALVINGS`] times.
     pub(in crate::scene) fn deepest(&self, mesh: &TetMesh, contact: &Contact, x: &[f64]) -> Option<(Vec3, f64)> {
         let (_, seen) = contact.deepest(x).filter(|_| !self.facets.is_empty())?;
-        let distance = contact.distance(x);
+        self.search(mesh, x, seen, contact.distance(x))
+    }
+
+    /// The same by the `distance` of a place from the obstacle, whose deepest contact point has the distance `seen` \[m\].
+    fn search(&self, mesh: &TetMesh, x: &[f64], seen: f64, distance: impl Fn(&Vec3) -> f64) -> Option<(Vec3, f64)> {
         let enough = RESOLVED * self.most;
         let (mut least, mut found) = (seen.min(0.0) - self.most, None);
         for &f in &self.facets {
@@ -47,16 +53,16 @@ impl PressingFacets {
                 let node = |k: u32| mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
                 nodes.iter().zip(shape).map(|(&k, n)| node(k) * n).sum()
             };
-            let mut open: Vec<Part> = vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]];
-            while let Some(part) = open.pop() {
+            let mut open: Vec<(Part, usize)> = vec![([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], 0)];
+            while let Some((part, halved)) = open.pop() {
                 let middle = place([0, 1].map(|d| part.iter().map(|xi| xi[d]).sum::<f64>() / 3.0));
                 let reach = part.iter().map(|&xi| (place(xi) - middle).norm()).fold(0.0, f64::max);
                 let gap = if reach.is_finite() { distance(&middle) } else { f64::INFINITY };
                 if gap < least {
                     (least, found) = (gap, Some((middle, -gap)));
                 }
-                if reach > enough && gap - reach < least - enough {
-                    open.extend(quarters(&part));
+                if halved < HALVINGS && reach > enough && gap - reach < least - enough {
+                    open.extend(quarters(&part).map(|quarter| (quarter, halved + 1)));
                 }
             }
         }
@@ -70,4 +76,41 @@ fn quarters(part: &Part) -> [Part; 4] {
     let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|d| (p[d] + q[d]) / 2.0);
     let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::contact::shape::Shape;
+    use crate::mesh::Order;
+    use crate::mesh::made::structured::block;
+    use std::cell::Cell;
+
+    /// The two facets of 5 mm under a cube, and a plate with its middle at the height `z` \[m\]: the depth that is found, and how often a distance was computed.
+    fn on_plate(half: Vec3, z: f64) -> (Option<f64>, usize) {
+        let mesh = block(1, 1, 1, 5e-3, 5e-3, 5e-3, Order::Linear);
+        let facets = PressingFacets { facets: mesh.regions["zmin"].facets.clone(), most: MOST * 2.0 * half.min() };
+        let (plate, count) = (Shape::cuboid(half), Cell::new(0));
+        let distance = |at: &Vec3| {
+            count.set(count.get() + 1);
+            plate.gap(&(at - Vec3::new(2.5e-3, 2.5e-3, z)))
+        };
+        let found = facets.search(&mesh, &vec![0.0; 3 * mesh.points.len()], 0.0, distance);
+        (found.map(|f| f.1), count.get())
+    }
+
+    #[test]
+    fn a_facet_that_lies_on_a_thin_obstacle_is_searched_within_a_bound() {
+        for thickness in [1e-3, 1e-4, 2e-5] {
+            let (found, count) = on_plate(Vec3::new(0.05, 0.05, thickness / 2.0), -thickness / 2.0);
+            assert_eq!(found, None, "{thickness}");
+            assert!(count <= 2 * 5461, "{thickness}: {count}");
+        }
+    }
+
+    #[test]
+    fn the_edge_of_a_thin_obstacle_is_found_within_a_facet() {
+        let (found, _) = on_plate(Vec3::new(5e-5, 0.05, 0.05), 0.0);
+        assert!(found.is_some_and(|depth| (2e-5..=5e-5).contains(&depth)), "{found:?}");
+    }
 }
