@@ -45,7 +45,11 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     /// # Errors
     ///
     /// What is wrong, in words; the report says so.
-    fn derive(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<serde_json::Value>, String> {
+    fn derive(
+        _results: &Results,
+        _details: &Self::Details,
+        _dir: &Path,
+    ) -> Result<Option<serde_json::Value>, Underived> {
         Ok(None)
     }
 
@@ -73,6 +77,23 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
 
     /// Words, tables and figures of the analysis.
     fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
+}
+
+/// Why [`StudyKind::derive`] could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum Underived {
+    /// The files or the mesh of the scene are others now: what was made of the same results before stays
+    #[error("{0}")]
+    NotAsComputed(String),
+    /// The results themselves do not serve: nothing that was made of them stays
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl From<String> for Underived {
+    fn from(why: String) -> Self {
+        Self::Refused(why)
+    }
 }
 
 /// How much of a study is asked for.
@@ -170,7 +191,7 @@ impl Default for RunRules {
 }
 
 /// Work on the results of all cases in a folder.
-pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, String>;
+pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, Underived>;
 
 /// Cases that follow from the results in a folder.
 pub type Grow = fn(&Results, &Path) -> Result<Option<Round>, String>;
@@ -228,7 +249,7 @@ pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     Expansion { variants, families, rules, columns, plans, usage, derivatives, details }
 }
 
-fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_json::Value>, String> {
+fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_json::Value>, Underived> {
     let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
     K::derive(results, &details, dir)
 }

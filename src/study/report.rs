@@ -9,7 +9,7 @@ use crate::report::{ReportError, files, viewer};
 use crate::storage::writing::Writing;
 use crate::study::content::Content;
 use crate::study::curve::missed_extremes;
-use crate::study::kind::Kind;
+use crate::study::kind::{Kind, Underived};
 use crate::study::kinds::{self, KINDS};
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
@@ -22,7 +22,6 @@ use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
 use crate::wording::few;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
@@ -41,15 +40,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     })?;
     let earlier = ReportFiles::read(dir);
     let mut own = ReportFiles::of(&results.study, results.cases.iter().map(|c| &c.record));
-    let (underived, derived) = derive(kind, &mut results, dir);
-    // Files that are not made anew stay as long as the results that they were made of
-    let stays = |earlier: &&ReportFiles| {
-        earlier.kind == own.kind && !earlier.derived.is_empty() && !earlier.is_of_other_inputs(dir, &results.study)
-    };
-    own.derived = match earlier.as_ref().filter(|_| derived.is_empty()).filter(stays) {
-        Some(earlier) => earlier.derived.clone(),
-        None => derived,
-    };
+    let underived = derive(kind, &mut results, (earlier.as_ref(), &mut own), dir);
     let writing = Writing::begin();
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
@@ -100,17 +91,33 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     Ok(summary)
 }
 
-/// The work of a kind on the results of all cases: why it could not be done, and the files that it has made.
-fn derive(kind: &Kind, results: &mut Results, dir: &Path) -> (Option<String>, BTreeSet<String>) {
+/// The work of a kind on the results of all cases, with the files that it has made or that stay; why it could not be done.
+fn derive(
+    kind: &Kind,
+    results: &mut Results,
+    (earlier, own): (Option<&ReportFiles>, &mut ReportFiles),
+    dir: &Path,
+) -> Option<String> {
     let writing = Writing::begin();
-    let underived = match (kind.derive)(results, dir) {
+    let derived = (kind.derive)(results, dir);
+    own.derived = report_files::names(writing.files(), dir);
+    // Files that are not made anew stay as long as the results that they were made of, unless these are refused
+    let stays = |earlier: &&ReportFiles| {
+        own.derived.is_empty()
+            && !matches!(derived, Err(Underived::Refused(_)))
+            && earlier.kind == own.kind
+            && !earlier.is_of_other_inputs(dir, &results.study)
+    };
+    if let Some(earlier) = earlier.filter(stays) {
+        own.derived.clone_from(&earlier.derived);
+    }
+    match derived {
         Ok(derived) => {
             results.derived = derived;
             None
         }
         Err(why) => Some(format!("{why}.")),
-    };
-    (underived, report_files::names(writing.files(), dir))
+    }
 }
 
 /// A warning where stored results are of other inputs than the study has now.
@@ -144,4 +151,47 @@ fn pictures(content: &mut Content) -> (Vec<Figure>, Vec<Pictures>) {
         }
     }
     (figures, all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::kind::Derive;
+    use std::collections::BTreeMap;
+
+    /// Models of these results stay where a run is missing or a file of the scene is another one now, and not where the results are refused.
+    #[test]
+    fn what_was_made_of_refused_results_does_not_stay() {
+        let study = serde_json::json!({
+            "study": "bar", "kind": "reduction", "question": "", "expectation": "", "tolerance": 0.01, "quantities": {}, "variants": [], "families": [],
+            "version": "",
+        });
+        let mut results = Results {
+            study: serde_json::from_value(study).expect("a study"),
+            cases: vec![],
+            skins: BTreeMap::new(),
+            motions: BTreeMap::new(),
+            found: BTreeMap::new(),
+            sensitivities: BTreeMap::new(),
+            derived: None,
+            damaged: vec![],
+            outdated: vec![],
+        };
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let new = ReportFiles::of(&results.study, std::iter::empty());
+        let mut earlier = new.clone();
+        earlier.derived.insert("models/bar-4.durom".into());
+        let ways: [(Derive, bool); 3] = [
+            (|_, _| Ok(None), true),
+            (|_, _| Err(Underived::NotAsComputed("a.csv has other contents now".into())), true),
+            (|_, _| Err("steps were cut".to_string().into()), false),
+        ];
+        for (way, stays) in ways {
+            let kind = Kind { derive: way, ..*kinds::find("reduction").expect("a kind") };
+            let mut own = new.clone();
+            let why = derive(&kind, &mut results, (Some(&earlier), &mut own), folder.path());
+            assert_eq!(own.derived == earlier.derived, stays, "{why:?}");
+            assert!(stays || own.derived.is_empty(), "{:?}", own.derived);
+        }
+    }
 }

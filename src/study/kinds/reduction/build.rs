@@ -5,6 +5,7 @@ use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::{self, DATA_LIMIT, sha256, writing};
+use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::meshes::{compare, step};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
@@ -22,9 +23,9 @@ use std::time::Instant;
 /// File with the record of the models.
 const DERIVED: &str = "derived.json";
 
-/// The record of the models, which are made where the states, the choices or the program have changed; where they cannot be made by another program, those that
-/// are there stay. None as long as a run is missing.
-pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, String> {
+/// The record of the models, which are made where the states, the choices or the program have changed; where another program cannot make
+/// them since the files or the mesh of the scene are others now, those that are there stay. None as long as a run is missing.
+pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, Underived> {
     let (Some(training), Some(held_back)) = (converged(results, Role::Training), converged(results, Role::HeldBack))
     else {
         return Ok(None);
@@ -33,7 +34,7 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     if record.greedy.is_some() && !rounds.has_ended() {
         // Where it cannot go on it says why
         round(results, record, dir)?;
-        return Err("the search for training states has not ended; run the study again to go on".into());
+        return Err("the search for training states has not ended; run the study again to go on".to_string().into());
     }
     let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
     let cases = training.iter().chain(&held_back).chain(&compared).copied();
@@ -43,13 +44,7 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     }
     let derived = match make(results, record, (&training, &held_back), &sources, dir) {
         Ok(derived) => derived,
-        Err(why) => {
-            let Some(mut known) = kept(dir).filter(|known| known.states_sha256 == sources.states) else {
-                return Err(why);
-            };
-            known.left_out.push(format!("The models are those of another build of the program, not made anew: {why}."));
-            return Ok(again(&known, dir));
-        }
+        Err(why) => return Ok(again(&of_another_build(why, &sources.states, dir)?, dir)),
     };
     let value = serde_json::to_value(derived).map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&value).map_err(|e| e.to_string())? + "\n";
@@ -62,6 +57,14 @@ fn kept(dir: &Path) -> Option<DerivedRecord> {
     let known: DerivedRecord = files::json(&dir.join(DERIVED)).ok().flatten()?;
     let is_own = |m: &ModelRecord| storage::read(&dir.join(&m.file), DATA_LIMIT).is_ok_and(|b| sha256(b) == m.sha256);
     known.models.iter().all(is_own).then_some(known)
+}
+
+/// The record of models that another build has made of these states, where they are not made anew only because the files or the mesh of the scene are others now.
+fn of_another_build(why: Underived, states: &str, dir: &Path) -> Result<DerivedRecord, Underived> {
+    let stays = matches!(why, Underived::NotAsComputed(_));
+    let Some(mut known) = kept(dir).filter(|known| stays && known.states_sha256 == states) else { return Err(why) };
+    known.left_out.push(format!("The models are those of another build of the program, not made anew: {why}."));
+    Ok(known)
 }
 
 /// The record of models that are not made anew, whose files are noted as those of the report.
@@ -97,12 +100,12 @@ fn make(
     (training, held_back): (&[&StoredCase], &[&StoredCase]),
     sources: &Sources,
     dir: &Path,
-) -> Result<DerivedRecord, String> {
-    let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
+) -> Result<DerivedRecord, Underived> {
     if record.motion.is_some() {
         let runs = training.iter().chain(held_back).map(|case| (&*case.record.id, case.record.cuts));
         in_time::uncut(training[0].record.dt_s, runs)?;
     }
+    let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
@@ -233,5 +236,27 @@ fn quantity(model: &ReducedModel, k: usize, all: &[Vec<(f64, f64)>]) -> Quantity
         floor: bar.1,
         bar_over_error: median(&ratios),
         errors,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::kinds::reduction::analysis::tests::found;
+
+    /// Models of another build stay where only the files of the scene are others now, not where this build refuses the states that they were made of.
+    #[test]
+    fn models_of_states_that_are_refused_do_not_stay() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let derived = found(0.01, Some(0)).derived.expect("models");
+        let known = DerivedRecord { states_sha256: "of the states".into(), models: vec![], ..derived };
+        let text = serde_json::to_string(&known).expect("numbers and strings");
+        std::fs::write(folder.path().join(DERIVED), text).expect("room");
+        let of = |why, states| of_another_build(why, states, folder.path());
+        let other_file = || Underived::NotAsComputed("a.csv has other contents now".into());
+        let kept = of(other_file(), "of the states").expect("they stay");
+        assert!(kept.left_out[0].contains("a.csv has other contents now"), "{:?}", kept.left_out);
+        assert!(of(other_file(), "of others").is_err());
+        assert!(of("steps were cut in a".to_string().into(), "of the states").is_err());
     }
 }

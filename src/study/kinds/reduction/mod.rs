@@ -23,7 +23,7 @@ pub mod training;
 use crate::scene::{SceneError, read_table};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kind::{Expansion, StudyKind};
+use crate::study::kind::{Expansion, StudyKind, Underived};
 use crate::study::rounds::Round;
 use crate::study::spec::refuse;
 use crate::study::store::results::Results;
@@ -44,7 +44,7 @@ impl StudyKind for ReductionStudy {
         spec::expand(self, tolerance, scene).map_err(|mistake| refuse(file, mistake))
     }
 
-    fn derive(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<serde_json::Value>, String> {
+    fn derive(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<serde_json::Value>, Underived> {
         build::build(results, record, dir)
     }
 

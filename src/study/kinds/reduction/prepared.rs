@@ -4,6 +4,7 @@ use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
 use crate::scene::{Body, ParameterKey, Scene, changed_scene, named_files};
+use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
@@ -45,7 +46,7 @@ impl Prepared {
     /// # Errors
     ///
     /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
-    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, String> {
+    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, Underived> {
         check_files(&record.scene, cases)?;
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
