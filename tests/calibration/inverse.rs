@@ -772,7 +772,7 @@ fn intervals_know_of_errors_that_grow_with_the_force() {
     let truth = model(&bar(&law, "3 mm", 4), &["E"], X, Y);
     let exact = made(&truth, (1..=60).map(|k| 5e-5 * f64::from(k)).collect());
     let grows = |seed: &u64| {
-        let mut random = common::Random(4000 + 7919 * seed);
+        let mut random = common::Random::seed(4000 + 7919 * seed);
         let y = exact.y.iter().map(|y| y * (1.0 + 0.05 * random.normal())).collect();
         let c = found_with(vec![curve(&truth, &Measured { y, ..exact.clone() })], &Settings::new(Weighting::Absolute));
         c.errors.grows()

@@ -16,7 +16,7 @@ fn relative_weights_do_not_prefer_small_values() {
     let truth = model(&bar(&law, "3 mm", 2), &["E"], X, Y);
     let exact = made(&truth, (1..=40).map(|k| 7.5e-5 * f64::from(k)).collect());
     let draw = |seed: u64| {
-        let mut noise = Random(1 + 7919 * seed);
+        let mut noise = Random::seed(1 + 7919 * seed);
         let y = exact.y.iter().map(|y| y * (1.0 + 0.1 * noise.normal())).collect();
         let c = found_with(vec![curve(&truth, &Measured { y, ..exact.clone() })], &Settings::new(Weighting::Relative));
         let [low, high] = c.constants[0].interval.expect("determined");
@@ -86,7 +86,7 @@ region = "xmax"
 #[test]
 fn a_position_counts_by_its_changes() {
     let found = |up: f64, weighting: Weighting| {
-        let mut noise = Random(5);
+        let mut noise = Random::seed(5);
         let mut one = |name: &str, more: &str, e: f64, column: &str| {
             let mut measured = inverse_keys::recorded(&scene(up, e, more), column);
             let rest = if column == "xmax_z_m" { up + 5e-3 } else { 0.0 };
@@ -120,7 +120,7 @@ fn specimens_have_equal_weight_however_densely_they_were_recorded() {
     let e = truth.unknown[0].start;
     let x: Vec<f64> = (1..=20).map(|k| 1.5e-4 * f64::from(k)).collect();
     let found = |times: [usize; 5], levels: [f64; 5]| -> Calibration {
-        let mut noise = Random(3);
+        let mut noise = Random::seed(3);
         let one = |(times, level): (usize, f64)| {
             let exact = made(&truth, x.iter().flat_map(|x| std::iter::repeat_n(*x, times)).collect());
             let y = exact.y.iter().map(|y| level * y * (1.0 + 1e-4 * noise.normal())).collect();

@@ -210,7 +210,7 @@ fn errors_in_proportion_are_seen_in_a_relaxation() {
     let t = spaced(0.02, 200.0, 40);
     let instant = LONG + TERMS[0].0 + TERMS[1].0;
     let one = |seed: &u64| {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9));
         let y = t.iter().map(|t| modulus(*t) * (1.0 + 0.05 * random.normal())).collect();
         let record = record(TestKind::Relaxation, t.clone(), y, 0.0);
         let [low, high] = fit_record(&record, &TermChoice::Number(2)).expect("a fit").instantaneous.interval;

@@ -102,7 +102,7 @@ fn noise_in_the_strain_is_no_correlation() {
 #[test]
 fn noise_in_the_volume_is_in_the_interval_of_the_bulk_modulus() {
     let drawn = |seed: u64, noise: f64| {
-        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 3);
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 3);
         let row = |k: u32| {
             let change = -0.02 * f64::from(k) / 199.0;
             [-1500.0 * change, 100.0 * (change + noise * random.normal())]

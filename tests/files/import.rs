@@ -454,13 +454,13 @@ fn bounds_and_fixture_are_those_of_the_scene() {
     let head = "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
     let points = "-1.77635684e-15 0 0\n40 0 0\n0 10 0\n0 -1e-15 10\n";
     std::fs::write(at("bar.vtk"), format!("{head}{points}CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n")).expect("room");
-    let said = stdout(&durometer(&["import", &at("bar.vtk"), "--scene", &at("scene.toml")]));
+    let said = durometer(ROOT, &["import", &at("bar.vtk"), "--scene", &at("scene.toml")]).out;
     assert!(said.contains("bounds       (0, 0, 0) to (40, 10, 10) in units of the file"), "{said}");
     assert!(said.contains("fixture      the larger flat end along x\n"), "{said}");
     let scene = std::fs::read_to_string(at("scene.toml")).expect("a scene");
     assert!(scene.contains("# EXAMPLE: the larger flat end along x\n"), "{scene}");
     // A volume mesh has its cells
-    let refused = durometer(&["new", &at("bar.vtk"), &at("project"), "--cells", "5000"]);
-    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    assert!(!refused.status.success() && said.contains("it is a volume mesh, which is taken over; leave"), "{said}");
+    let refused = durometer(ROOT, &["new", &at("bar.vtk"), &at("project"), "--cells", "5000"]);
+    assert!(!refused.is_success(), "{}", refused.out);
+    assert!(refused.err.contains("it is a volume mesh, which is taken over; leave"), "{}", refused.err);
 }

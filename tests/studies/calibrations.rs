@@ -1,6 +1,7 @@
 //! The inputs of stored results of calibrations: the body of a further curve, and the constants that a case of `[use]` waits for.
 
-use crate::common::stores::{call, write_rod};
+use crate::common::program::call;
+use crate::common::stores::write_rod;
 use flate2::{Compression, write::GzEncoder};
 use serde_json::Value;
 use std::io::Write;
