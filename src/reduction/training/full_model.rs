@@ -7,10 +7,10 @@ use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
 use crate::scene::{
-    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, named_files, overrides, read_scene,
+    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, mesh_sha256, named_files, overrides,
+    read_scene,
 };
 use crate::solve::Status;
-use crate::storage::sha256;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -37,11 +37,6 @@ pub enum FullModelError {
     OtherFile { file: PathBuf, other: String },
     #[error("the full model finds no equilibrium at these inputs: {0}")]
     NoEquilibrium(String),
-}
-
-/// Digest of the mesh of a body with its paths.
-pub fn mesh_digest(body: &Body) -> String {
-    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 /// The scene of a reduced model, at its last full state.
@@ -108,7 +103,7 @@ impl FullModel {
             return Err(other(key));
         }
         let body: Arc<Body> = Body::load(file, &spec.mesh, &mut |_| {})?.into();
-        if mesh_digest(&body) != origin.mesh_sha256 {
+        if mesh_sha256(&body) != origin.mesh_sha256 {
             return Err(FullModelError::OtherMesh { file: file.into() });
         }
         let uncompared = compare_files(&origin.files, file, (&spec.mesh, &text))?;

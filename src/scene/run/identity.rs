@@ -2,6 +2,7 @@
 
 use crate::mesh::format::recognise;
 use crate::mesh::generate::referred;
+use crate::scene::body::Body;
 use crate::scene::read::from_text;
 use crate::scene::spec::SceneSpec;
 use crate::storage::{self, DATA_LIMIT, sha256};
@@ -48,6 +49,11 @@ pub(in crate::scene) fn simulated(file: &Path, text: &str, spec: &SceneSpec, add
 fn printed(spec: &SceneSpec) -> String {
     let SceneSpec { title, numerics, output, comparisons, .. } = SceneSpec::default();
     format!("{:?}", SceneSpec { title, numerics, output, comparisons, ..spec.clone() })
+}
+
+/// SHA-256 of the mesh with the cable paths of its body.
+pub fn mesh_sha256(body: &Body) -> String {
+    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 /// The files that a resolved scene names, and those that its mesh files refer to, each once and relative to the file of the scene.

@@ -3,7 +3,7 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
-use crate::scene::{Body, ParameterKey, Progress, SceneError};
+use crate::scene::{Body, ParameterKey, Progress, SceneError, mesh_sha256};
 use crate::storage::sha256;
 use crate::study::case::Case;
 use crate::study::expand::Study;
@@ -16,7 +16,7 @@ use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::run::worker::{End, Order, Said, Wants, compute_apart};
 use crate::study::store::folder::{Store, StoreError, Stored};
-use crate::study::store::identity::{Identity, mesh_sha256};
+use crate::study::store::identity::Identity;
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::origin;
 use crate::study::store::outcome::refused;

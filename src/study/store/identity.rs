@@ -1,6 +1,6 @@
 //! Identity of a result: its resolved scene, the contents of every file that it reads, its mesh, and the build that computed it.
 
-use crate::scene::{Body, FileDigest, named_files};
+use crate::scene::{FileDigest, named_files};
 use crate::storage::sha256;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -76,7 +76,7 @@ impl PartialEq for Identity {
 impl Eq for Identity {}
 
 impl Identity {
-    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
+    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`crate::scene::mesh_sha256`].
     pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();
@@ -84,11 +84,6 @@ impl Identity {
         let (all, inputs_sha256) = (with(&mesh_sha256), with(""));
         Self { sha256: all, inputs_sha256, files, mesh_sha256 }
     }
-}
-
-/// SHA-256 of the mesh with the cable paths of its body.
-pub fn mesh_sha256(body: &Body) -> String {
-    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 #[cfg(test)]

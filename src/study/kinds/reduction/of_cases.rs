@@ -1,8 +1,7 @@
 //! Whether the files and the mesh of a scene are those that its cases were computed with: with others their states are none of the scene.
 
-use crate::scene::{Body, FileDigest};
+use crate::scene::{Body, FileDigest, mesh_sha256};
 use crate::study::kind::Underived;
-use crate::study::store::identity::mesh_sha256;
 use crate::study::store::record::StoredCase;
 use std::collections::BTreeMap;
 use std::path::Path;

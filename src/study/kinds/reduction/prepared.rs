@@ -1,9 +1,8 @@
 //! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
 
 use crate::math::units::{Dimension, parts, quantity};
-use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
-use crate::scene::{Body, ParameterKey, Scene, changed_scene, named_files};
+use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, named_files};
 use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
@@ -76,7 +75,7 @@ impl Prepared {
 
     /// Digest of the mesh.
     pub fn mesh_sha256(&self) -> String {
-        mesh_digest(&self.body)
+        mesh_sha256(&self.body)
     }
 
     /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, the files, and the inputs as that scene has them. A model that moves begins
