@@ -7,8 +7,8 @@ use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
 use crate::scene::{
-    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, mesh_sha256, named_files, overrides,
-    read_scene,
+    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, mesh_sha256, overrides, read_scene,
+    simulated_files,
 };
 use crate::solve::Status;
 use std::path::{Path, PathBuf};
@@ -207,11 +207,14 @@ fn compare_files(
     scene: &Path,
     (mesh, text): (&MeshSpec, &str),
 ) -> Result<Vec<String>, FullModelError> {
-    let base = scene.parent().unwrap_or(Path::new(""));
-    if let Some(of_study) = known.iter().find(|of_study| FileDigest::of(base, of_study.file.clone()) != **of_study) {
-        return Err(FullModelError::OtherFile { file: scene.into(), other: of_study.file.clone() });
+    let mut named = simulated_files(scene, text);
+    let is_other = |now: &&FileDigest| known.iter().any(|of_study| of_study.file == now.file && of_study != *now);
+    if let Some(other) = named.iter().find(is_other) {
+        return Err(FullModelError::OtherFile { file: scene.into(), other: other.file.clone() });
     }
-    let named = if known.is_empty() { named_files(scene, &text.parse().unwrap_or_default()) } else { vec![] };
+    if !known.is_empty() {
+        named.clear();
+    }
     let of_parts = mesh.parts.iter().filter_map(|part| part.file.as_deref());
     let of_mesh: Vec<&Path> = mesh.file.as_deref().into_iter().chain(of_parts).collect();
     Ok(named.into_iter().map(|f| f.file).filter(|name| !of_mesh.contains(&Path::new(name))).collect())

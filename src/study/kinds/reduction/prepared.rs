@@ -2,7 +2,7 @@
 
 use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
-use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, named_files};
+use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, simulated_files};
 use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
@@ -82,7 +82,7 @@ impl Prepared {
     /// where its runs do.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
-        model.origin.files = self.scene.text.parse().map_or_else(|_| vec![], |table| named_files(&self.file, &table));
+        model.origin.files = simulated_files(&self.file, &self.scene.text);
         let rests = model.dynamics.is_none();
         let enriched = model.estimate_in_time.iter_mut().map(|e| &mut e.enriched.inputs);
         for inputs in std::iter::once(&mut model.inputs).chain(enriched) {
