@@ -1,9 +1,9 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, named_files};
+use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, mesh_sha256, named_files};
 use crate::study::calibration_plan::CalibrationPlan;
-use crate::study::store::identity::{Identity, mesh_sha256};
+use crate::study::store::identity::Identity;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -1,14 +1,14 @@
 //! The cases of a study with what is stored of them and what they are expected to cost.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::{Body, MeshSpec, SceneError};
+use crate::scene::{Body, MeshSpec, SceneError, mesh_sha256};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::forecast::{Expected, Forecast, Size};
 use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::store::folder::Store;
-use crate::study::store::identity::{Identity, mesh_sha256};
+use crate::study::store::identity::Identity;
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};

@@ -12,11 +12,16 @@ use std::path::Path;
 fn written(at: &Path) {
     let guides = "guides = [[\"15 mm\", \"5 mm\", \"2 mm\"], [\"35 mm\", \"5 mm\", \"2 mm\"]]";
     assert!(SCENE.contains(guides));
-    write(at, "scene.toml", &SCENE.replace(guides, "guides = { file = \"guides.csv\", unit = \"mm\" }"));
+    let scene = SCENE.replace(guides, "guides = { file = \"guides.csv\", unit = \"mm\" }");
+    write(at, "scene.toml", &(scene + COMPARED));
+    write(at, "measured.csv", "t,z\n0,5\n1,5\n");
     write(at, "guides.csv", LOW);
     write(at, "study.toml", STUDY);
 }
 
+/// Measured data, on which no state depends.
+const COMPARED: &str = "[[compare]]\ncolumn = \"xmax_z_m\"\nfile = \"measured.csv\"\n\
+    x = { column = \"t\", unit = \"s\" }\ny = { column = \"z\", unit = \"mm\" }\n";
 const LOW: &str = "x,y,z\n15,5,2\n35,5,2\n";
 const HIGH: &str = "x,y,z\n15,5,4\n35,5,4\n";
 
@@ -69,7 +74,7 @@ fn a_model_is_that_of_the_present_inputs() {
     assert!(files.iter().map(read).eq(made));
 }
 
-/// Cases whose scene names a file that was edited since have no new models, and the report says why; models that they have stay, also those of another build.
+/// Cases whose scene names a file that was edited since have no new models, and the report says why; models that they have stay, also those of another build. Measured data that the scene is compared with are none of these files.
 #[test]
 fn models_are_made_with_the_files_of_their_cases() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -93,6 +98,7 @@ fn models_are_made_with_the_files_of_their_cases() {
     assert!(warnings.contains("the file guides.csv cannot be read") && !out.join("models").exists(), "{warnings}");
 
     write(at, "guides.csv", LOW);
+    write(at, "measured.csv", "t,z\n0,5\n1,4\n");
     let (of_cases, warnings) = report();
     assert!(of_cases.starts_with("The model of") && !warnings.contains("guides.csv"), "{of_cases} {warnings}");
     write(at, "guides.csv", HIGH);
@@ -116,6 +122,7 @@ fn the_full_model_has_the_files_of_the_study(at: &Path, file: &str) {
     let opened = |model: &ReducedModel| FullModel::open(model, &scene);
     assert!(matches!(opened(&model), Err(FullModelError::OtherFile { other, .. }) if other == "guides.csv"));
     write(at, "guides.csv", LOW);
+    write(at, "measured.csv", "t,z\n0,5\n1,3\n");
     assert_eq!(opened(&model).map(|full| full.uncompared().len()).map_err(|e| e.to_string()), Ok(0));
     let taken = step();
     assert!(taken.code == Some(0) && !taken.err.contains("guides.csv"), "{}", taken.err);

@@ -7,10 +7,10 @@ use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
 use crate::scene::{
-    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, named_files, overrides, read_scene,
+    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, mesh_sha256, overrides, read_scene,
+    simulated_files,
 };
 use crate::solve::Status;
-use crate::storage::sha256;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -37,11 +37,6 @@ pub enum FullModelError {
     OtherFile { file: PathBuf, other: String },
     #[error("the full model finds no equilibrium at these inputs: {0}")]
     NoEquilibrium(String),
-}
-
-/// Digest of the mesh of a body with its paths.
-pub fn mesh_digest(body: &Body) -> String {
-    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 /// The scene of a reduced model, at its last full state.
@@ -108,7 +103,7 @@ impl FullModel {
             return Err(other(key));
         }
         let body: Arc<Body> = Body::load(file, &spec.mesh, &mut |_| {})?.into();
-        if mesh_digest(&body) != origin.mesh_sha256 {
+        if mesh_sha256(&body) != origin.mesh_sha256 {
             return Err(FullModelError::OtherMesh { file: file.into() });
         }
         let uncompared = compare_files(&origin.files, file, (&spec.mesh, &text))?;
@@ -212,11 +207,14 @@ fn compare_files(
     scene: &Path,
     (mesh, text): (&MeshSpec, &str),
 ) -> Result<Vec<String>, FullModelError> {
-    let base = scene.parent().unwrap_or(Path::new(""));
-    if let Some(of_study) = known.iter().find(|of_study| FileDigest::of(base, of_study.file.clone()) != **of_study) {
-        return Err(FullModelError::OtherFile { file: scene.into(), other: of_study.file.clone() });
+    let mut named = simulated_files(scene, text);
+    let is_other = |now: &&FileDigest| known.iter().any(|of_study| of_study.file == now.file && of_study != *now);
+    if let Some(other) = named.iter().find(is_other) {
+        return Err(FullModelError::OtherFile { file: scene.into(), other: other.file.clone() });
     }
-    let named = if known.is_empty() { named_files(scene, &text.parse().unwrap_or_default()) } else { vec![] };
+    if !known.is_empty() {
+        named.clear();
+    }
     let of_parts = mesh.parts.iter().filter_map(|part| part.file.as_deref());
     let of_mesh: Vec<&Path> = mesh.file.as_deref().into_iter().chain(of_parts).collect();
     Ok(named.into_iter().map(|f| f.file).filter(|name| !of_mesh.contains(&Path::new(name))).collect())

@@ -2,6 +2,7 @@
 
 use crate::mesh::format::recognise;
 use crate::mesh::generate::referred;
+use crate::scene::body::Body;
 use crate::scene::read::from_text;
 use crate::scene::spec::SceneSpec;
 use crate::storage::{self, DATA_LIMIT, sha256};
@@ -33,8 +34,7 @@ const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 /// SHA-256 of a scene without the keys that a restart may change, of the contents of all files that the rest names, and of what was added to it in
 /// Rust. The text counts where it is that of the specification, which counts itself where it was changed or written in Rust.
 pub(in crate::scene) fn simulated(file: &Path, text: &str, spec: &SceneSpec, added: &str) -> String {
-    let mut scene = text.parse::<Table>().unwrap_or_default();
-    FREE.iter().for_each(|key| drop(scene.remove(*key)));
+    let scene = without_free(text.parse().unwrap_or_default());
     let own = printed(spec);
     let is_read = from_text::<SceneSpec>(file, text, "").is_ok_and(|read| printed(&read) == own);
     let (rest, files) = match is_read {
@@ -48,6 +48,22 @@ pub(in crate::scene) fn simulated(file: &Path, text: &str, spec: &SceneSpec, add
 fn printed(spec: &SceneSpec) -> String {
     let SceneSpec { title, numerics, output, comparisons, .. } = SceneSpec::default();
     format!("{:?}", SceneSpec { title, numerics, output, comparisons, ..spec.clone() })
+}
+
+/// A scene without the keys that a restart may change.
+fn without_free(mut scene: Table) -> Table {
+    FREE.iter().for_each(|key| drop(scene.remove(*key)));
+    scene
+}
+
+/// The files of [`named_files`] that the simulation of a resolved scene depends on: without measured data that it is compared with.
+pub fn simulated_files(scene_file: &Path, text: &str) -> Vec<FileDigest> {
+    text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &without_free(scene)))
+}
+
+/// SHA-256 of the mesh with the cable paths of its body.
+pub fn mesh_sha256(body: &Body) -> String {
+    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 /// The files that a resolved scene names, and those that its mesh files refer to, each once and relative to the file of the scene.
@@ -124,6 +140,9 @@ mod tests {
         assert_eq!(found.iter().map(|f| f.file.as_str()).collect::<Vec<_>>(), ["a.csv", "b.csv"]);
         assert_eq!(found[0].sha256, sha256("0,1\n"));
         assert_eq!(found[1].sha256, "");
+        let compared = format!("{text}[[compare]]\nfile = \"measured.csv\"\n");
+        assert_eq!(named_files(&scene, &compared.parse().expect("a table")).len(), 3);
+        assert_eq!(simulated_files(&scene, &compared), found, "measured data move nothing");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Identity of a result: its resolved scene, the contents of every file that it reads, its mesh, and the build that computed it.
 
-use crate::scene::{Body, FileDigest, named_files};
+use crate::scene::{FileDigest, named_files};
 use crate::storage::sha256;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -79,7 +79,7 @@ impl PartialEq for Identity {
 impl Eq for Identity {}
 
 impl Identity {
-    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh and those of further curves, by [`mesh_sha256`]; of none before they exist.
+    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh and those of further curves, by [`crate::scene::mesh_sha256`]; of none before they exist.
     pub fn of(scene_file: &Path, text: &str, asked: &str, meshes: &[String]) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();
@@ -99,11 +99,6 @@ impl Identity {
     pub fn meshes(&self) -> Vec<String> {
         std::iter::once(&self.mesh_sha256).chain(&self.curves_mesh_sha256).cloned().collect()
     }
-}
-
-/// SHA-256 of the mesh with the cable paths of its body.
-pub fn mesh_sha256(body: &Body) -> String {
-    sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
 #[cfg(test)]

@@ -118,7 +118,7 @@ fn doubts(models: &[ModelRecord], quantities: &[Quantity]) -> Vec<String> {
     out
 }
 
-/// How long a small step takes, in a sentence; nothing where none was measured.
+/// The CPU time of a small step, in a sentence; nothing where none was measured.
 fn small_step(model: &ModelRecord) -> String {
     let [median, last] = model.step_s;
     if median == 0.0 {
@@ -143,7 +143,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
     match found.chosen.map(|k| &derived.models[k]) {
         Some(model) if derived.dt.is_some() => format!(
             "The model of {} modes and {} points gives {} of the largest change at every step of {} runs that it was not made of. A step of {} takes {} (median; \
-             {} in 99 of 100), {} times less than {}.",
+             {} in 99 of 100), {} times less CPU time than {}.",
             model.modes,
             model.points,
             of(model),
@@ -156,7 +156,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
         ),
         Some(model) => format!(
             "The model of {} modes and {} points gives {} of the largest change at {} that it was not made of.{} From state to state it takes {}, {} times less \
-             than {}.",
+             CPU time than {}.",
             model.modes,
             model.points,
             of(model),
@@ -224,11 +224,11 @@ pub(super) mod tests {
         assert_eq!(
             verdict(&found(0.01, Some(0)), 0.01),
             "The model of 5 modes and 26 points gives the height of the tip within 0.50 % of the largest change at 1 state that it was not made of. From state to \
-             state it takes 100 µs, 10000 times less than the full model."
+             state it takes 100 µs, 10000 times less CPU time than the full model."
         );
         let mut apart = found(0.01, Some(0));
         apart.derived.iter_mut().for_each(|derived| derived.full_from_rest = true);
-        assert!(verdict(&apart, 0.01).ends_with("10000 times less than the full model from rest."));
+        assert!(verdict(&apart, 0.01).ends_with("10000 times less CPU time than the full model from rest."));
         let none = verdict(&found(0.24, None), 0.01);
         let best = "No model is within 1 % at every state that it was not made of: that of 5 modes gives the height of the tip within 12 %.";
         assert!(none.starts_with(best), "{none}");

@@ -1,5 +1,6 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
+use crate::math::cpu_clock::CpuClock;
 use crate::math::statistics::median;
 use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
@@ -200,14 +201,16 @@ fn describe(
     })
 }
 
-/// Median and 99th percentile of the times of steps to these inputs \[s\], and their iterations on average. Steps without a result count in neither.
+/// Median and 99th percentile of the CPU times of steps to these inputs \[s\], and their iterations on average. Steps without a result count in neither.
 fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f64; 2], f64) {
     let (mut all, mut iterations) = (vec![], 0.0);
     for (at_rest, u) in inputs {
         begin(twin, at_rest);
-        let start = Instant::now();
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         if let Ok(report) = twin.step(&u) {
-            all.push(start.elapsed().as_secs_f64());
+            // On some systems the CPU clock is too coarse for one step
+            let spent = Some(cpu.elapsed()).filter(|spent| !spent.is_zero());
+            all.push(spent.unwrap_or_else(|| wall.elapsed()).as_secs_f64());
             iterations += report.iterations as f64;
         }
     }

@@ -61,7 +61,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
         .collect();
     entries.push((Sample::Dashed(INK), format!("a step of {}", derived.full())));
     let svg = sheet(1, entries, |_, area, frame| {
-        let x = Axis::log(times(), &format!("time of a step from state to state [{unit}]"));
+        let x = Axis::log(times(), &format!("CPU time of a step from state to state [{unit}]"));
         let y = Axis::log(errors(), "largest error / largest change");
         let (low, high) = (y.lo, y.hi);
         let plot = Plot { area, frame, x, y };
@@ -81,9 +81,11 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
         dashed(area, &[plot.at(full, low), plot.at(full, high)], INK, 4, 22.0);
         plot.axes(true);
     });
-    let caption = "Largest error at the states that were held back over the median time of a step from one of them to the next, for models of more and more modes. The full \
-                   model, from which errors are counted, costs most."
-        .into();
+    let caption = format!(
+        "Largest error at the states that were held back over the median CPU time of a step from one of them to the next, for models of more and more modes. The dashed \
+         line is the CPU time of a step of {}, from which errors are counted.",
+        derived.full()
+    );
     Some(Figure { name: "work-precision".into(), svg, caption })
 }
 

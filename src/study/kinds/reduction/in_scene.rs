@@ -2,13 +2,13 @@
 
 use super::record::InputRecord;
 use crate::math::units;
-use crate::scene::spec::{EffectSpec, SignalSpec};
+use crate::scene::spec::{EffectSpec, IntegratorSpec, SignalSpec};
 use crate::scene::{SceneSpec, find, overrides, read_scene};
 use crate::study::spec::Mistake;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages.
+/// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages or a static one.
 pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
     // A scene that cannot be read is refused with its own reason
     let Ok((spec, text)) = read_scene(scene, &[]) else { return Ok(()) };
@@ -20,6 +20,10 @@ pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Resu
             fact,
             "give the scene one stage, with the integrator and the dt of the runs".into(),
         ));
+    }
+    if in_time && spec.stages.iter().any(|stage| stage.integrator == IntegratorSpec::Static) {
+        let fact = "the stage of the scene is static: it has no time".to_string();
+        return Err(("motion".into(), fact, "give it a dynamic integrator, or leave `motion` out".into()));
     }
     check_apart(inputs, &table)?;
     inputs.iter().try_for_each(|input| check_whole(input, &table))?;

@@ -62,7 +62,7 @@ pub fn meshes(a: &ReductionFindings) -> Option<Figure> {
         plot.axes(true);
     });
     let caption = format!(
-        "Largest distance from a mesh of {} cells over the time of a step, at {} states that were held back. A reduced model comes no nearer to the reference than its own mesh, but for chance; \
+        "Largest distance from a mesh of {} cells over the CPU time of a step, at {} states that were held back. A reduced model comes no nearer to the reference than its own mesh, but for chance; \
          its step is one from state to state.",
         of.reference_cells, of.points
     );

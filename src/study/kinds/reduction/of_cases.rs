@@ -1,20 +1,18 @@
 //! Whether the files and the mesh of a scene are those that its cases were computed with: with others their states are none of the scene.
 
-use crate::scene::{Body, FileDigest};
+use crate::scene::{Body, FileDigest, mesh_sha256, simulated_files};
 use crate::study::kind::Underived;
-use crate::study::store::identity::mesh_sha256;
 use crate::study::store::record::StoredCase;
-use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Refuses files that are not those of the cases. Records of earlier versions that name none say nothing.
+/// Refuses files that are not those of the cases, but for those that no state depends on. Records of earlier versions that name none say nothing.
 pub fn check_files(scene: &Path, cases: &[&StoredCase]) -> Result<(), Underived> {
-    let base = scene.parent().unwrap_or(Path::new(""));
-    let mut present: BTreeMap<&str, FileDigest> = BTreeMap::new();
+    // Apart from the inputs the scenes of all cases are one
+    let present = cases.first().map_or_else(Vec::new, |case| simulated_files(scene, &case.record.provenance.scene));
     for case in cases {
         for of_case in &case.record.provenance.identity.files {
-            let now = present.entry(&of_case.file).or_insert_with(|| FileDigest::of(base, of_case.file.clone()));
-            if now != of_case {
+            let is_other = |now: &&FileDigest| now.file == of_case.file && *now != of_case;
+            if let Some(now) = present.iter().find(is_other) {
                 let is = if now.sha256.is_empty() { "cannot be read, and" } else { "has other contents now:" };
                 return Err(Underived::NotAsComputed(format!(
                     "{}: the file {} {is} the states of case {} were computed with it; run the study again, or call `durometer report` where the file is as it was",

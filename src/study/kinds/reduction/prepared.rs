@@ -1,9 +1,8 @@
 //! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
 
 use crate::math::units::{Dimension, parts, quantity};
-use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
-use crate::scene::{Body, ParameterKey, Scene, changed_scene, named_files};
+use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, simulated_files};
 use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
@@ -76,14 +75,14 @@ impl Prepared {
 
     /// Digest of the mesh.
     pub fn mesh_sha256(&self) -> String {
-        mesh_digest(&self.body)
+        mesh_sha256(&self.body)
     }
 
     /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, the files, and the inputs as that scene has them. A model that moves begins
     /// where its runs do.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
-        model.origin.files = self.scene.text.parse().map_or_else(|_| vec![], |table| named_files(&self.file, &table));
+        model.origin.files = simulated_files(&self.file, &self.scene.text);
         let rests = model.dynamics.is_none();
         let enriched = model.estimate_in_time.iter_mut().map(|e| &mut e.enriched.inputs);
         for inputs in std::iter::once(&mut model.inputs).chain(enriched) {

@@ -180,7 +180,7 @@ pub struct ModelRecord {
     pub estimate_points: usize,
     /// Time of its making \[s\]
     pub offline_s: f64,
-    /// Times of steps of a fiftieth of the way between two points \[s\]: median and 99th percentile
+    /// CPU times of steps of a fiftieth of the way between two points \[s\]: median and 99th percentile
     pub step_s: [f64; 2],
     /// The same of steps from point to point
     pub leap_s: [f64; 2],
@@ -190,7 +190,7 @@ pub struct ModelRecord {
 }
 
 impl ModelRecord {
-    /// How many times less a step from state to state takes than one of the full model, of `full` \[s\].
+    /// How many times less CPU time a step from state to state takes than one of the full model, of `full` \[s\].
     pub fn gain(&self, full: f64) -> f64 {
         full / self.leap_s[0]
     }

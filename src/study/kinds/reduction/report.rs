@@ -45,7 +45,10 @@ fn facts(a: &ReductionFindings) -> Vec<(String, String)> {
     let measured = if model.step_s[0] > 0.0 { model.step_s[0] } else { model.leap_s[0] };
     let mut out = vec![
         (time(measured), "a step of the reduced model".into()),
-        (format!("{}×", significant(model.gain(derived.full_step_s), 2)), format!("faster than {}", derived.full())),
+        (
+            format!("{}×", significant(model.gain(derived.full_step_s), 2)),
+            format!("less CPU time than {}", derived.full()),
+        ),
     ];
     for (q, asked) in model.quantities.iter().zip(&a.quantities) {
         out.push((
@@ -301,6 +304,8 @@ mod tests {
         assert_eq!(facts(&a)[0], ("100 µs".to_string(), "a step of the reduced model".to_string()));
         a.derived.iter_mut().for_each(|derived| derived.models[0].step_s = [1e-5, 2e-5]);
         assert_eq!(facts(&a)[0].0, "10 µs");
+        let gain = ("10000×".to_string(), "less CPU time than the full model".to_string());
+        assert_eq!(facts(&a)[1], gain);
     }
 
     /// The inputs are named before there are models; those of models that move are made of runs.
