@@ -4,6 +4,7 @@ use crate::common::program::{Ended, durometer, durometer_with};
 use durometer::reduction::running::fallback::By;
 use durometer::reduction::training::full_model::FullModelError;
 use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
+use durometer::scene::{Body, changed_scene, mesh_sha256, read_scene};
 use serde_json::Value;
 use std::path::Path;
 
@@ -125,7 +126,57 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
     let value = answer["quantities"]["xmax_z_m"]["value"].as_f64().expect("a value");
     assert!(answer["by"] == "full" && (value - plain(at, 8.0, 60e3)).abs() < 1e-8, "{answer}");
     in_the_library(at, &file);
+    it_begins_without_loads(at, &file);
     others_are_refused(at, &file);
+}
+
+/// A slender bar that a cable winds up: with 20 mm of it drawn in at once it finds no equilibrium, and one with 30 mm from zero on.
+const WOUND: &str = r#"
+[mesh.grid]
+kind = "box"
+size = ["60 mm", "4 mm", "4 mm"]
+divisions = [15, 1, 1]
+[laws.rubber]
+law = "neo_hookean"
+mu = "60 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["6 mm", "2 mm", "0 mm"], ["12 mm", "2 mm", "0 mm"], ["18 mm", "2 mm", "0 mm"], ["24 mm", "2 mm", "0 mm"], ["30 mm", "2 mm", "0 mm"], ["36 mm", "2 mm", "0 mm"], ["42 mm", "2 mm", "0 mm"], ["48 mm", "2 mm", "0 mm"], ["54 mm", "2 mm", "0 mm"], ["59 mm", "2 mm", "0 mm"]]
+pull_point = ["-1 mm", "2 mm", "0 mm"]
+guide_radius = "2 mm"
+drive = { kind = "length", signal = "0 mm" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+/// A study marks its inputs by values within their ranges, and the full model has none of them at its start. The model is one of another scene, with the origin of this one.
+fn it_begins_without_loads(at: &Path, file: &str) {
+    let scene = at.join("wound.toml");
+    std::fs::write(&scene, WOUND).expect("room");
+    let (spec, text) = read_scene(&scene, &[]).expect("a scene");
+    let marked = "kind = 'controlled'\ninitial = '20 mm'\nrange = ['0 mm', '40 mm']";
+    let marked: toml::Table = marked.parse().expect("TOML");
+    let changes = [("constraint.cable.drive.signal".to_string(), toml::Value::from(marked))];
+    let mut model = ReducedModel::read(&at.join(file)).expect("a model");
+    model.origin.scene = changed_scene(&scene, &text, &changes).expect("a scene").1;
+    model.origin.changes = changes.into_iter().collect::<toml::Table>().to_string();
+    model.origin.mesh_sha256 = mesh_sha256(&Body::load(&scene, &spec.mesh, &mut |_| {}).expect("a grid"));
+    let mut full = FullModel::open(&model, &scene).unwrap_or_else(|e| panic!("{e}"));
+    let tip = full.step(&[30e-3, 60e3]).unwrap_or_else(|e| panic!("{e}"));
+    assert!(tip.len() == 1 && tip[0].is_finite(), "{tip:?}");
 }
 
 /// The same in the library.

@@ -5,6 +5,8 @@ use crate::common::{Random, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::running::inverse::{Target, reach};
+use durometer::reduction::training::adjoint_space::adjoint_solutions;
+use durometer::reduction::training::body_points::BodyPoints;
 use durometer::reduction::{FullState, ReducedModel, StepError, Training, Twin, errors};
 use durometer::scene::Scene;
 use std::path::Path;
@@ -416,6 +418,26 @@ tip = "xmax"
 "#
     );
     scene(block(20, 2, 2, 0.1, 0.006, 0.006, Order::Linear), &text)
+}
+
+/// An angle without an axis is known up to its half turn, which the recorded value tells: at one state the adjoint solutions of an angle beyond 180° and of the angle that is
+/// as far below are opposite.
+#[test]
+fn adjoint_solutions_are_of_the_recorded_half_turn() {
+    let names = vec!["bending_angle_deg".to_string()];
+    let along = (1..=40).map(|k| vec![26e-3 * f64::from(k) / 40.0]).collect();
+    let known = states(winding, along, &names);
+    let turned = known.into_iter().find(|state| state.values[0] > 195.0).expect("it winds up by 300°");
+    let folded = FullState { values: vec![360.0 - turned.values[0]], ..turned.clone() };
+    let scene = winding(1);
+    let points = BodyPoints::of(&scene).unwrap_or_else(|e| panic!("{e}"));
+    let found = adjoint_solutions((&scene, &points), (None, 1), &[turned, folded], &names);
+    let found = found.unwrap_or_else(|e| panic!("{e}")).solutions;
+    let [turned, folded] = &found[0][..] else { panic!("two states") };
+    let largest = |of: &mut dyn Iterator<Item = f64>| of.map(f64::abs).fold(0.0, f64::max);
+    let size = largest(&mut turned.iter().copied());
+    let sum = largest(&mut turned.iter().zip(folded).map(|(a, b)| a + b));
+    assert!(size > 0.0 && sum < 1e-9 * size, "{sum} of {size}");
 }
 
 /// Turns are counted, and the equilibrium is found, whatever the inputs before: from rest, in small steps, and from the other end of the range.
