@@ -138,7 +138,7 @@ impl Found {
         Some([a.min(c), b.max(d)])
     }
 
-    /// In words, where an end of the interval by profile likelihood is open.
+    /// Says where an end of the interval by profile likelihood is open.
     pub fn open_end(&self) -> Option<String> {
         let side = match self.profile? {
             [None, None] => "both ends of its 95 % interval by profile likelihood are open",
@@ -149,7 +149,7 @@ impl Found {
         self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
     }
 
-    /// In words, where the interval has values that the constant cannot have, such as a modulus below zero.
+    /// Says where the interval has values that the constant cannot have, such as a modulus below zero.
     pub fn beyond(&self, (lower, upper): (f64, f64)) -> Option<String> {
         let [low, high] = self.widest()?;
         (low < lower || high > upper).then(|| {
@@ -160,7 +160,7 @@ impl Found {
         })
     }
 
-    /// In words, where the search left the constant at its start.
+    /// Says where the search left the constant at its start.
     pub fn left_at_start(&self) -> Option<String> {
         self.left.then(|| {
             let moved = match (self.value - self.start).abs() > STAYS * self.start.abs() {
@@ -175,7 +175,7 @@ impl Found {
         })
     }
 
-    /// In words, where the constant is held at a bound.
+    /// Says where the constant is held at a bound.
     pub fn held(&self) -> Option<String> {
         let side = match self.bound {
             0 => return None,

@@ -62,7 +62,7 @@ struct Open {
     is_told: bool,
 }
 
-/// From u to the values, and the directions that are searched.
+/// The map from u to the values, and the directions that are searched.
 pub struct Coordinates {
     /// Of each unknown: ln, and the unit of u where it is not
     kinds: Vec<(bool, f64)>,

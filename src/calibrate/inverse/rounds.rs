@@ -14,7 +14,7 @@ const SILENT: f64 = 0.25;
 /// Share of the misfit by which a second answer is better than the first one \[–\]
 const BETTER: f64 = 1e-6;
 
-/// As [`rounds`]. Where the curves determine an unknown at the `first` values and say nothing about it at the answer, such as a time that has become shorter
+/// Searches as [`rounds`], with a second search where needed. Where the curves determine an unknown at the `first` values and say nothing about it at the answer, such as a time that has become shorter
 /// than their resolution, and where one is held at a bound, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its
 /// first value and the others at the answer, and the better one of the two counts. The first values are those of the file or the gauge length, also where a search goes on from others.
 pub(super) fn search_again(
