@@ -83,7 +83,7 @@ mod tests {
     use super::*;
     use crate::effect::contact::shape::Shape;
     use crate::mesh::Order;
-    use crate::mesh::made::structured::block;
+    use crate::mesh::structured::block;
     use std::cell::Cell;
 
     /// The two facets of 5 mm under a cube, and a plate with its middle at the height `z` \[m\]: the depth that is found, and how often a distance was computed.
