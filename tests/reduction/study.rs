@@ -265,7 +265,7 @@ fn a_study_makes_models_that_move() {
     let (before, stage) = scene.split_once("[[stage]]").expect("a stage");
     let line = stage.lines().find(|line| line.starts_with("integrator")).expect("an integrator");
     write(at, "scene.toml", &format!("{before}[[stage]]{}", stage.replacen(line, "integrator = \"static\"", 1)));
-    let ran = durometer(at, &["check", "study.toml"], "");
+    let ran = durometer(at, &["check", "study.toml"]);
     assert!(ran.code == Some(2) && ran.err.contains("static: it has no time"), "{}\n{}", ran.out, ran.err);
     write(at, "scene.toml", &scene);
 
