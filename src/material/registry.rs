@@ -100,7 +100,9 @@ impl KnownLaws {
     ///
     /// Where no law has this name.
     pub fn find(&self, name: &str) -> Result<&'static LawEntry, LawSpecError> {
-        self.all().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
+        // A name that was registered since has one class only
+        let later = || Self::default().all().find(|e| e.info.name == name);
+        self.all().find(|e| e.info.name == name).or_else(later).ok_or_else(|| LawSpecError::UnknownLaw {
             name: name.to_string(),
             hint: hint(name, &self.all().map(|e| e.info.name).collect::<Vec<_>>()),
         })
