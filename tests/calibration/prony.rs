@@ -227,8 +227,10 @@ fn errors_in_proportion_are_seen_in_a_relaxation() {
 fn coverage_of_2000_draws() {
     let (plain, correlated) = (covered(2000, 0.0), covered(2000, 0.8));
     println!("independent {plain:.3?}, correlated {correlated:.3?}");
-    // Three standard deviations of the count are 1.5 %
-    assert!(plain.iter().all(|c| (c - 0.95).abs() <= 0.015), "{plain:?}");
+    // The intervals of G∞ and of its share reach down to what a slower term would leave, so that 2.5 % miss the truth, all above. Three standard deviations of the count are 1.1 and 1.5 %
+    let (long_term, others) = plain.split_at(2);
+    assert!(long_term.iter().all(|c| (c - 0.975).abs() <= 0.011), "{plain:?}");
+    assert!(others.iter().all(|c| (c - 0.95).abs() <= 0.015), "{plain:?}");
     assert!(correlated.iter().all(|c| *c >= 0.90), "{correlated:?}");
 }
 
