@@ -1,5 +1,6 @@
 //! Files: read within a limit, written whole or not at all, known by their contents; the time of their records.
 
+pub mod columns;
 pub mod reading;
 pub mod results;
 pub mod table;

@@ -2,6 +2,7 @@
 
 use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
+use crate::storage::columns::TableError;
 use crate::wording::{hint, joined, lines};
 use std::path::PathBuf;
 
@@ -53,17 +54,11 @@ pub enum FitError {
     SideBySide { file: String, tests: Vec<String> },
     #[error("{file}: --test {asked} asks for a test that is not there: {found} stand side by side")]
     NoTest { file: String, asked: usize, found: usize },
-    #[error("{file}: {what}, not a text table; export the data as CSV or as text with delimiters")]
-    NotText { file: String, what: String },
-    #[error(
-        "{file}: a quotation mark in line {line} or above is not closed, so lines run together; remove it or export the table again"
-    )]
-    Quote { file: String, line: u64 },
-    #[error(
-        "{file}: the decimal mark is a {decimal}, but \"{cell}\" has the other one; write all numbers with one mark, or pass --decimal to leave \
-         out the others"
-    )]
-    TwoDecimals { file: String, cell: String, decimal: &'static str },
+    #[error("{table}{}", if table.is_of_mark() { ", or pass --decimal comma or --decimal point" } else { "" })]
+    Table {
+        #[from]
+        table: TableError,
+    },
     #[error("{file}: column \"{column}\" {fact}: {remedy}")]
     Meaning { file: String, column: String, fact: String, remedy: String },
     #[error(
@@ -100,16 +95,6 @@ pub enum FitError {
          --strain-unit 1 if it is not"
     )]
     Percent { file: String, column: String, largest: f64, kind: &'static str },
-    #[error(
-        "{file}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which (columns are divided by \
-         {delimiter:?}); pass --decimal comma or --decimal point"
-    )]
-    Decimal { file: String, cell: String, delimiter: char },
-    #[error(
-        "{file}: line {line} has {cells} cells under {names} names: decimal commas in a table divided by commas cannot be told apart; \
-         export it with ; or tab between the columns, or with decimal points"
-    )]
-    Cells { file: String, line: u64, cells: usize, names: usize },
     #[error("{key} = \"{text}\": {reason}")]
     Dimension { key: &'static str, text: String, reason: String },
     #[error("--accuracy {key} = \"{text}\": {reason}")]

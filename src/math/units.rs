@@ -240,6 +240,18 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 
+/// True of a unit that is known.
+pub fn is_unit(text: &str) -> bool {
+    quantity(&format!("1 {text}")).is_ok()
+}
+
+/// A unit over another one; `None` where one of them is unknown, or they are of different dimensions.
+pub fn ratio(unit: &str, other: &str) -> Option<f64> {
+    let size = |unit: &str| quantity(&format!("1 {unit}")).ok();
+    let ((a, one), (b, two)) = (size(unit)?, size(other)?);
+    (one == two).then_some(a / b)
+}
+
 /// A quantity with a blank between number and unit: `65mm` is `65 mm`; `None` where the text is no number with a unit.
 pub fn spaced(text: &str) -> Option<String> {
     let (_, unit) = split(text).ok()?;

@@ -2,6 +2,7 @@
 
 use crate::calibrate::within;
 use crate::math::units::shown;
+use crate::storage::columns::TableError;
 use crate::wording::{all, count, first};
 use std::fmt;
 use std::path::PathBuf;
@@ -13,8 +14,10 @@ pub enum MotionError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: cannot be written: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("{file}: {what}; known are C3D, TRC and tables of text (CSV)")]
+    #[error("{file}: {what}; export the data as C3D, TRC or a table of text (CSV)")]
     NotText { file: String, what: String },
+    #[error(transparent)]
+    Table(#[from] TableError),
     #[error("{file}: the C3D file is damaged: {what}; export it again")]
     Damaged { file: String, what: String },
     #[error("{file}: the header announces {told} frames of {markers} markers, the file holds {found}; export it again")]
@@ -39,8 +42,6 @@ pub enum MotionError {
     Units { file: String, units: Vec<String> },
     #[error("{file}: the rate is {rate} Hz, so that no frame has a time; pass --rate with the frames per second")]
     Rate { file: String, rate: f64 },
-    #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
-    Decimal { file: String, cell: String },
     #[error("{file}: {} cells are no numbers: {}; write numbers, or leave all three cells of a marker empty where it was not seen", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
     #[error("{file}: {} positions have one or two coordinates of three: {}; complete them, or leave all three cells empty where the marker was not seen", at.len(), first(at))]

@@ -8,6 +8,7 @@ use super::track::{Raw, ReadOptions, Track};
 use crate::calibrate::intake::names as units;
 use crate::calibrate::intake::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
+use crate::storage::columns::{self, units_below};
 use std::collections::{BTreeMap, HashSet};
 
 /// Reads the bytes of a table.
@@ -16,8 +17,8 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     let (delimiter, at) = find_names(file, &text, options)?;
     let lines = table::split(&text, delimiter);
     let names = &lines[at];
-    let units_below = lines.get(at + 1).is_some_and(|l| !l.is_empty() && !l.cells.iter().any(|c| table::is_number(c)));
-    let below = (at + 1 + usize::from(units_below)).min(lines.len());
+    let units = units_below(&lines, at, |l| !l.cells.iter().any(|c| table::is_number(c)));
+    let rows = columns::Rows::under(file, delimiter, &lines, at, units.unwrap_or(at) + 1)?;
     let columns = Columns::of(&names.cells);
     if let Some(name) = columns.twice.first() {
         return Err(MotionError::Column { file: file.into(), name: names.cells[*name].clone() });
@@ -26,15 +27,13 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     if !incomplete.is_empty() {
         return Err(MotionError::Incomplete { file: file.into(), markers: incomplete });
     }
-    let body: Vec<&Line> = lines[below..].iter().filter(|l| !l.is_empty()).collect();
-    let numeric = columns.numeric();
-    let cells = body.iter().flat_map(|l| numeric.iter().filter_map(|k| l.cells.get(*k))).map(String::as_str);
-    let decimal = Decimal::of(cells).map_err(|cell| MotionError::Decimal { file: file.into(), cell })?;
+    let decimal = rows.decimal(&columns.numeric(), None)?;
+    let body = rows.body;
     let mut log: Vec<String> =
         encoding.map(|e| format!("the file is not UTF-8; it was read as {e}")).into_iter().collect();
     let shown = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
     log.push(format!("delimiter {shown}, decimal {}", decimal.name()));
-    let own = units_below.then(|| &lines[at + 1].cells);
+    let own = units.map(|k| &lines[k].cells);
     let table = Table { file, names: &names.cells, units: own, columns: &columns, decimal, options };
     let unit = table.unit()?;
     let factor = table.time_factor(&mut log)?;

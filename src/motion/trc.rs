@@ -6,7 +6,8 @@
 use super::error::MotionError;
 use super::table::{Wrong, coordinate};
 use super::track::{Raw, ReadOptions, Track, twice};
-use crate::calibrate::intake::table::{self, Decimal, Line};
+use crate::calibrate::intake::table::{self, Line};
+use crate::storage::columns::Rows;
 
 /// Columns before the first coordinate: frame and time
 const LEAD: usize = 2;
@@ -26,8 +27,10 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
         let at = keys.cells.iter().position(|c| c.eq_ignore_ascii_case(key))?;
         values.cells.get(at).filter(|v| !v.is_empty())
     };
-    let is_row = |l: &&Line| l.cells.first().is_some_and(|c| table::is_number(c));
-    let body: Vec<&Line> = lines[4..].iter().filter(|l| !l.is_empty()).skip_while(|l| !is_row(l)).collect();
+    let is_row = |l: &Line| l.cells.first().is_some_and(|c| table::is_number(c));
+    let below = (4..lines.len()).find(|k| is_row(&lines[*k])).unwrap_or(lines.len());
+    let rows = Rows::under(file, '\t', &lines, 3, below)?;
+    let body = &rows.body;
     let labels: Vec<(usize, &String)> =
         names.cells.iter().enumerate().skip(LEAD).filter(|(_, n)| !n.is_empty()).collect();
     if labels.is_empty() {
@@ -44,13 +47,13 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     if let Some(name) = twice(labels.iter().map(|(_, name)| *name)) {
         return Err(MotionError::Twice { file: file.into(), name: name.clone(), at: None });
     }
-    let cells = body.iter().flat_map(|l| l.cells.iter().skip(1)).map(String::as_str);
-    let decimal = Decimal::of(cells).map_err(|cell| MotionError::Decimal { file: file.into(), cell })?;
+    let width = body.iter().map(|l| l.cells.len()).max().unwrap_or(0);
+    let decimal = rows.decimal(&(1..width).collect::<Vec<_>>(), None)?;
     let mut wrong = Wrong::default();
     let mut markers: Vec<Track> =
         labels.iter().map(|(_, name)| Track { name: name.to_string(), points: Vec::with_capacity(found) }).collect();
     let mut time_s = Vec::with_capacity(found);
-    for line in &body {
+    for line in body {
         let cell = |at: usize| line.cells.get(at).map_or("", String::as_str);
         match table::number(cell(1), decimal) {
             Ok(t) => time_s.push(t),

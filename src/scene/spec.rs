@@ -27,7 +27,7 @@ pub use super::parts::selectors::{
 };
 pub use super::parts::skin::SkinSpec;
 pub use super::record::compare::{CompareSpec, Comparisons, MarkersSpec};
-pub use super::record::measured_curve::MeasuredSpec;
+pub use super::record::measured_curve::MeasuredColumnSpec;
 pub use super::record::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::run::start::StartSpec;
 pub use super::signal::{FunctionSpec, SignalSpec};

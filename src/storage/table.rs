@@ -139,67 +139,8 @@ pub fn split(text: &str, delimiter: char) -> Vec<Line> {
         .collect()
 }
 
-/// The part of a table below the names of wanted columns.
-#[derive(Clone, Debug)]
-pub struct Named {
-    pub delimiter: char,
-    pub names: Line,
-    /// The line below the names, where it holds units
-    pub units: Option<Line>,
-    pub body: Vec<Line>,
-    /// The wanted columns
-    pub places: Vec<usize>,
-}
-
-impl Named {
-    /// The unit of a column: in the brackets of its name, or in the line below.
-    pub fn unit(&self, place: usize) -> Option<String> {
-        let below = || self.units.as_ref()?.cells.get(place).map(|c| bare(c).to_string());
-        in_brackets(&self.names.cells[place]).map(String::from).or_else(below).filter(|u| !u.is_empty())
-    }
-}
-
-/// The first line that names these columns, with the lines below it, whatever the delimiter; a name may lack the unit that follows it in the table in brackets. Otherwise the
-/// place of a name that is not there among the wanted ones, and the names of the nearest line.
-pub fn named(text: &str, wanted: &[&str], is_unit: &dyn Fn(&str) -> bool) -> Result<Named, (usize, Vec<String>)> {
-    let (mut absent, mut nearest) = (0, Vec::new());
-    for delimiter in DELIMITERS {
-        let lines = split(text, delimiter);
-        let places = |l: &Line| wanted.iter().map(|name| place(&l.cells, name)).collect::<Option<Vec<usize>>>();
-        if let Some((at, places)) = lines.iter().enumerate().find_map(|(k, l)| Some((k, places(l)?))) {
-            let holds = |c: &String| bare(c).is_empty() || is_unit(bare(c));
-            let is_units =
-                |l: &&Line| !l.is_empty() && l.cells.iter().all(holds) && !l.cells.iter().any(|c| is_number(c));
-            let units = lines.get(at + 1).filter(is_units).cloned();
-            let body = lines[at + 1 + usize::from(units.is_some())..].to_vec();
-            return Ok(Named { delimiter, names: lines[at].clone(), units, body, places });
-        }
-        let count = |l: &Line| l.cells.iter().filter(|c| !c.is_empty()).count();
-        let names = lines.iter().find(|l| count(l) > 1).or_else(|| lines.iter().find(|l| !l.is_empty()));
-        if let Some(names) = names.filter(|l| count(l) > nearest.len()) {
-            absent = wanted.iter().position(|name| place(&names.cells, name).is_none()).unwrap_or(0);
-            nearest = names.cells.iter().filter(|c| !c.is_empty()).cloned().collect();
-        }
-    }
-    Err((absent, nearest))
-}
-
-/// The column of this name, or the only one of this name without its unit.
-fn place(cells: &[String], name: &str) -> Option<usize> {
-    let same = |cell: &str| cell.trim().eq_ignore_ascii_case(name.trim());
-    let alone = |cell: &String| same(cell.split(['(', '[']).next().unwrap_or_default());
-    let by_unit = || cells.iter().position(alone).filter(|_| cells.iter().filter(|c| alone(c)).count() == 1);
-    cells.iter().position(|c| same(c)).or_else(by_unit)
-}
-
-/// The text of the last brackets of a name.
-fn in_brackets(name: &str) -> Option<&str> {
-    let inside = name.trim_end().strip_suffix([')', ']'])?;
-    Some(inside[inside.rfind(['(', '['])? + 1..].trim())
-}
-
 /// A cell without brackets around it.
-fn bare(cell: &str) -> &str {
+pub(super) fn bare(cell: &str) -> &str {
     cell.trim_matches(['(', ')', '[', ']', ' '])
 }
 

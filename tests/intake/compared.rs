@@ -35,7 +35,7 @@ file = "measured.csv"
 "#;
 
 /// The curve of a table as a scene reads it with these keys of `[[compare]]`, or the refusal.
-fn read(folder: &Path, table: &[u8], keys: &str) -> Result<Measured, String> {
+pub fn read(folder: &Path, table: &[u8], keys: &str) -> Result<Measured, String> {
     std::fs::write(folder.join("measured.csv"), table).expect("writable");
     let text = format!("{SCENE}{keys}\n");
     let builder = SceneBuilder::parse(&text).map_err(|e| e.to_string())?.file(folder.join("scene.toml")).text(&text);
@@ -44,7 +44,7 @@ fn read(folder: &Path, table: &[u8], keys: &str) -> Result<Measured, String> {
 }
 
 const STATED: &str = "x = { column = \"t\", unit = \"ms\" }\ny = { column = \"F\", unit = \"mN\" }";
-const OF_THE_TABLE: &str = "x = { column = \"t\" }\ny = { column = \"F\" }";
+pub const OF_THE_TABLE: &str = "x = { column = \"t\" }\ny = { column = \"F\" }";
 
 /// t = 0, 0.5, 1 s and F = 0, 1.25, 2.5 N, however the table is written.
 #[test]

@@ -1,7 +1,7 @@
 //! Encodings, delimiters, decimal marks, units and names: the same test in many spellings.
 
 use super::Expected::{Doubted, Logged, Read, Refused};
-use super::{Case, case, lines, nominal, stretches, table};
+use super::{Case, Expected, case, lines, nominal, stretches, table};
 
 pub fn cases() -> Vec<Case> {
     [units(), marks(), names(), requests()].into_iter().flatten().collect()
@@ -61,35 +61,61 @@ fn units() -> Vec<Case> {
 
 fn marks() -> Vec<Case> {
     let text = table("strain (%),stress (kPa)", |l| (100.0 * (l - 1.0), 1e-3 * nominal(l)));
-    let comma = text.replace(',', ";").replace('.', ",");
+    let cases = spellings(&text, "strain,stress\n,\n%,kPa").into_iter();
+    cases.map(|(name, bytes, expected)| case(name, "", expected).bytes(|_| bytes)).collect()
+}
+
+/// A table with decimal points and commas in its many spellings: each gives the same numbers, or is refused with these words. Its first row has a cell `0`, of which the first
+/// one is a number. `below`: its names with an empty line and the line of units.
+pub fn spellings(text: &str, below: &str) -> Vec<(&'static str, Vec<u8>, Expected)> {
+    let (head, rest) = text.split_once('\n').expect("names");
+    let (first, rows) = rest.split_once('\n').expect("rows");
+    let with_first = |first: &str, text: &str| {
+        let own: Vec<&str> = text.splitn(3, '\n').collect();
+        format!("{}\n{first}\n{}", own[0], own[2])
+    };
+    let with_zero = |zero: &str, most: usize, delimiter: &str| {
+        let mut left = most;
+        let mut cell = |c| {
+            let is_changed = c == "0" && left > 0;
+            left -= usize::from(is_changed);
+            if is_changed { zero } else { c }
+        };
+        first.split(',').map(&mut cell).collect::<Vec<&str>>().join(delimiter)
+    };
+    let semicolons = text.replace(',', ";");
+    let comma = semicolons.replace('.', ",");
+    let utf16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let text_of = |text: &str| text.as_bytes().to_vec();
     vec![
-        case("semicolons", &text.replace(',', ";"), Read),
-        case("tabs", &text.replace(',', "\t"), Read),
-        case("decimal commas and semicolons", &comma, Read),
-        case("decimal commas and tabs", &comma.replace(';', "\t"), Read),
-        case("decimal commas and commas", &comma.replace(';', ","), Refused(&["cells under", "export it with ;"])),
-        case("lines end as in Windows", &text.replace('\n', "\r\n"), Read),
-        case("lines end as on old machines", &text.replace('\n', "\r"), Read),
-        case("the line that Excel reads", &format!("sep=;\n{}", text.replace(',', ";")), Read),
-        case("a mark of UTF-8", &format!("\u{feff}{text}"), Read),
-        case("empty lines", &text.replace('\n', "\n\n"), Read),
-        case(
-            "the line of units after an empty one",
-            &text.replacen("strain (%),stress (kPa)\n", "strain,stress\n,\n%,kPa\n", 1),
-            Read,
+        ("semicolons", text_of(&semicolons), Read),
+        ("tabs", text_of(&text.replace(',', "\t")), Read),
+        ("decimal commas and semicolons", text_of(&comma), Read),
+        ("decimal commas and tabs", text_of(&comma.replace(';', "\t")), Read),
+        (
+            "decimal commas and commas",
+            text_of(&comma.replace(';', ",")),
+            Refused(&["line 3 has", "cells under", "too many are in lines 4, 5", "export it with ;"]),
         ),
-        case("a minus sign of print", &text.replacen("\n0,0\n", "\n\u{2212}0,\u{2212}0\n", 1), Read),
-        case(
+        ("lines end as in Windows", text_of(&text.replace('\n', "\r\n")), Read),
+        ("lines end as on old machines", text_of(&text.replace('\n', "\r")), Read),
+        ("the line that Excel reads", text_of(&format!("sep=;\n{semicolons}")), Read),
+        ("a mark of UTF-8", text_of(&format!("\u{feff}{text}")), Read),
+        ("UTF-16", utf16(&format!("\u{feff}{text}")), Read),
+        ("empty lines", text_of(&text.replace('\n', "\n\n")), Read),
+        ("the line of units after an empty one", text_of(&format!("{below}\n{rest}")), Read),
+        ("a minus sign of print", text_of(&with_first(&with_zero("\u{2212}0", usize::MAX, ","), text)), Read),
+        (
             "two decimal marks",
-            &text.replace(',', ";").replacen("\n0;0\n", "\n0,0;0\n", 1),
-            Refused(&["has the other one"]),
+            text_of(&with_first(&with_zero("0,0", 1, ";"), &semicolons)),
+            Refused(&["line 2 \"0,0\" has the other one"]),
         ),
-        case("no text but an Excel workbook", "PK\u{3}\u{4}rest", Refused(&["Excel workbook", "export the data"])),
-        case("zero bytes", &text.replacen("9,", "9\0,", 1), Refused(&["zero bytes"])),
-        case(
+        ("no text but an Excel workbook", text_of("PK\u{3}\u{4}rest"), Refused(&["Excel workbook", "export the data"])),
+        ("zero bytes", text_of(&format!("{head}\0\n{first}\n{rows}")), Refused(&["zero bytes"])),
+        (
             "a quotation mark that is not closed",
-            &text.replacen("\n0,0\n", "\n\"0,0\n", 1),
-            Refused(&["is not closed"]),
+            text_of(&with_first(&format!("\"{first}"), text)),
+            Refused(&["line 2 or above is not closed"]),
         ),
     ]
 }

@@ -10,6 +10,7 @@ mod compared;
 mod dialects;
 mod hostile;
 mod machines;
+mod readers;
 
 use common::tables::{MU, stress};
 use durometer::calibrate::{

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::calibrate::same_data;
 use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
+use crate::storage::columns::{Rows, TableError};
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
 
@@ -63,20 +64,18 @@ impl Experiment {
     ) -> Result<Self, FitError> {
         let mut audit = Audit::default();
         let choice = card.as_ref().map_or(Ok::<_, FitError>(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
-        let not_text = |what| FitError::NotText { file: file.into(), what };
-        let (text, encoding) = table::decode(bytes).map_err(not_text)?;
+        let (text, encoding) = table::decode(bytes).map_err(|what| TableError::NotText { file: file.into(), what })?;
         if let Some(encoding) = encoding {
             audit.add(AuditKind::Intake, format!("the file is not UTF-8; it was read as {encoding}"), vec![]);
         }
         let (delimiter, lines, at) = find_header(file, &text, &choice)?;
-        samples::check_quotes(file, &lines[at..])?;
         let mut header: Vec<_> = lines[..at].iter().map(|l| parts::pair(&l.cells)).collect();
         header.extend(parts::of_results(&lines[..at]));
         let (names, body) = names_and_body(&lines, at, &choice, &mut audit);
+        let rows = Rows::under(file, delimiter, &lines, at, lines.len() - body.len())?;
         let asked = mode.or(card.as_ref().and_then(|c| c.mode));
         let mut columns = columns::resolve(file, &names, &choice, asked)?;
-        let decimal = decimal_mark(file, body, &columns, &choice, delimiter)?;
-        samples::check_cells(file, &names, body, delimiter, decimal)?;
+        let decimal = rows.decimal(&columns.numeric().collect::<Vec<_>>(), choice.decimal)?;
         meaning::turn_compression(&mut columns, body, decimal, &choice);
         log_intake(&mut audit, &names, delimiter, decimal, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
@@ -265,26 +264,6 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
     let strain = choice.strain.as_ref().map_or("stretch, strain or displacement".into(), |n| format!("name \"{n}\""));
     let stress = choice.stress.as_ref().map_or("stress or force".into(), |n| format!("name \"{n}\""));
     Err(FitError::Columns { file: file.into(), missing: format!("{strain} with one of {stress}"), found })
-}
-
-fn decimal_mark(
-    file: &str,
-    body: &[Line],
-    columns: &Columns,
-    choice: &ColumnChoice,
-    delimiter: char,
-) -> Result<Decimal, FitError> {
-    if let Some(decimal) = choice.decimal {
-        return Ok(decimal);
-    }
-    let numeric: Vec<usize> = columns.numeric().collect();
-    let cells = || body.iter().flat_map(|l| numeric.iter().filter_map(|i| l.cells.get(*i))).map(String::as_str);
-    let decimal = Decimal::of(cells()).map_err(|cell| FitError::Decimal { file: file.into(), cell, delimiter })?;
-    // 0,7 among decimal points makes 1,700 another number than it seems
-    match cells().find(|c| c.contains(['.', ',']) && table::number(c, decimal).is_err() && table::is_number(c)) {
-        Some(cell) => Err(FitError::TwoDecimals { file: file.into(), cell: cell.into(), decimal: decimal.name() }),
-        None => Ok(decimal),
-    }
 }
 
 fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {

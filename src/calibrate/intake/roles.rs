@@ -3,6 +3,7 @@
 use super::names::{self, Condition, StrainKind, VolumeKind};
 use super::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
+use crate::storage::columns::{Rows, TableError, units_below};
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::first;
 use std::collections::BTreeMap;
@@ -108,8 +109,8 @@ impl FromStr for Role {
 pub enum ColumnError {
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{file}: {what}; save it as text (CSV)")]
-    NotText { file: String, what: String },
+    #[error(transparent)]
+    Table(#[from] TableError),
     #[error("{file}: no line names columns of {}; the nearest one has {}. Name a column by --column, for example --column {}=NAME", missing.join(", "), found.join(", "), missing.first().and_then(|m| m.split(' ').next()).unwrap_or("time"))]
     Columns { file: String, missing: Vec<&'static str>, found: Vec<String> },
     #[error("{file}: there is no column \"{name}\", which --column {role} names; the nearest line of names has {}", found.join(", "))]
@@ -124,8 +125,6 @@ pub enum ColumnError {
         "{file}: column \"{column}\" is an angular frequency by its name, and one in cycles by its unit; pass --unit frequency=rad/s or --unit frequency={unit}"
     )]
     Angular { file: String, column: String, unit: String },
-    #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
-    Decimal { file: String, cell: String },
     #[error("{file}: {} cells are no numbers: {}; remove or mend these lines", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
 }
@@ -174,22 +173,20 @@ pub struct ConditionColumn {
 pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
     let bytes = storage::read(path, DATA_LIMIT).map_err(|source| ColumnError::Read { path: path.into(), source })?;
     let file = path.file_name().map_or_else(|| path.into(), PathBuf::from).display().to_string();
-    let (text, encoding) = table::decode(&bytes).map_err(|what| ColumnError::NotText { file: file.clone(), what })?;
+    let (text, encoding) = table::decode(&bytes).map_err(|what| TableError::NotText { file: file.clone(), what })?;
     let reader = Reader { file: &file, wanted };
-    let (lines, at, columns) = reader.find_columns(&text)?;
+    let (delimiter, lines, at, columns) = reader.find_columns(&text)?;
     let mut notes: Vec<String> =
         encoding.map(|e| format!("the file is not UTF-8; it was read as {e}")).into_iter().collect();
-    let units_below = lines.get(at + 1).is_some_and(|l| !l.cells.iter().any(|c| table::is_number(c)));
-    let below = at + 1 + usize::from(units_below);
-    let body: Vec<&Line> = lines[below.min(lines.len())..].iter().filter(|l| !l.is_empty()).collect();
-    let own = units_below.then(|| &lines[at + 1].cells);
-    let columns = reader.numbers(&lines[at].cells, own, &body, &columns)?;
+    let units = units_below(&lines, at, |l| !l.cells.iter().any(|c| table::is_number(c)));
+    let rows = Rows::under(&file, delimiter, &lines, at, units.unwrap_or(at) + 1)?;
+    let columns = reader.numbers(&lines[at].cells, units.map(|k| &lines[k].cells), &rows, &columns)?;
     for (role, column) in &columns {
         let unit = if column.unit == "1" { String::new() } else { format!(" in {}", column.unit) };
         notes.push(format!("\"{}\" was read as {}{unit}", column.name, role.name()));
     }
-    let conditions = conditions(&lines[at].cells, &body);
-    let lines = body.iter().map(|l| l.number).collect();
+    let conditions = conditions(&lines[at].cells, &rows.body);
+    let lines = rows.body.iter().map(|l| l.number).collect();
     Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes, conditions })
 }
 
@@ -217,8 +214,8 @@ impl Reader<'_> {
         self.file.into()
     }
 
-    /// Lines, the one with the names, and the columns.
-    fn find_columns(&self, text: &str) -> Result<(Vec<Line>, usize, Columns), ColumnError> {
+    /// Delimiter, lines, the one with the names, and the columns.
+    fn find_columns(&self, text: &str) -> Result<(char, Vec<Line>, usize, Columns), ColumnError> {
         let mut nearest: (Vec<&'static str>, Vec<String>) = (vec![], vec![]);
         for delimiter in table::DELIMITERS {
             let lines = table::split(text, delimiter);
@@ -229,7 +226,7 @@ impl Reader<'_> {
                 }
                 let (columns, missing) = self.columns_of(&line.cells)?;
                 if missing.is_empty() {
-                    return Ok((lines, at, columns));
+                    return Ok((delimiter, lines, at, columns));
                 }
                 let found: Vec<String> =
                     line.cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect();
@@ -352,16 +349,16 @@ impl Reader<'_> {
         &self,
         names: &[String],
         units: Option<&Vec<String>>,
-        body: &[&Line],
+        rows: &Rows,
         columns: &Columns,
     ) -> Result<BTreeMap<Role, ReadColumn>, ColumnError> {
-        let cells = || body.iter().flat_map(|l| columns.values().filter_map(|k| l.cells.get(*k))).map(String::as_str);
-        let decimal = Decimal::of(cells()).map_err(|cell| ColumnError::Decimal { file: self.file(), cell })?;
+        let places: Vec<usize> = columns.values().copied().collect();
+        let decimal = rows.decimal(&places, None)?;
         let (mut read, mut wrong) = (BTreeMap::new(), vec![]);
         for (role, at) in columns {
             let (factor, unit, dimension) = self.unit(*role, &names[*at], units.and_then(|u| u.get(*at)))?;
             let mut values = vec![];
-            for line in body {
+            for line in &rows.body {
                 let cell = line.cells.get(*at).map_or("", String::as_str);
                 match table::number(cell, decimal) {
                     Ok(x) if (factor * x).is_finite() => values.push(factor * x),

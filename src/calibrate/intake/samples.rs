@@ -160,31 +160,6 @@ impl<'a> Conversion<'a> {
     }
 }
 
-/// Refuses rows with more numbers than there are names: their decimal commas were taken for delimiters.
-pub fn check_cells(file: &str, names: &Line, body: &[Line], delimiter: char, decimal: Decimal) -> Result<(), FitError> {
-    let too_many = |l: &&Line| {
-        let beyond = l.cells.iter().skip(names.cells.len()).filter(|c| table::number(c, decimal).is_ok()).count();
-        beyond > 0
-    };
-    match body.iter().find(too_many).filter(|_| delimiter == ',') {
-        None => Ok(()),
-        Some(line) => Err(FitError::Cells {
-            file: file.into(),
-            line: line.number,
-            cells: line.cells.len(),
-            names: names.cells.len(),
-        }),
-    }
-}
-
-/// Refuses a quotation mark that is not closed: it takes the lines that follow for one cell.
-pub fn check_quotes(file: &str, lines: &[Line]) -> Result<(), FitError> {
-    match lines.iter().find(|l| l.cells.iter().any(|c| c.contains('\n'))) {
-        Some(line) => Err(FitError::Quote { file: file.into(), line: line.number }),
-        None => Ok(()),
-    }
-}
-
 /// Words of a line below the data that summarises them.
 const SUMMARY: [&str; 12] = [
     "mean",

@@ -2,6 +2,7 @@
 
 use crate::math::units::UnitError;
 use crate::scene::{SceneError, SensitivityError};
+use crate::storage::columns::TableError;
 use std::path::PathBuf;
 
 #[derive(Debug, thiserror::Error)]
@@ -12,20 +13,13 @@ pub enum InverseError {
     Sensitivity(#[from] SensitivityError),
     #[error("{}: cannot be read: {source}; the path is relative to the study", path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{}: {what}, not a text table; export the data as CSV or as text with delimiters", path.display())]
-    NotText { path: PathBuf, what: String },
-    #[error("{}: no line names both \"{x}\" and \"{y}\"; found: {found}", path.display())]
-    Columns { path: PathBuf, x: String, y: String, found: String },
+    #[error(transparent)]
+    Table(#[from] TableError),
     #[error(
         "{}: column \"{column}\" cannot be {is}: {fact}; give `unit`, and `times` where a strain or a stress is meant",
         path.display()
     )]
     Unit { path: PathBuf, column: String, is: String, fact: UnitError },
-    #[error(
-        "{}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which; write the table with decimal points",
-        path.display()
-    )]
-    Decimal { path: PathBuf, cell: String },
     #[error("{}: no line holds both numbers: {reason}", path.display())]
     NoRows { path: PathBuf, reason: String },
     #[error("measured.x.is = \"{name}\": the scene prescribes no such signal; take one of: {known}, t_s")]
@@ -53,8 +47,6 @@ pub enum InverseError {
          or \"relative\", by which each curve counts by its relative misfit"
     )]
     NoNoise { curve: String, rows: usize },
-    #[error("{}: column \"{column}\" is in {own} by the table and in {stated} by the study; correct one of them", path.display())]
-    TwoUnits { path: PathBuf, column: String, own: String, stated: String },
     #[error("{why}")]
     Cycle { why: String },
     #[error("{first} and {second} hold the same numbers, and would count as two measurements; give each curve once")]

@@ -5,14 +5,11 @@ use super::{InverseError, OffsetAxis};
 use crate::calibrate::same_data;
 use crate::calibrate::treatment::cycle::{self, Cycle};
 use crate::math::units::{self, Dimension, UnitError};
-use crate::storage::table::{self, Decimal, Named};
+use crate::storage::columns::Named;
 use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-
-/// Difference of two sizes of one unit, relative, by their rounding
-const SAME: f64 = 1e-9;
 
 /// Location of a measured curve and the quantities it is compared with.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -79,12 +76,9 @@ impl Measured {
         let path = base.join(&spec.file);
         let bytes =
             storage::read(&path, DATA_LIMIT).map_err(|source| InverseError::Read { path: path.clone(), source })?;
-        let (text, _) = table::decode(&bytes).map_err(|what| InverseError::NotText { path: path.clone(), what })?;
-        let found = find(&path, &text, spec)?;
-        let [ix, iy] = [found.places[0], found.places[1]];
-        check_unit(&path, &found, ix, &spec.x)?;
-        check_unit(&path, &found, iy, &spec.y)?;
-        let body = found.body;
+        let names = [spec.x.column.as_str(), &spec.y.column];
+        let table = Named::read(&path.display().to_string(), &bytes, &names, &[], units::is_unit)?;
+        table.check_units(&[Some(&spec.x.unit), Some(&spec.y.unit)], "study", units::ratio)?;
         let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
         let (fx, fy) = (factor(&spec.x)?, factor(&spec.y)?);
         let range = match &spec.range {
@@ -94,9 +88,6 @@ impl Measured {
                 [end(&ends[0])?, end(&ends[1])?]
             }
         };
-        let cells = body.iter().flat_map(|l| [ix, iy].map(|i| l.cells.get(i))).flatten();
-        let decimal = Decimal::of(cells.map(String::as_str))
-            .map_err(|cell| InverseError::Decimal { path: path.clone(), cell })?;
         let mut out = Self {
             file: path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned()),
             sha256: storage::sha256(&bytes),
@@ -106,9 +97,8 @@ impl Measured {
             notes: vec![],
         };
         let mut outside = 0;
-        for line in body.iter().filter(|l| l.cells.iter().any(|c| !c.is_empty())) {
-            let cell = |i: usize| table::number(line.cells.get(i).map_or("", String::as_str), decimal);
-            match (cell(ix), cell(iy)) {
+        for line in &table.rows {
+            match (table.number(line, 0), table.number(line, 1)) {
                 (Ok(x), Ok(_)) if !(range[0]..=range[1]).contains(&(fx * x)) => outside += 1,
                 (Ok(x), Ok(y)) => {
                     out.x.push(fx * x);
@@ -195,30 +185,4 @@ fn recorded(column: &str) -> (Dimension, f64) {
         "deg" => (Dimension::ANGLE, std::f64::consts::PI / 180.0),
         _ => (Dimension::NONE, 1.0),
     }
-}
-
-/// Refuses a unit other than that of the table; what its brackets hold else is a note.
-fn check_unit(path: &Path, found: &Named, place: usize, spec: &ColumnSpec) -> Result<(), InverseError> {
-    let size = |unit: &str| units::quantity(&format!("1 {unit}"));
-    let own = found.unit(place).unwrap_or_default();
-    match (size(&own), size(&spec.unit)) {
-        (Ok((a, one)), Ok((b, other))) if one == other && (a / b - 1.0).abs() > SAME => Err(InverseError::TwoUnits {
-            path: path.into(),
-            column: found.names.cells[place].clone(),
-            own,
-            stated: spec.unit.clone(),
-        }),
-        _ => Ok(()),
-    }
-}
-
-/// The lines below the names of the two columns, and their places.
-fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<Named, InverseError> {
-    let is_unit = |cell: &str| units::quantity(&format!("1 {cell}")).is_ok();
-    table::named(text, &[&spec.x.column, &spec.y.column], &is_unit).map_err(|(_, names)| {
-        let names = names.iter().map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
-        let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
-        let found = if names.is_empty() { "nothing".into() } else { names };
-        InverseError::Columns { path: path.into(), x, y, found }
-    })
 }

@@ -1,7 +1,7 @@
 //! Measured curves and tracks of markers in files, to be laid over recorded ones.
 
 use super::measured_curve;
-use super::measured_curve::{MeasuredSpec, Wanted};
+use super::measured_curve::{MeasuredColumnSpec, Wanted};
 use crate::scene::build::builder::Builder;
 use crate::scene::error::{SceneError, hint, part};
 use crate::scene::text::quantity::Time;
@@ -119,11 +119,11 @@ pub struct CompareSpec {
     /// Relative to the scene
     pub file: PathBuf,
     /// Column of the file over which was measured
-    pub x: MeasuredSpec,
+    pub x: MeasuredColumnSpec,
     /// Column of the file with the measured values
-    pub y: MeasuredSpec,
+    pub y: MeasuredColumnSpec,
     /// Column of the file with the half-widths of the 95 % intervals of the measured values
-    pub uncertainty: Option<MeasuredSpec>,
+    pub uncertainty: Option<MeasuredColumnSpec>,
     /// `[[compare.markers]]` that follow it in the file
     #[serde(default)]
     pub markers: Vec<MarkersSpec>,

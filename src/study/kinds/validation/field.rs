@@ -6,8 +6,8 @@
 
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
-use crate::scene::hint;
-use crate::storage::{self, DATA_LIMIT};
+use crate::storage::table::Line;
+use crate::study::kinds::validation::measured;
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan};
 use crate::study::kinds::validation::spec::{Evaluation, FieldSpec, RecordSpec};
 use std::collections::BTreeMap;
@@ -31,31 +31,18 @@ impl Field {
     pub fn read(base: &Path, spec: &FieldSpec, record: &RecordSpec) -> Result<Self, String> {
         let file = spec.file.replace("{experiment}", record.experiment());
         let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
-        let bytes = storage::read(&base.join(&file), DATA_LIMIT)
-            .map_err(|e| format!("{file}: {e}; the path is relative to the study"))?;
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
-        let known: Vec<String> =
-            reader.headers().map_err(|e| format!("{file}: {e}"))?.iter().map(String::from).collect();
-        let place = |name: &String| {
-            let missing = || format!("{file}: there is no column \"{name}\"; {}", hint(name, &known));
-            known.iter().position(|k| k == name).ok_or_else(missing)
+        let names: Vec<&str> = spec.position.iter().chain(&spec.displacement).map(String::as_str).collect();
+        let table = measured::read(base, &file, (&names, &spec.unit), &[])?;
+        let rows: Vec<&Line> = table.rows.iter().collect();
+        let is_moved: Vec<bool> = rows.iter().map(|row| (3..6).any(|k| !table.cell(row, k).is_empty())).collect();
+        let moved: Vec<&Line> = rows.iter().zip(&is_moved).filter(|(_, is)| **is).map(|(row, _)| *row).collect();
+        let vectors = |columns, rows: &[&Line]| -> Result<Vec<Vec3>, String> {
+            let all = table.numbers(columns, rows).map_err(|e| e.to_string())?;
+            Ok((0..rows.len()).map(|k| factor * Vec3::new(all[0][k], all[1][k], all[2][k])).collect())
         };
-        let columns = |names: &[String; 3]| names.iter().map(place).collect::<Result<Vec<_>, _>>();
-        let (at, by) = (columns(&spec.position)?, columns(&spec.displacement)?);
-        let mut out = Self { points: vec![], displacements: vec![] };
-        for row in reader.records() {
-            let row = row.map_err(|e| format!("{file}: {e}"))?;
-            let line = row.position().map_or(0, csv::Position::line);
-            let number = |k: &usize| {
-                let text = row.get(*k).unwrap_or_default();
-                let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
-                value.map(|v| v * factor).ok_or_else(|| format!("{file}: line {line}: \"{text}\" is no finite number"))
-            };
-            let vector = |own: &[usize]| own.iter().map(number).collect::<Result<Vec<_>, _>>().map(Vec3::from_vec);
-            out.points.push(vector(&at)?);
-            let is_empty = by.iter().all(|k| row.get(*k).unwrap_or_default().is_empty());
-            out.displacements.push(if is_empty { None } else { Some(vector(&by)?) });
-        }
+        let mut by = vectors(3..6, &moved)?.into_iter();
+        let displacements = is_moved.into_iter().map(|is| if is { by.next() } else { None }).collect();
+        let out = Self { points: vectors(0..3, &rows)?, displacements };
         match out.points.len() {
             0 => Err(format!("{file}: it has no point")),
             n if n > MOST => Err(format!(

@@ -1,18 +1,16 @@
 //! Measured values in a table.
 
 use crate::math::units;
-use crate::scene::hint;
+use crate::storage::columns::{Named, TableError};
+use crate::storage::table::Line;
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::kinds::validation::spec::TableSpec;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Rows of a table that match everything but the experiment, with a factor to the unit of the quantity.
+/// A table whose first column holds the values, and the others, in the order of `chosen`, choose rows, with a factor to the unit of the quantity.
 pub struct MeasuredTable {
-    file: String,
-    /// \[rows\] text of every column that chooses rows, and the value
-    rows: Vec<(BTreeMap<String, String>, String, u64)>,
-    column: String,
+    table: Named,
     chosen: BTreeMap<String, String>,
     factor: f64,
 }
@@ -22,40 +20,32 @@ const EXPERIMENT: &str = "{experiment}";
 
 /// Reads a table; the error says what is wrong in words.
 pub fn table(base: &Path, spec: &TableSpec, unit: &str) -> Result<MeasuredTable, String> {
-    let file = spec.file.display().to_string();
     let factor = units::in_unit(&format!("1 {}", spec.unit), unit).map_err(|e| format!("table: unit: {e}"))?;
-    let bytes = storage::read(&base.join(&spec.file), DATA_LIMIT)
+    let choosing: Vec<&str> = spec.rows.keys().map(String::as_str).collect();
+    let table = read(base, &spec.file.display().to_string(), (&[&spec.column], &spec.unit), &choosing)?;
+    Ok(MeasuredTable { table, chosen: spec.rows.clone(), factor })
+}
+
+/// Reads columns of numbers in one unit, and then those of text, of a file that is named relative to the study.
+pub(super) fn read(base: &Path, file: &str, (numbers, unit): (&[&str], &str), texts: &[&str]) -> Result<Named, String> {
+    let bytes = storage::read(&base.join(file), DATA_LIMIT)
         .map_err(|e| format!("{file}: {e}; the path is relative to the study"))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
-    let known: Vec<String> = reader.headers().map_err(|e| format!("{file}: {e}"))?.iter().map(String::from).collect();
-    let place = |name: &String| {
-        known
-            .iter()
-            .position(|k| k == name)
-            .ok_or_else(|| format!("{file}: there is no column \"{name}\"; {}", hint(name, &known)))
+    let checked = || -> Result<Named, TableError> {
+        let table = Named::read(file, &bytes, numbers, texts, units::is_unit)?;
+        table.check_lengths()?;
+        table.check_units(&vec![Some(unit); numbers.len()], "study", units::ratio)?;
+        Ok(table)
     };
-    let value = place(&spec.column)?;
-    let choosing = spec.rows.keys().map(|k| Ok((k.clone(), place(k)?))).collect::<Result<Vec<_>, String>>()?;
-    let mut rows = vec![];
-    for record in reader.records() {
-        let record = record.map_err(|e| format!("{file}: {e}"))?;
-        let text = |k: usize| record.get(k).unwrap_or_default().to_string();
-        let own = choosing.iter().map(|(name, k)| (name.clone(), text(*k))).collect();
-        rows.push((own, text(value), record.position().map_or(0, csv::Position::line)));
-    }
-    Ok(MeasuredTable { file, rows, column: spec.column.clone(), chosen: spec.rows.clone(), factor })
+    checked().map_err(|e| e.to_string())
 }
 
 impl MeasuredTable {
     /// The values of an experiment; none where no row is of it.
     pub fn values(&self, experiment: &str) -> Result<Vec<f64>, String> {
-        let wanted = |(name, text): (&String, &String)| (name.clone(), text.replace(EXPERIMENT, experiment));
-        let wanted: BTreeMap<String, String> = self.chosen.iter().map(wanted).collect();
-        let own = self.rows.iter().filter(|(row, _, _)| *row == wanted);
-        let value = |(_, text, line): &(_, String, u64)| match text.parse::<f64>() {
-            Ok(v) if v.is_finite() => Ok(v * self.factor),
-            _ => Err(format!("{}: line {line}: \"{text}\" in column {} is no finite number", self.file, self.column)),
-        };
-        own.map(value).collect()
+        let wanted: Vec<String> = self.chosen.values().map(|text| text.replace(EXPERIMENT, experiment)).collect();
+        let is_own = |row: &&Line| (1..).zip(&wanted).all(|(k, text)| self.table.cell(row, k) == text);
+        let rows: Vec<&Line> = self.table.rows.iter().filter(is_own).collect();
+        let numbers = self.table.numbers(0..1, &rows).map_err(|e| e.to_string())?;
+        Ok(numbers.concat().into_iter().map(|v| v * self.factor).collect())
     }
 }

@@ -1,0 +1,337 @@
+//! From the lines of a text table to numbers: the checks that every reader makes, and columns by their names.
+
+use super::table::{DELIMITERS, Decimal, Line, bare, decode, is_number, number, split};
+use crate::wording::{first, hint, joined, lines, nearest};
+use std::ops::Range;
+
+/// Sizes of one unit that differ by a smaller part than this are the same \[–\]
+const SAME: f64 = 1e-9;
+
+/// Why the columns of a text table were not read: the fact, the file with its lines, and the remedy.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum TableError {
+    #[error("{file}: {what}, not a text table; export the data as CSV or as text with delimiters")]
+    NotText { file: String, what: String },
+    #[error("{file}: {}", absent(missing, known))]
+    Columns { file: String, missing: Vec<String>, known: Vec<String> },
+    #[error(
+        "{file}: a quotation mark in {} or above is not closed, or a cell has several lines, so lines run together; remove it or export the table again",
+        lines(at)
+    )]
+    Quote { file: String, at: Vec<u64> },
+    #[error(
+        "{file}: line {} has {cells} cells under {names} names{}: decimal commas in a table divided by commas cannot be told apart; \
+         export it with ; or tab between the columns, or with decimal points",
+        at[0], others(at)
+    )]
+    Cells { file: String, at: Vec<u64>, cells: usize, names: usize },
+    #[error(
+        "{file}: {} other numbers of cells than there are names, {names}; add or remove cells, and put those that hold a delimiter in quotation marks",
+        have(at)
+    )]
+    Uneven { file: String, at: Vec<u64>, names: usize },
+    #[error(
+        "{file}: line {line}: \"{cell}\" may be a decimal fraction or a number of thousands, and no other cell tells which; write the numbers with \
+         points and without separators"
+    )]
+    Decimal { file: String, line: u64, cell: String },
+    #[error(
+        "{file}: the decimal mark is a {decimal}, but {} {} the other one; write all numbers with one mark",
+        first(cells), if cells.len() == 1 { "has" } else { "have" }
+    )]
+    TwoDecimals { file: String, cells: Vec<String>, decimal: &'static str },
+    #[error("{file}: {}", not_numbers(cells))]
+    Numbers { file: String, cells: Vec<String> },
+    #[error("{file}: {}; correct one of them", facts.join("; "))]
+    TwoUnits { file: String, facts: Vec<String> },
+}
+
+impl TableError {
+    /// True where the table leaves the decimal mark open, so that a statement of it helps.
+    pub fn is_of_mark(&self) -> bool {
+        matches!(self, Self::Decimal { .. } | Self::TwoDecimals { .. })
+    }
+}
+
+fn absent(missing: &[String], known: &[String]) -> String {
+    if let [one] = missing {
+        return format!("there is no column \"{one}\"; {}", hint(one, known));
+    }
+    let named = |name: &String| match nearest(name, known) {
+        Some(near) => format!("\"{name}\" (did you mean `{near}`?)"),
+        None => format!("\"{name}\""),
+    };
+    let missing: Vec<String> = missing.iter().map(named).collect();
+    let known = if known.is_empty() { "none is known".into() } else { format!("known: {}", joined(known)) };
+    format!("there are no columns {}; {known}", joined(&missing))
+}
+
+fn others(at: &[u64]) -> String {
+    if at.len() == 1 { String::new() } else { format!(", and too many are in {} as well", lines(&at[1..])) }
+}
+
+fn have(at: &[u64]) -> String {
+    format!("{} {}", lines(at), if at.len() == 1 { "has" } else { "have" })
+}
+
+fn not_numbers(cells: &[String]) -> String {
+    match cells {
+        [one] => format!("{one} is no finite number; correct or remove the line"),
+        _ => format!("{} are no finite numbers; correct or remove the lines", first(cells)),
+    }
+}
+
+/// Rows under the names of a table: no cell runs over several lines, and no row has more numbers than there are names.
+pub struct Rows<'a> {
+    file: &'a str,
+    /// Lines that are not empty
+    pub body: Vec<&'a Line>,
+}
+
+impl<'a> Rows<'a> {
+    /// The rows from line `below` on, under the names in line `at`; both count from 0.
+    pub fn under(
+        file: &'a str,
+        delimiter: char,
+        lines: &'a [Line],
+        at: usize,
+        below: usize,
+    ) -> Result<Self, TableError> {
+        let body: Vec<&Line> = lines[below..].iter().filter(|l| !l.is_empty()).collect();
+        let run_together = |l: &&Line| l.cells.iter().any(|c| c.contains('\n'));
+        let quotes: Vec<u64> = lines[at..].iter().filter(run_together).map(|l| l.number).collect();
+        if !quotes.is_empty() {
+            return Err(TableError::Quote { file: file.into(), at: quotes });
+        }
+        // The decimal commas of such a row were taken for delimiters
+        let names = lines[at].cells.len();
+        let is_long = |l: &&&Line| delimiter == ',' && l.cells.iter().skip(names).any(|c| is_number(c));
+        let long: Vec<&Line> = body.iter().filter(is_long).copied().collect();
+        match long.first() {
+            None => Ok(Self { file, body }),
+            Some(line) => Err(TableError::Cells {
+                file: file.into(),
+                at: long.iter().map(|l| l.number).collect(),
+                cells: line.cells.len(),
+                names,
+            }),
+        }
+    }
+
+    /// The decimal mark of the columns at these places, or the one that is stated. Refuses numbers that leave it open, and both marks in one table: 0,7 among
+    /// decimal points makes 1,700 another number than it seems.
+    pub fn decimal(&self, places: &[usize], stated: Option<Decimal>) -> Result<Decimal, TableError> {
+        if let Some(decimal) = stated {
+            return Ok(decimal);
+        }
+        let cell = |l: &&'a Line, k: &usize| Some((l.number, l.cells.get(*k)?.as_str()));
+        let cells = || self.body.iter().flat_map(|l| places.iter().filter_map(move |k| cell(l, k)));
+        let decimal = Decimal::of(cells().map(|(_, cell)| cell)).map_err(|open| {
+            let line = cells().find(|(_, cell)| *cell == open).map_or(0, |(line, _)| line);
+            TableError::Decimal { file: self.file.into(), line, cell: open }
+        })?;
+        let is_other = |(_, c): &(u64, &str)| c.contains(['.', ',']) && number(c, decimal).is_err() && is_number(c);
+        let cells: Vec<String> = cells().filter(is_other).map(|(line, c)| format!("line {line} \"{c}\"")).collect();
+        if cells.is_empty() {
+            return Ok(decimal);
+        }
+        Err(TableError::TwoDecimals { file: self.file.into(), cells, decimal: decimal.name() })
+    }
+}
+
+/// The place of the line of units below the names in line `at`, where the first line that is not empty is one.
+pub fn units_below(lines: &[Line], at: usize, is_units: impl Fn(&Line) -> bool) -> Option<usize> {
+    (at + 1..lines.len()).find(|k| !lines[*k].is_empty()).filter(|k| is_units(&lines[*k]))
+}
+
+/// A table of which columns were chosen by their names. A column is called by its place among those that were wanted.
+#[derive(Clone, Debug)]
+pub struct Named {
+    file: String,
+    names: Line,
+    /// The line below the names, where it holds units
+    units: Option<Line>,
+    /// Lines below that are not empty
+    pub rows: Vec<Line>,
+    places: Vec<usize>,
+    decimal: Decimal,
+}
+
+impl Named {
+    /// Reads the columns of numbers, and then those of text, below the first line that names all of them, whatever the encoding, the delimiter and the decimal mark. A name may
+    /// lack the unit that follows it in the table in brackets.
+    pub fn read(
+        file: &str,
+        bytes: &[u8],
+        numbers: &[&str],
+        texts: &[&str],
+        is_unit: impl Fn(&str) -> bool,
+    ) -> Result<Self, TableError> {
+        let (text, _) = decode(bytes).map_err(|what| TableError::NotText { file: file.into(), what })?;
+        let wanted = [numbers, texts].concat();
+        let find = |delimiter: char| {
+            let lines = split(&text, delimiter);
+            let places = |l: &Line| wanted.iter().map(|name| place(&l.cells, name)).collect::<Option<Vec<usize>>>();
+            let (at, places) = lines.iter().enumerate().find_map(|(k, l)| Some((k, places(l)?)))?;
+            Some((delimiter, lines, at, places))
+        };
+        let mut found = None;
+        for one in DELIMITERS.into_iter().filter_map(find) {
+            // A single name may be the beginning of a line that another delimiter divides
+            let is_divided = one.1[one.2].cells.len() > 1;
+            if found.is_none() || is_divided {
+                found = Some(one);
+            }
+            if is_divided {
+                break;
+            }
+        }
+        let (delimiter, lines, at, places) = found.ok_or_else(|| missing(file, &text, &wanted))?;
+        let holds = |c: &String| bare(c).is_empty() || is_unit(bare(c));
+        let units = units_below(&lines, at, |l| l.cells.iter().all(holds) && !l.cells.iter().any(|c| is_number(c)));
+        let rows = Rows::under(file, delimiter, &lines, at, units.unwrap_or(at) + 1)?;
+        let decimal = rows.decimal(&places[..numbers.len()], None)?;
+        let (units, rows) = (units.map(|k| lines[k].clone()), rows.body.into_iter().cloned().collect());
+        Ok(Self { file: file.into(), names: lines[at].clone(), units, rows, places, decimal })
+    }
+
+    /// The name of a column in the table.
+    pub fn name(&self, column: usize) -> &str {
+        &self.names.cells[self.places[column]]
+    }
+
+    /// The unit of a column: in the brackets of its name, or in the line below.
+    pub fn unit(&self, column: usize) -> Option<String> {
+        let below = || self.units.as_ref()?.cells.get(self.places[column]).map(|c| bare(c).to_string());
+        in_brackets(self.name(column)).map(String::from).or_else(below).filter(|u| !u.is_empty())
+    }
+
+    /// The cell of a column in a row; empty where the row is shorter.
+    pub fn cell<'a>(&self, row: &'a Line, column: usize) -> &'a str {
+        row.cells.get(self.places[column]).map_or("", String::as_str)
+    }
+
+    /// The number of a column in a row, or what is wrong with it.
+    pub fn number(&self, row: &Line, column: usize) -> Result<f64, String> {
+        number(self.cell(row, column), self.decimal)
+    }
+
+    /// \[column\]\[row\] The numbers of columns in some rows; refuses cells that are none, all at once.
+    pub fn numbers(&self, columns: Range<usize>, rows: &[&Line]) -> Result<Vec<Vec<f64>>, TableError> {
+        let mut wrong = vec![];
+        let mut one = |row: &Line, k: usize| {
+            self.number(row, k).unwrap_or_else(|_| {
+                let (line, cell, name) = (row.number, self.cell(row, k), self.name(k));
+                wrong.push(format!("line {line}: \"{cell}\" in column {name}"));
+                f64::NAN
+            })
+        };
+        let numbers = columns.map(|k| rows.iter().map(|row| one(row, k)).collect()).collect();
+        if wrong.is_empty() { Ok(numbers) } else { Err(TableError::Numbers { file: self.file.clone(), cells: wrong }) }
+    }
+
+    /// Refuses rows with fewer or more cells than there are names, where a shift of the cells would not show.
+    pub fn check_lengths(&self) -> Result<(), TableError> {
+        let names = self.names.cells.len();
+        let at: Vec<u64> = self.rows.iter().filter(|l| l.cells.len() != names).map(|l| l.number).collect();
+        if at.is_empty() { Ok(()) } else { Err(TableError::Uneven { file: self.file.clone(), at, names }) }
+    }
+
+    /// Refuses columns whose unit in the table is another one than that which is stated; what brackets hold else is a note. `ratio`: a unit over another one, where both are of
+    /// one quantity.
+    pub fn check_units(
+        &self,
+        stated: &[Option<&str>],
+        by: &str,
+        ratio: impl Fn(&str, &str) -> Option<f64>,
+    ) -> Result<(), TableError> {
+        let differs = |(k, stated): (usize, &Option<&str>)| {
+            let (stated, own) = ((*stated)?, self.unit(k)?);
+            let name = self.name(k);
+            let fact = || format!("column \"{name}\" is in {own} by the table and in {stated} by the {by}");
+            ((ratio(&own, stated)? - 1.0).abs() > SAME).then(fact)
+        };
+        let facts: Vec<String> = stated.iter().enumerate().filter_map(differs).collect();
+        if facts.is_empty() { Ok(()) } else { Err(TableError::TwoUnits { file: self.file.clone(), facts }) }
+    }
+}
+
+/// The wanted names that the nearest line does not have, with those that it has.
+fn missing(file: &str, text: &str, wanted: &[&str]) -> TableError {
+    let count = |l: &Line| l.cells.iter().filter(|c| !c.is_empty()).count();
+    let (mut absent, mut known): (Vec<&str>, Vec<String>) = (wanted.to_vec(), vec![]);
+    for delimiter in DELIMITERS {
+        let lines = split(text, delimiter);
+        let names = lines.iter().find(|l| count(l) > 1).or_else(|| lines.iter().find(|l| !l.is_empty()));
+        if let Some(names) = names.filter(|l| count(l) > known.len()) {
+            absent = wanted.iter().filter(|name| place(&names.cells, name).is_none()).copied().collect();
+            known = names.cells.iter().filter(|c| !c.is_empty()).cloned().collect();
+        }
+    }
+    TableError::Columns { file: file.into(), missing: absent.into_iter().map(String::from).collect(), known }
+}
+
+/// The column of this name, letter by letter or else in other cases, or the only one of this name without its unit.
+fn place(cells: &[String], name: &str) -> Option<usize> {
+    let same = |cell: &str| cell.trim().eq_ignore_ascii_case(name.trim());
+    let alone = |cell: &String| same(cell.split(['(', '[']).next().unwrap_or_default());
+    let by_unit = || cells.iter().position(alone).filter(|_| cells.iter().filter(|c| alone(c)).count() == 1);
+    let exact = cells.iter().position(|c| c.trim() == name.trim());
+    exact.or_else(|| cells.iter().position(|c| same(c))).or_else(by_unit)
+}
+
+/// The text of the last brackets of a name.
+fn in_brackets(name: &str) -> Option<&str> {
+    let inside = name.trim_end().strip_suffix([')', ']'])?;
+    Some(inside[inside.rfind(['(', '['])? + 1..].trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(text: &str, numbers: &[&str]) -> Result<Named, TableError> {
+        Named::read("a.csv", text.as_bytes(), numbers, &[], |unit| ["mm", "N"].contains(&unit))
+    }
+
+    fn values(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
+        let table = named(text, names).unwrap_or_else(|e| panic!("{text}: {e}"));
+        let rows: Vec<&Line> = table.rows.iter().collect();
+        table.numbers(0..names.len(), &rows).unwrap_or_else(|e| panic!("{text}: {e}"))
+    }
+
+    #[test]
+    fn columns_are_found_by_their_names() {
+        let both = vec![vec![1.5, 2.5], vec![2.0, 3.0]];
+        assert_eq!(values("u,F\n1.5,2\n2.5,3\n", &["u", "F"]), both);
+        assert_eq!(values("note;7\nF (N);u (mm)\n\n2;1,5\n3;2,5\n", &["u", "F"]), both);
+        assert_eq!(values("u,F\nmm,N\n1.5,2\n2.5,3\n", &["u", "f"]), both);
+        // Letter by letter before other cases
+        assert_eq!(values("m,M\n1.5,2\n", &["M"]), [[2.0]]);
+        // One name is no line that commas divide
+        assert_eq!(values("F (N),u (mm)\n1,5\n2,7\n", &["F"]), [[1.0, 2.0]]);
+        assert_eq!(values("F (N)\n1,5\n2,25\n", &["F"]), [[1.5, 2.25]]);
+    }
+
+    #[test]
+    fn all_offenders_are_named_at_once() {
+        let refused = |text: &str, names: &[&str]| named(text, names).expect_err(text).to_string();
+        let said = refused("u,F\n1,5,2,3\n2,5,2,9\n3,5,3,1\n", &["u", "F"]);
+        assert!(said.contains("line 2 has 4 cells under 2 names, and too many are in lines 3, 4 as well"), "{said}");
+        let said = refused("u;F\n1.5;2\n2,5;3\n3,5;4\n", &["u", "F"]);
+        assert!(said.contains("is a point, but line 3 \"2,5\", line 4 \"3,5\" have the other one"), "{said}");
+        let said = refused("a,b\n1,2\n", &["u", "b", "F"]);
+        assert!(said.contains("there are no columns \"u\", \"F\"; known: a, b"), "{said}");
+        let said = refused("strain,b\n1,2\n", &["strian", "F"]);
+        assert!(said.contains("no columns \"strian\" (did you mean `strain`?), \"F\"; known: strain, b"), "{said}");
+        assert!(refused("", &["u"]).contains("no column \"u\"; none is known"));
+        let table = named("u (mm),F (N)\n1,x\ny,2\n", &["u", "F"]).expect("two columns");
+        let rows: Vec<&Line> = table.rows.iter().collect();
+        let said = table.numbers(0..2, &rows).expect_err("no numbers").to_string();
+        assert!(said.contains("line 3: \"y\" in column u (mm), line 2: \"x\" in column F (N) are no finite"), "{said}");
+        let ratio = |own: &str, _: &str| Some(if own == "mm" { 10.0 } else { 0.5 });
+        let said = table.check_units(&[Some("cm"), Some("kN")], "study", ratio).expect_err("others").to_string();
+        assert!(said.contains("in mm by the table and in cm by the study; column \"F (N)\" is in N"), "{said}");
+        assert_eq!(table.check_units(&[None, None], "study", ratio), Ok(()));
+    }
+}
