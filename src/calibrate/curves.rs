@@ -32,8 +32,21 @@ pub struct FitCurves {
     pub modes: Vec<ModeCurves>,
 }
 
-/// Points of a curve
+/// Points of a curve over a window
 const POINTS: usize = 201;
+
+/// Stretches of a curve, ascending: over all samples, and as many over the fitted window, which has a panel of its own.
+fn stretches(all: [f64; 2], fitted: [f64; 2]) -> Vec<f64> {
+    let between = |[a, b]: [f64; 2]| (0..POINTS).map(move |k| a + (b - a) * k as f64 / (POINTS - 1) as f64);
+    let window = [fitted[0].max(all[0]), fitted[1].min(all[1])];
+    let mut of: Vec<f64> = between(all).collect();
+    if window[0] < window[1] {
+        of.extend(between(window));
+    }
+    of.sort_by(f64::total_cmp);
+    of.dedup();
+    of
+}
 
 impl FitCurves {
     pub(super) fn new(
@@ -51,16 +64,15 @@ impl FitCurves {
             let point = |s: &Sample| [s.stretch, s.stress];
             let low = own().map(|s| s.stretch).fold(1.0, f64::min);
             let high = own().map(|s| s.stretch).fold(1.0, f64::max);
-            let at = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
             // The stress of a biaxial test is no function of one stretch
-            let points = if mode == Mode::Biaxial { 0 } else { POINTS };
+            let stretches = if mode == Mode::Biaxial { vec![] } else { stretches([low, high], fitted_stretch) };
             ModeCurves {
                 mode,
                 label: mode.name().replace('_', " "),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
-                curve: (0..points)
-                    .map(|k| [at(k), model.stress(values, mode, at(k))])
+                curve: (stretches.into_iter())
+                    .map(|stretch| [stretch, model.stress(values, mode, stretch)])
                     .filter(|p| p[1].is_finite())
                     .collect(),
                 residuals: all.iter().filter(|r| r.mode == mode).map(|r| [r.stretch, r.residual]).collect(),
@@ -74,5 +86,19 @@ impl FitCurves {
             fitted_stretch,
             modes: modes.collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stretches;
+
+    /// A window of a tenth of the data has as many points as all of them, so that the law is no polygon there.
+    #[test]
+    fn a_narrow_window_has_points_of_its_own() {
+        let of = stretches([1.0, 17.0], [1.0, 1.6]);
+        assert!(of.iter().filter(|s| **s <= 1.6).count() > 200, "{of:?}");
+        assert!(of.windows(2).all(|pair| pair[0] < pair[1]) && of[0] == 1.0 && of.last() == Some(&17.0));
+        assert_eq!(stretches([1.0, 2.0], [1.0, 2.0]).len(), 201);
     }
 }

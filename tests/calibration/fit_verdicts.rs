@@ -33,6 +33,19 @@ fn a_misfit_that_prints_as_zero_has_no_pattern() {
     assert!(small < 5e-5 && !no && large > 5e-4 && yes, "{small} {no} {large} {yes}");
 }
 
+/// Stresses with seven digits have errors in proportion to them, of which nothing is said; errors of 1 % are told.
+#[test]
+fn rounding_of_the_file_is_no_error_that_grows() {
+    let grows = |part: f64| {
+        let mut noise = Random::seed(3);
+        let rows = samples(model("neo_hookean", 1), &[0.1e6], &[Mode::Uniaxial], [1.05, 3.0], 100, |p| {
+            p * (1.0 + part * noise.normal())
+        });
+        fitted(model("neo_hookean", 1), &[Mode::Uniaxial], rows).warnings.contains(&FitWarning::Unequal)
+    };
+    assert!(!grows(5e-8) && grows(1e-2));
+}
+
 /// Noise of 1 % of the largest stress: the first data points miss the law by more than 10 % of theirs. The misfit is below 2 %, so that the
 /// law is valid somewhere, in every table, to the end; and the text says from where the per cents hold.
 #[test]

@@ -96,7 +96,8 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64, wider: bool) -> Optio
 /// Errors that grow with the stress or have another size in each mode, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
 /// `ratio`: largest standard deviation of a curve over the smallest one, where they differ.
 pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
-    let grow = result.errors.grows().then_some(FitWarning::Unequal);
+    // Residuals of nothing but the rounding of the file say nothing about its errors
+    let grow = (result.misfit.rms_relative > NOTHING && result.errors.grows()).then_some(FitWarning::Unequal);
     let apart = ratio.filter(|_| result.modes.len() > 1).map(|ratio| FitWarning::UnequalCurves { ratio });
     grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
