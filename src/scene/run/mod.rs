@@ -340,7 +340,7 @@ impl Scene {
     }
 
     /// Largest squared displacement of a node \[m²\].
-    pub(super) fn largest_displacement(&self, x: &[f64]) -> f64 {
+    pub(super) fn largest_squared_displacement(&self, x: &[f64]) -> f64 {
         let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
         nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
     }
