@@ -5,7 +5,7 @@ use super::parameter_key::ParameterKey;
 use super::{RowDerivatives, Sensitivity, StepEnd};
 use crate::math::cpu_clock::CpuClock;
 use crate::scene::build::Scene;
-use crate::scene::record::column::unit;
+use crate::scene::record::column::largest_of_unit;
 use crate::scene::record::extreme_rows::{ExtremeRow, ExtremeRows};
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
@@ -225,13 +225,8 @@ impl<'a> SensitivityRecorder<'a> {
         }
         let factor = &self.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
-        // All but the time and the iterations
-        let measured = 1..columns.len() - 1;
-        let size = |name: &String| {
-            let alike = measured.clone().filter(|c| unit(&columns[*c]) == unit(name));
-            alike.flat_map(|c| rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
-        };
-        let column_sizes = self.sensitivities.columns.iter().map(size).collect();
+        let own = self.sensitivities.columns.iter();
+        let column_sizes = own.map(|name| largest_of_unit(columns, rows, name)).collect();
         Sensitivities { factorisations, solves, column_sizes, ..self.sensitivities }
     }
 

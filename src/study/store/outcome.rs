@@ -3,11 +3,12 @@
 use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
 use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, column, cut_regions, extreme, no_limit_at, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -196,9 +197,9 @@ fn probes(scene: &Scene, run: &Run) -> BTreeMap<String, ProbeRecord> {
 /// Takes motions of places from the probes that are none next to the largest one: columns that symmetry or an equilibrium holds.
 fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
     let size = scene.rigids.iter().map(|body| body.frame.length).fold(scene.body.mesh.diagonal(), f64::max);
-    let length = |column: &str, motion: &MotionRecord| match column.rsplit('_').next() {
-        Some("m") => Some(motion.range),
-        Some("deg") => Some(motion.range.to_radians() * size),
+    let length = |column: &str, motion: &MotionRecord| match column::dimension(column) {
+        (Dimension::LENGTH, _) => Some(motion.range),
+        (Dimension::ANGLE, si) => Some(motion.range * si * size),
         _ => None,
     };
     let lengths = probes.iter().filter_map(|(column, probe)| length(column, probe.motion.as_ref()?));
