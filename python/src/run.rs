@@ -6,6 +6,7 @@ use crate::error::{input, refused};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
 use crate::value::mapping;
+use durometer::math::stopwatch::Spent;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
     ParameterKey, ScalarSensitivity, Scene, Sensitivities, column, hint, scalar_sensitivity, unit_of_column,
@@ -373,8 +374,7 @@ impl Run {
             stopped: None,
             factorisations: 0,
             solves: 0,
-            wall: 0.0,
-            cpu: 0.0,
+            spent: Spent::default(),
         };
         let is_doubtful = |key: &ParameterKey| one.doubtful().iter().any(|(_, doubtful, _)| *doubtful == key);
         let of_keys = keys.iter().zip(&found.values).zip(&found.errors);

@@ -2,6 +2,7 @@
 
 use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
+use crate::math::stopwatch::Spent;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::mesh::boundary::boundary_facets;
@@ -40,8 +41,8 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
-/// The record of a run; `times` are wall and CPU seconds.
-pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
+/// The record of a run that took this time.
+pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     CaseRecord {
@@ -61,8 +62,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
-        wall_s: times.0,
-        cpu_s: times.1,
+        wall_s: spent.wall_s,
+        cpu_s: spent.cpu_s,
         shared: false,
         steps: run.totals.steps,
         newton_iterations: run.totals.iterations,
