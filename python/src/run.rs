@@ -6,9 +6,10 @@ use crate::error::{input, refused};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
 use crate::value::mapping;
+use durometer::math::stopwatch::Spent;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
-    ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity, unit_of_column,
+    ParameterKey, ScalarSensitivity, Scene, Sensitivities, column, hint, scalar_sensitivity, unit_of_column,
 };
 use durometer::study::limits::{WARNING, limits_of_run};
 use durometer::system::State;
@@ -357,11 +358,8 @@ impl Run {
         let Origin::Here(origin) = &self.origin else { return Ok(()) };
         let values: Vec<f64> = self.values.bind(py).call_method0("ravel")?.extract()?;
         let width = self.columns.len();
-        let alike = |c: usize, k: usize| unit_of_column(&self.columns[c]) == unit_of_column(&self.columns[k % width]);
-        let size = |c: usize| {
-            let of_unit = values.iter().enumerate().filter(|(k, _)| alike(c, *k));
-            of_unit.fold(0.0_f64, |most, (_, value)| most.max(value.abs()))
-        };
+        let rows: Vec<&[f64]> = values.chunks_exact(width).collect();
+        let size = |c: usize| column::largest_of_unit(&self.columns, &rows, &self.columns[c]);
         let weighted = (0..width).filter(|c| weights[*c] != 0.0).map(|c| weights[c].abs() * size(c)).sum();
         let table: toml::Table = origin.0.scene.text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
         let one = Sensitivities {
@@ -376,8 +374,7 @@ impl Run {
             stopped: None,
             factorisations: 0,
             solves: 0,
-            wall: 0.0,
-            cpu: 0.0,
+            spent: Spent::default(),
         };
         let is_doubtful = |key: &ParameterKey| one.doubtful().iter().any(|(_, doubtful, _)| *doubtful == key);
         let of_keys = keys.iter().zip(&found.values).zip(&found.errors);

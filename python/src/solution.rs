@@ -5,7 +5,7 @@ use crate::controller::{Foreign, callable};
 use crate::error::{incomplete, input, refused, split, with_result};
 use crate::run::{Recorded, Run};
 use crate::solve::{Link, ended};
-use durometer::math::cpu_clock::CpuClock;
+use durometer::math::stopwatch::Stopwatch;
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
@@ -91,10 +91,10 @@ fn run(
             sensitivities,
             ..RunOptions::default()
         };
-        let (wall, cpu) = (std::time::Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         let run = scene.run_with(options);
-        let seconds = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        Ok(Done { record: outcome::record(scene, &run, seconds).into(), run })
+        let spent = stopwatch.spent();
+        Ok(Done { record: outcome::record(scene, &run, spent).into(), run })
     })?
 }
 

@@ -8,6 +8,9 @@ use serde_json::{Value, json};
 #[derive(Clone, Debug, Serialize)]
 pub struct SignalState {
     pub name: String,
+    /// Name and unit for people
+    pub words: String,
+    pub unit: &'static str,
     /// The value that is asked for \[SI\]; the next step reaches it
     pub value: f64,
     /// Least and largest value, where the scene declares them

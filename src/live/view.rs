@@ -5,7 +5,7 @@ use super::news::SignalState;
 use crate::report::viewer::film::Film;
 use crate::report::viewer::footage::About;
 use crate::report::viewer::page::live_page;
-use crate::scene::{Checkpoint, Scene};
+use crate::scene::{Checkpoint, Scene, column};
 use crate::solve::OnIteration;
 use serde_json::json;
 use std::path::Path;
@@ -31,7 +31,10 @@ pub fn board(scene: &Scene, film: &Film, mut about: About, shown: &Shown) -> Arc
     let initial = || scene.controls.values_from_outside(&scene.controls.memory());
     let values = from.map_or_else(initial, |checkpoint| checkpoint.controlled(scene));
     let controlled = scene.controls.controlled().into_iter().zip(values).zip(scene.controls.ranges());
-    let signals = controlled.map(|((name, value), range)| SignalState { name, value, range });
+    let signals = controlled.map(|((name, value), range)| {
+        let (words, unit) = column::words(&name);
+        SignalState { name, words, unit, value, range }
+    });
     let board = Arc::new(Board::new(Opening {
         run: run.into(),
         end: scene.spans.last().map_or(0.0, |span| span.end),

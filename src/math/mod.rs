@@ -2,7 +2,6 @@
 
 pub mod boxes;
 pub mod convex;
-pub mod cpu_clock;
 pub mod difference;
 pub mod disjoint_sets;
 pub mod dual;
@@ -24,6 +23,7 @@ pub mod signal;
 mod signal_rate;
 pub mod sparse;
 pub mod statistics;
+pub mod stopwatch;
 pub mod svd;
 pub mod tensor;
 pub mod threads;

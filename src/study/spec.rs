@@ -2,7 +2,7 @@
 
 use crate::math::units;
 use crate::scene::name::{self, is_name};
-use crate::scene::{SceneError, unit_of_column};
+use crate::scene::{SceneError, column, unit_of_column};
 use crate::schema::AnyTable;
 use crate::study::store::record::{Quantity, Role};
 use schemars::JsonSchema;
@@ -82,15 +82,9 @@ pub fn check_roles(kind: &str, families: &[FamilySpec], known: &[Role]) -> Resul
 /// The unit of a quantity is that at the end of the name of its column, in any spelling: fact and remedy where it is another one. A name without one
 /// says nothing.
 pub fn check_unit(q: &Quantity) -> Result<(), (String, String)> {
-    let spelled = |unit| match unit {
-        "m2" => "m²",
-        "m3" => "m³",
-        unit => unit,
-    };
-    let own = spelled(unit_of_column(&q.name));
-    let unit = spelled(&q.unit);
-    if own == "1" || unit == own || units::in_unit(&format!("1 {unit}"), own).is_ok_and(|one| (one - 1.0).abs() < 1e-12)
-    {
+    let (own, (dimension, si)) = (unit_of_column(&q.name), column::dimension(&q.name));
+    let is_own = |one: f64| (one / si - 1.0).abs() < 1e-12;
+    if own == "1" || q.unit == own || units::parse(&format!("1 {}", q.unit), dimension).is_ok_and(is_own) {
         return Ok(());
     }
     let fact = format!("the unit is \"{}\", and the column {} has numbers in {own}", q.unit, q.name);

@@ -203,6 +203,46 @@ fn units_of_the_table_change_nothing() {
     }
 }
 
+/// A curve is read in the unit of the column that it is compared with, of every dimension that a column has.
+#[test]
+fn a_curve_has_the_unit_of_its_column() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("table.csv"), "u;F\n0;0\n90;2.5\n180;5\n").expect("writable");
+    let read = |[of_x, x]: [&str; 2], [of_y, y]: [&str; 2]| {
+        let column = |name: &str, unit: &str, is: &str| {
+            format!(
+                "{name} = {{ column = \"{}\", unit = \"{unit}\", is = \"{is}\" }}\n",
+                if name == "x" { "u" } else { "F" }
+            )
+        };
+        let spec = format!("file = \"table.csv\"\n{}{}", column("x", of_x, x), column("y", of_y, y));
+        let spec: MeasuredSpec = toml::from_str(&spec).expect("sound");
+        Measured::read(folder.path(), &spec).map_err(|e| e.to_string())
+    };
+    let rotation = ["deg", "xmax_rotation_rad"];
+    for (y, last) in [
+        (["mN m", "xmin_moment_x_Nm"], 5e-3),
+        (["1/mm", "line_1_curvature_per_m"], 5e3),
+        (["mm^2", "sole_area_m2"], 5e-6),
+        (["ml", "air_volume_m3"], 5e-6),
+        (["rad", "bending_angle_deg"], 5.0_f64.to_degrees()),
+        (["1", "stretch_p95"], 5.0),
+    ] {
+        let read = read(rotation, y).unwrap_or_else(|e| panic!("{y:?}: {e}"));
+        let ends = [read.x[2] / std::f64::consts::PI, read.y[2] / last];
+        assert!(ends.iter().all(|ratio| (ratio - 1.0).abs() < 1e-14), "{y:?}: {ends:?}");
+    }
+    for y in [
+        ["mm", "line_1_curvature_per_m"],
+        ["1", "xmin_moment_x_Nm"],
+        ["mm", "sole_area_m2"],
+        ["1", "bending_angle_deg"],
+    ] {
+        let why = read(rotation, y).expect_err("another dimension");
+        assert!(why.contains(y[1]) && why.contains("wrong dimension"), "{why}");
+    }
+}
+
 /// A table with these lines below its names, read for the bar.
 fn read(names: &str, lines: &str, more: &str) -> Result<Measured, String> {
     let folder = tempfile::tempdir().expect("a temporary folder");

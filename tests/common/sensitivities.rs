@@ -5,7 +5,7 @@
 //! add 3·1e-11/1e-3 ≈ 3e-8. Accepted is 1e-6 of the largest value of the same unit.
 
 use durometer::material::registry;
-use durometer::scene::{ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder};
+use durometer::scene::{ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder, column};
 use durometer::solve::Status;
 use toml::{Table, Value};
 
@@ -30,12 +30,11 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
     let (run, exact) = sensitivities(&build(table), &keys);
     let place = |name: &String| run.columns.iter().position(|c| c == name).expect("a column of the run");
     let columns: Vec<usize> = exact.columns.iter().map(place).collect();
-    let unit_of = |name: &str| name.rsplit('_').next().unwrap_or("").to_string();
     let sizes: Vec<f64> = exact
         .columns
         .iter()
         .map(|name| {
-            let alike = columns.iter().filter(|c| unit_of(&run.columns[**c]) == unit_of(name));
+            let alike = columns.iter().filter(|c| column::comparable(&run.columns[**c], name));
             alike.flat_map(|&c| run.rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
         })
         .collect();

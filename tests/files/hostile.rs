@@ -4,6 +4,7 @@
 use crate::common::program::durometer;
 use crate::common::scene;
 use crate::common::studies::run_folder;
+use durometer::math::stopwatch::Spent;
 use durometer::mesh::ball::ball_weights;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, read};
@@ -239,7 +240,7 @@ fn no_number_that_is_not_finite_is_stored() {
     assert_eq!(said.code, Some(3), "{error}");
     assert!(error.contains("is not a finite number"), "{error}");
     let scene = scene(block(4, 1, 1, 0.1, 0.02, 0.02, Order::Linear), SCENE);
-    let mut record = durometer::study::store::outcome::record(&scene, &scene.run(), (1.0, 1.0));
+    let mut record = durometer::study::store::outcome::record(&scene, &scene.run(), Spent { wall_s: 1.0, cpu_s: 1.0 });
     assert!(folder::json(&record).is_ok());
     record.wall_s = f64::NAN;
     assert!(folder::json(&record).expect_err("no reader takes it").contains("no reader takes"));

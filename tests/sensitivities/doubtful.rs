@@ -1,5 +1,6 @@
 //! Which derivatives are called doubtful: those of a scene with a kink, and none that is zero but for rounding; which keys change nothing.
 
+use durometer::math::stopwatch::Spent;
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder, parse_scene};
 use durometer::solve::Failure;
 
@@ -104,8 +105,7 @@ fn one(derivative: f64, error: f64, terms: f64, column_size: f64) -> Sensitiviti
         stopped: None,
         factorisations: 0,
         solves: 0,
-        wall: 0.0,
-        cpu: 0.0,
+        spent: Spent::default(),
     }
 }
 

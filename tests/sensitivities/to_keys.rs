@@ -7,7 +7,7 @@
 
 use durometer::scene::overrides::apply;
 use durometer::scene::{
-    ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityError, SensitivityRecorder, check_scalar,
+    ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityError, SensitivityRecorder, check_scalar, column,
     parse_scene, scalar_sensitivity,
 };
 use durometer::solve::Status;
@@ -137,12 +137,7 @@ fn differentiated(scene: &Scene, keys: &[ParameterKey]) -> (Run, Sensitivities) 
 
 /// Largest value of the columns of the same unit.
 fn sizes(run: &Run, found: &Sensitivities) -> Vec<f64> {
-    let unit = |name: &str| name.rsplit('_').next().unwrap_or("").to_string();
-    let of = |name: &String| {
-        let alike = (0..run.columns.len()).filter(|c| unit(&run.columns[*c]) == unit(name));
-        alike.flat_map(|c| run.rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
-    };
-    found.columns.iter().map(of).collect()
+    found.columns.iter().map(|name| column::largest_of_unit(&run.columns, &run.rows, name)).collect()
 }
 
 /// The derivatives of the last row by adjoint solutions. Both ways solve with the tangent of the same state: they agree to 1e-9 of the largest value, the

@@ -4,7 +4,7 @@ use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
-use durometer::scene::{Body, Run, Scene, SceneSpec};
+use durometer::scene::{Body, Run, Scene, SceneSpec, column};
 use durometer::solve::Status;
 use durometer::study::analysis::Analysis;
 use durometer::study::case::Case;
@@ -73,9 +73,8 @@ fn the_fast_path_gives_what_the_slow_one_does() {
             continue;
         }
         kept += usize::from(a.work.factorisations < b.work.factorisations);
-        let unit = |name: &String| name.rsplit('_').next().map(String::from);
         for (name, p) in a.probes.iter().filter(|(name, _)| *name != "newton_iterations") {
-            let alike = b.probes.iter().filter(|(other, _)| unit(other) == unit(name));
+            let alike = b.probes.iter().filter(|(other, _)| column::comparable(other, name));
             let size = alike.map(|(_, other)| other.peak.abs()).fold(0.0, f64::max);
             let q = b.probes[name].last;
             assert!((p.last - q).abs() <= 1e-5 * size, "{}: {name} = {:e} and {q:e}", a.id, p.last);
@@ -127,16 +126,11 @@ fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
 /// nothing but rounding compared with their kind (reactions across the load, say) count by the largest of the same unit. Quantiles
 /// of the stretch over cells jump from a cell to another where two weigh alike, and are left out.
 fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
-    let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
-    let largest = |u: &str| {
-        let same = (0..a.columns.len()).filter(|&k| unit(&a.columns[k]) == u);
-        same.flat_map(|k| a.rows.iter().map(move |r| r[k].abs())).fold(0.0, f64::max)
-    };
     let (x, y) = (a.rows.last().expect("rows"), b.rows.last().expect("rows"));
     (1..a.columns.len() - 1)
         .filter(|&k| !["stretch_median", "stretch_p95"].contains(&a.columns[k].as_str()))
         .map(|k| {
-            let size = largest(&unit(&a.columns[k]));
+            let size = column::largest_of_unit(&a.columns, &a.rows, &a.columns[k]);
             let off = (x[k] - y[k] / factor(&a.columns[k])).abs();
             if off == 0.0 { 0.0 } else { off / size }
         })
@@ -207,12 +201,16 @@ struct Similar {
 }
 
 /// Exponents of length, mass and time of the quantities in the scenes.
-const DIMENSIONS: [(Dimension, [i32; 3]); 9] = [
+const DIMENSIONS: [(Dimension, [i32; 3]); 13] = [
+    (Dimension::NONE, [0, 0, 0]),
     (Dimension::LENGTH, [1, 0, 0]),
+    (Dimension::CURVATURE, [-1, 0, 0]),
+    (Dimension::AREA, [2, 0, 0]),
     (Dimension::VOLUME, [3, 0, 0]),
     (Dimension::TIME, [0, 0, 1]),
     (Dimension::ANGLE, [0, 0, 0]),
     (Dimension::FORCE, [1, 1, -2]),
+    (Dimension::ENERGY, [2, 1, -2]),
     (Dimension::PRESSURE, [-1, 1, -2]),
     (Dimension::STIFFNESS, [0, 1, -2]),
     (Dimension::DENSITY, [-3, 1, 0]),
@@ -272,14 +270,7 @@ impl Similar {
 
     /// Factor of a column, by the unit in its name.
     fn column(&self, name: &str) -> f64 {
-        match name.rsplit('_').next() {
-            Some("m") => self.of(Dimension::LENGTH),
-            Some("m3") => self.of(Dimension::VOLUME),
-            Some("N") => self.of(Dimension::FORCE),
-            Some("Pa") => self.of(Dimension::PRESSURE),
-            Some("J") => self.of(Dimension::FORCE) * self.length,
-            _ => 1.0,
-        }
+        self.of(column::dimension(name).0)
     }
 }
 

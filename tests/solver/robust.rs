@@ -5,6 +5,7 @@ use crate::common;
 use crate::common::{DeadLoad, elastic, hold, law, newton, nodes, ramp, scene};
 use durometer::effect::EdgeSprings;
 use durometer::math::signal::Signal;
+use durometer::math::stopwatch::Spent;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -332,7 +333,7 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
     let run = |numerics: &str| {
         let scene = scene(block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear), &crumpled(start, numerics));
         let run = common::run(&scene);
-        let record = durometer::study::store::outcome::record(&scene, &run, (0.0, 0.0));
+        let record = durometer::study::store::outcome::record(&scene, &run, Spent::default());
         (run, record)
     };
     let (without, _) = run("");

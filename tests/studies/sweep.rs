@@ -192,6 +192,25 @@ fn what_the_solver_leaves_is_no_change() {
     assert!(["p p", "q q"].iter().all(|key| sentence.contains(&format!("does not depend on key {key}"))), "{sentence}");
 }
 
+/// A curvature of 20 1/m in the record says nothing of the rounding of a place: a place that moves by 1e-7 m has its trend, where the solver leaves 1e-8 of that.
+#[test]
+fn the_rounding_of_a_place_is_not_that_of_a_curvature() {
+    let (mut grid, mut stored) = study(&P, &Q, |p, q| 1e-8 * (p + q));
+    grid.quantities.get_mut("length").expect("quantities")[0].name = "tip_x_m".into();
+    for case in &mut stored {
+        let (record, columns) = (&mut case.record, &mut case.series.columns);
+        let mut curvature = record.probes["cable_tension_N"].clone();
+        curvature.peak = 20.0;
+        record.probes.insert("line_1_curvature_per_m".into(), curvature);
+        let place = record.probes.remove("cable_tension_N").expect("recorded");
+        record.probes.insert("tip_x_m".into(), place);
+        let place = columns.remove("cable_tension_N").expect("recorded");
+        columns.insert("tip_x_m".into(), place);
+        record.solver.algebraic_error = 1e-8;
+    }
+    assert_eq!(along(&analyse(&grid, &stored).quantities[0].along, "p").trend, Trend::Rising);
+}
+
 /// y moves by 1.7 near zero, where an absolute tolerance of 2 accepts it whatever share of the value it is; a move by 2.1 it does not accept.
 #[test]
 fn an_absolute_tolerance_accepts_what_is_small() {

@@ -5,8 +5,8 @@ import { MAPS, colour, css } from "./colours.js";
 import { Pane } from "./pane.js";
 import { button, check, el, field, group, icon, numeric, row, select, slider } from "./panel.js";
 import { compose, gif, png, save, webm } from "./picture.js";
-import { Plot, firstColumn } from "./plot.js";
-import { column, number, read, rounded, scaled, ticks } from "./units.js";
+import { Plot, firstColumn, label } from "./plot.js";
+import { number, read, rounded, scaled, ticks } from "./units.js";
 import { svg } from "./vector.js";
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -565,7 +565,7 @@ export class App {
         own.push(line(`${name}${q.name}`, `${number(found.low * factor)} (${place} ${found.lowAt}) to ${number(found.high * factor)} ${unit} (${place} ${found.highAt})`));
       }
       for (const col of c.curves.columns.slice(1)) {
-        const { words, unit } = column(col);
+        const { words, unit } = label([c], col);
         own.push(line(`${name}${words}`, `${number(Plot.at(c, col, this.#time(c)))} ${unit}`));
       }
       return own;
@@ -600,7 +600,7 @@ export class App {
   #mark() {
     const { s } = this;
     this.plot.mark((c) => this.#time(c));
-    const { words, unit } = column(s.column);
+    const { words, unit } = label(this.cases, s.column);
     const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, this.#time(c)))} ${unit}`);
     this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);

@@ -110,7 +110,7 @@ export class Case {
     this.marked = head.marked.map((m) => ({ ...m, facets: read(m.facets), points: read(m.points) }));
     this.motion = new Modes(bytes, head.motion);
     this.arrows = head.arrows.map((a) => this.#arrows(a, read));
-    this.curves = { columns: head.curves.columns, values: head.curves.values.map(read) };
+    this.curves = { columns: head.curves.columns, labels: head.curves.labels, values: head.curves.values.map(read) };
     this.order();
     this.quantities = [];
     if (this.motion.size) this.offer("displacement", "m", true, this.motion);

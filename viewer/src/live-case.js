@@ -103,8 +103,7 @@ export class LiveCase extends Case {
     this.fields.forEach((f, k) => (f.states = states.map((s) => s.fields[k])));
     this.arrows = this.head.arrows.map(({ name, unit }) => ({ name, unit, ...this.#forces(states) }));
     const rows = [...this.rows].sort(([a], [b]) => a - b).map(([, values]) => values);
-    const { columns } = this.curves;
-    this.curves = { columns, values: columns.map((_, k) => Float32Array.from(rows, (r) => r[k])) };
+    this.curves.values = this.curves.columns.map((_, k) => Float32Array.from(rows, (r) => r[k]));
     this.order();
   }
 

@@ -1,7 +1,7 @@
 // Controls of the live view: pause and step, signals, time, step size and iterations.
 
 import { button, el, field, group, row, slider } from "./panel.js";
-import { column, number, read, scaled } from "./units.js";
+import { number, read, scaled } from "./units.js";
 
 const svg = (name, attributes, text) => {
   const out = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -67,8 +67,7 @@ export class LivePanel {
   }
 
   /** The inputs of a signal, in the unit that fits its range. */
-  #signal({ name, value, range }) {
-    const { words, unit: si } = column(name);
+  #signal({ name, words, unit: si, value, range }) {
     const size = range ? Math.max(...range.map(Math.abs)) : Math.max(Math.abs(value), 1e-3);
     const { unit, factor } = scaled(si, size);
     const label = `${words}${unit ? ` [${unit}]` : ""}`;

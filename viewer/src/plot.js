@@ -1,6 +1,6 @@
 // A recorded column over time, with a mark at the state that is shown.
 
-import { column, ticks } from "./units.js";
+import { ticks } from "./units.js";
 import { PALETTE, css } from "./colours.js";
 
 const NS = "http://www.w3.org/2000/svg";
@@ -15,9 +15,16 @@ const node = (name, attributes, text) => {
 /** Changes of a column below this share of the largest number in its unit are rounding. */
 const ROUNDING = 1e-5;
 
+/** Words and unit of a column, as the first case that has it names them. */
+export function label(cases, name) {
+  const { columns, labels } = cases.find((c) => c.curves.columns.includes(name)).curves;
+  const [words, unit] = labels[columns.indexOf(name)];
+  return { words, unit };
+}
+
 /** The column that is shown first: a place, a tension or an angle that changes by more than rounding, else the first column that does; energies and counts of the solver come last. */
 export function firstColumn(cases) {
-  const all = cases.flatMap((c) => c.curves.columns.slice(1).map((name, k) => ({ name, unit: column(name).unit, values: c.curves.values[k + 1].filter(Number.isFinite) })));
+  const all = cases.flatMap((c) => c.curves.columns.slice(1).map((name, k) => ({ name, unit: label([c], name).unit, values: c.curves.values[k + 1].filter(Number.isFinite) })));
   const largest = new Map();
   for (const { unit, values } of all) largest.set(unit, values.reduce((most, v) => Math.max(most, Math.abs(v)), largest.get(unit) ?? 0));
   const changes = ({ unit, values }) => values.length > 0 && values.reduce((m, v) => Math.max(m, v), -Infinity) - values.reduce((m, v) => Math.min(m, v), Infinity) > ROUNDING * largest.get(unit);
@@ -77,7 +84,7 @@ export class Plot {
       const isLast = k === all.length - 1;
       svg.append(node("text", { x: isLast ? Math.min(px(value), w - 14) : px(value), y: h - 6, "text-anchor": "middle" }, `${text}${isLast && this.cases[0].rises ? " s" : ""}`));
     });
-    const { words, unit } = column(name);
+    const { words, unit } = label(this.cases, name);
     svg.append(node("text", { x: 4, y: 13 }, `${words}${unit ? ` [${unit}]` : ""}`));
     lines.forEach(([t, v], k) => {
       const points = Array.from(t, (time, i) => (Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);

@@ -39,15 +39,6 @@ export function number(v, digits = 4) {
   return text.replaceAll("-", "−");
 }
 
-/** Name and unit of a column such as `cable_tension_N`. */
-export function column(name) {
-  const units = ["m_s2", "m_s", "rad_s", "N_m", "Nm", "deg", "rad", "m3", "m2", "Pa", "Hz", "N", "m", "s", "J", "W", "K"];
-  const unit = units.find((u) => name.endsWith(`_${u}`));
-  const words = (unit ? name.slice(0, -unit.length - 1) : name).replaceAll("_", " ");
-  const written = { m_s2: "m/s²", m_s: "m/s", rad_s: "rad/s", N_m: "N/m", deg: "°", m3: "m³", m2: "m²" };
-  return { words, unit: unit ? (written[unit] ?? unit) : "" };
-}
-
 const exponent = (v) => Number(Math.abs(v).toExponential().split("e")[1]);
 
 /** Round numbers between two ends, each with its text: in one notation, with the digits by which neighbours differ. */

@@ -4,7 +4,8 @@
 use super::{InverseError, OffsetAxis};
 use crate::calibrate::same_data;
 use crate::calibrate::treatment::cycle::{self, Cycle};
-use crate::math::units::{self, Dimension, UnitError};
+use crate::math::units::{self, UnitError};
+use crate::scene::column;
 use crate::storage::columns::Named;
 use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
@@ -159,7 +160,7 @@ impl ColumnSpec {
             value *= by;
             dimension = dimension.times(of, 1);
         }
-        let (wanted, si) = recorded(&self.is);
+        let (wanted, si) = column::dimension(&self.is);
         if dimension == wanted {
             return Ok(value / si);
         }
@@ -169,20 +170,7 @@ impl ColumnSpec {
 
     /// A value with its unit, in the unit of the scene's column.
     fn read(&self, text: &str) -> Result<f64, UnitError> {
-        let (wanted, si) = recorded(&self.is);
+        let (wanted, si) = column::dimension(&self.is);
         Ok(units::parse(text, wanted)? / si)
-    }
-}
-
-/// Dimension of a recorded column, by the unit at the end of its name, and that unit in SI.
-fn recorded(column: &str) -> (Dimension, f64) {
-    match column.rsplit('_').next().unwrap_or_default() {
-        "m" => (Dimension::LENGTH, 1.0),
-        "m3" => (Dimension::VOLUME, 1.0),
-        "N" => (Dimension::FORCE, 1.0),
-        "Pa" => (Dimension::PRESSURE, 1.0),
-        "s" => (Dimension::TIME, 1.0),
-        "deg" => (Dimension::ANGLE, std::f64::consts::PI / 180.0),
-        _ => (Dimension::NONE, 1.0),
     }
 }

@@ -39,8 +39,8 @@ use super::solve::error_rows::ErrorRows;
 use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
-use crate::scene::Scene;
 use crate::scene::stretch::stretches;
+use crate::scene::{Scene, unit_of_column};
 use determined::{Coordinates, Searched};
 use model::Answer;
 use nalgebra::DVector;
@@ -318,12 +318,11 @@ fn fitted(
             unreachable!("the probe has four columns")
         };
         let name = |f: &Found, axis| {
-            let (key, unit) = match axis {
+            let (key, column) = match axis {
                 OffsetAxis::Slack => ("slack", &curve.model.x),
                 OffsetAxis::Zero => ("zero", &curve.model.y),
             };
-            let unit = unit.rsplit('_').next().unwrap_or_default().into();
-            Found { key: format!("{key} of {}", curve.name), unit, ..f.clone() }
+            Found { key: format!("{key} of {}", curve.name), unit: unit_of_column(column).into(), ..f.clone() }
         };
         FittedCurve {
             name: curve.name.clone(),

@@ -190,7 +190,7 @@ impl SceneModel {
             };
             return Err(Failure::Input(InverseError::NoColumn { name: self.y.clone(), fact }));
         };
-        let gradient = sensitivities.wall;
+        let gradient = sensitivities.spent.wall_s;
         let forward = begin.elapsed().as_secs_f64() - gradient;
         match (&run.status, sensitivities.stopped) {
             (Status::Converged, None) => {}

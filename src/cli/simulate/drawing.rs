@@ -1,7 +1,7 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
 use durometer::live::{self, Board, Listener, Served, Shown};
-use durometer::math::cpu_clock::CpuClock;
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
 use durometer::report::viewer::page::page;
@@ -15,7 +15,6 @@ use durometer::study::view;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 /// The fields that a run writes at the points of the time grid that are due, and the states of its page.
 pub struct Drawing {
@@ -33,8 +32,7 @@ pub struct Drawing {
     /// Time of the last one \[s\]
     past: Option<f64>,
     /// Time that the page has taken so far
-    wall: Duration,
-    cpu: Duration,
+    spent: Spent,
 }
 
 impl Drawing {
@@ -56,7 +54,6 @@ impl Drawing {
         if let (Some(film), Some(checkpoint)) = (&mut film, from) {
             film.add(scene, &checkpoint.state);
         }
-        let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
         Self {
             fields,
             schedule,
@@ -66,8 +63,7 @@ impl Drawing {
             page: out.join(format!("{name}.html")),
             number,
             past,
-            wall,
-            cpu,
+            spent: Spent::default(),
         }
     }
 
@@ -83,31 +79,23 @@ impl Drawing {
         if let Some(fields) = self.fields.as_mut().filter(|_| self.schedule.due(self.past, state.t)) {
             fields.add(scene, state, self.number);
         }
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         if let Some(film) = &mut self.film {
             film.add(scene, state);
             self.board.iter().for_each(|board| board.state(film, scene, state));
         }
-        self.wall += wall.elapsed();
-        self.cpu += cpu.elapsed();
+        self.spent += stopwatch.spent();
         (self.number, self.past) = (self.number + 1, Some(state.t));
     }
 
     /// Ends the fields; the film is left.
     pub fn finish(self) -> (Drawn, Option<Film>) {
         let fields = self.fields.map(|fields| (fields.collection(), fields.finish()));
-        let mut drawn = Drawn {
-            page: self.page,
-            shown: false,
-            collection: None,
-            failure: None,
-            wall: self.wall.as_secs_f64(),
-            cpu: self.cpu.as_secs_f64(),
-        };
+        let mut drawn = Drawn { page: self.page, shown: false, collection: None, failure: None, spent: self.spent };
         match fields {
-            Some((collection, Ok((wall, cpu)))) => {
+            Some((collection, Ok(spent))) => {
                 drawn.collection = Some(collection);
-                (drawn.wall, drawn.cpu) = (drawn.wall + wall, drawn.cpu + cpu);
+                drawn.spent += spent;
             }
             Some((_, Err(why))) => drawn.failure = Some(why.into()),
             None => {}
@@ -122,9 +110,8 @@ pub struct Drawn {
     shown: bool,
     collection: Option<PathBuf>,
     pub failure: Option<Box<dyn std::error::Error>>,
-    /// Time that they took during the run \[s\]
-    pub wall: f64,
-    pub cpu: f64,
+    /// Time that they took during the run
+    pub spent: Spent,
 }
 
 impl Drawn {

@@ -82,7 +82,7 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             five_digits(q.bar)
         );
     }
-    let (cpu, dofs) = (seconds(found.cpu), found.dofs);
+    let (cpu, dofs) = (seconds(found.spent.cpu_s), found.dofs);
     let what = match found.solves {
         _ if found.whole_run => "a whole run".into(),
         1 => "1 solution".into(),

@@ -67,6 +67,6 @@ fn print_refinement(step: &RefinementStep) {
         five_digits(*bar),
         if step.lacks_surface() { WITHOUT_FACETS } else { "" },
         five_digits(*tolerance),
-        seconds(step.cpu)
+        seconds(step.spent.cpu_s)
     );
 }

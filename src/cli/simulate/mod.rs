@@ -16,7 +16,7 @@ pub use args::Args;
 use controls::{Chosen, positive_time};
 use drawing::{Drawing, Drawn};
 use durometer::live::Shown;
-use durometer::math::cpu_clock::CpuClock;
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::math::threads;
 use durometer::scene::control::Controller;
 use durometer::scene::{
@@ -107,12 +107,12 @@ fn simulate(args: Args) -> CommandResult {
         sensitivities,
         ..RunOptions::default()
     };
-    let (wall, cpu) = (Instant::now(), CpuClock::start());
+    let stopwatch = Stopwatch::start();
     let run = scene.run_with(options);
-    let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+    let spent = stopwatch.spent();
     let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
     let (mut drawn, film) = drawing.finish();
-    let mut record = outcome::record(&scene, &run, own_times(times, &run, waited, &drawn));
+    let mut record = outcome::record(&scene, &run, own_time(spent, &run, waited, &drawn));
     record.id.clone_from(&name);
     record.notes.extend(note);
     record.phases.build_s = build_s;
@@ -132,11 +132,9 @@ fn simulate(args: Args) -> CommandResult {
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
 }
 
-/// Seconds by the clock and of the processor without what is no part of the cost of a run: derivatives, the answers of a controller, the writing of
-/// fields.
-fn own_times((wall, cpu): (f64, f64), run: &Run, waited: f64, drawn: &Drawn) -> (f64, f64) {
-    let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
-    (wall - aside.0 - waited - drawn.wall, cpu - aside.1 - drawn.cpu)
+/// The time without that of what is no part of the cost of a run: derivatives, the answers of a controller, the writing of fields.
+fn own_time(spent: Spent, run: &Run, waited_s: f64, drawn: &Drawn) -> Spent {
+    spent - run.spent_on_derivatives() - Spent { wall_s: waited_s, cpu_s: 0.0 } - drawn.spent
 }
 
 /// Takes the end of the set-up, whatever memory the run is going to take: a signal ends the run from here on, which keeps its rows.

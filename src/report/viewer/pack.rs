@@ -5,6 +5,7 @@
 
 use super::model::{Arrows, Field, Model};
 use super::modes::Modes;
+use crate::scene::column;
 use serde_json::{Value, json};
 use std::io::Write;
 
@@ -23,6 +24,17 @@ impl Packed {
     /// The title of the case.
     pub fn title(&self) -> &str {
         self.head["title"].as_str().unwrap_or_default()
+    }
+
+    /// Adds the labels of the columns, which pages of earlier versions do not have.
+    pub(super) fn labelled(mut self) -> Self {
+        let curves = self.head.get_mut("curves").and_then(Value::as_object_mut);
+        if let Some(curves) = curves.filter(|curves| !curves.contains_key("labels")) {
+            let columns = curves.get("columns").into_iter().filter_map(Value::as_array).flatten();
+            let columns: Vec<String> = columns.filter_map(Value::as_str).map(String::from).collect();
+            curves.insert("labels".into(), json!(labels(&columns)));
+        }
+        self
     }
 
     /// Gives the case another title.
@@ -133,7 +145,12 @@ fn curves(block: &mut Block, model: &Model) -> Value {
         (curves.rows.iter().enumerate()).filter(|(k, _)| k % stride == 0 || *k == last).map(|(_, r)| r).collect();
     let column = |k: usize| rows.iter().map(|r| r[k] as f32).collect();
     let values: Vec<Value> = (0..curves.columns.len()).map(|k| block.floats(column(k))).collect();
-    json!({ "columns": curves.columns, "values": values })
+    json!({ "columns": curves.columns, "labels": labels(&curves.columns), "values": values })
+}
+
+/// Words and unit of each column, which the page shows.
+fn labels(columns: &[String]) -> Vec<(String, &'static str)> {
+    columns.iter().map(|column| column::words(column)).collect()
 }
 
 /// Bytes of all arrays, one after the other; the description has the place of each.

@@ -100,7 +100,8 @@ pub fn read(path: &Path) -> Result<Vec<Packed>, PageError> {
         }
         let data = rest.split_once(DATA).and_then(|(_, data)| Some(data.split_once(END)?.0));
         let data = data.ok_or_else(|| damaged("there are no numbers"))?;
-        cases.push(Packed { head, data: STANDARD.decode(data).map_err(|e| damaged(&e.to_string()))? });
+        let data = STANDARD.decode(data).map_err(|e| damaged(&e.to_string()))?;
+        cases.push(Packed { head, data }.labelled());
     }
     if cases.is_empty() { Err(PageError::NoPage { file }) } else { Ok(cases) }
 }
@@ -130,5 +131,22 @@ mod tests {
         assert!(read(&path).expect_err("newer").to_string().contains("newer version"));
         std::fs::write(&path, "<p>").expect("room");
         assert!(read(&path).expect_err("no page").to_string().contains("no page of the viewer"));
+    }
+
+    #[test]
+    fn columns_of_a_page_of_an_earlier_version_get_words_and_units() {
+        let columns = ["t_s", "line_1_curvature_per_m", "grip_moment_z_Nm", "bending_angle_deg", "stretch_p95"];
+        let head = json!({ "format": FORMAT, "curves": { "columns": columns } });
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.html");
+        std::fs::write(&path, page("earlier", &[Packed { head, data: vec![] }])).expect("room");
+        let labels = [
+            ["t", "s"],
+            ["line 1 curvature", "1/m"],
+            ["grip moment z", "N m"],
+            ["bending angle", "°"],
+            ["stretch p95", ""],
+        ];
+        assert_eq!(read(&path).expect("a page")[0].head["curves"]["labels"], json!(labels));
     }
 }

@@ -13,7 +13,7 @@
 
 use super::Body;
 use super::mesh_spec::RefineSpec;
-use crate::math::cpu_clock::CpuClock;
+use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::generate::{MeshStore, SizeField};
@@ -24,7 +24,6 @@ use crate::system::State;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 /// Order α with which the shares of the cells are taken to fall: that of linear cells; of quadratic ones where edges are singular.
 const ORDER: f64 = 2.0;
@@ -52,9 +51,8 @@ pub struct RefinementStep {
     /// The bar that decides, of the value or of its departure from the start, and the largest one that is accepted \[unit of the quantity\]
     pub bar: f64,
     pub tolerance: f64,
-    /// Wall and CPU time of the run, the estimate and the next mesh \[s\]
-    pub wall: f64,
-    pub cpu: f64,
+    /// Time of the run, the estimate and the next mesh
+    pub spent: Spent,
 }
 
 impl RefinementStep {
@@ -166,7 +164,7 @@ pub fn refine(
     let (mut body, mut steps, mut until) = (body, Vec::new(), f64::INFINITY);
     let mut best: Option<Best> = None;
     loop {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
         scene.spans.retain(|span| span.start < until);
         scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));
@@ -188,9 +186,9 @@ pub fn refine(
         if !is_last && !watch.is_stopped() {
             body = Arc::new(Body::sized(file, &spec.mesh, best.next(tolerance), store, watch.mesher)?);
         }
-        let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        let spent = stopwatch.spent();
         let (cells, dofs) = (scene.body.mesh.cell_count(), scene.system.dofs.free.len());
-        let step = RefinementStep { cells, dofs, error, bar, tolerance, wall, cpu };
+        let step = RefinementStep { cells, dofs, error, bar, tolerance, spent };
         (watch.step)(&step);
         steps.push(step);
         if is_last {

@@ -42,7 +42,7 @@ use super::notes::wrinkles::no_limit_at;
 use super::record::extreme::extreme;
 use super::record::recorder::Energies;
 use super::{Run, Scene};
-use crate::math::cpu_clock::CpuClock;
+use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
@@ -52,7 +52,6 @@ use glued_edge::has_glued_edge;
 use kept_state::{Kept, Solved};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 /// Error of one recorded quantity.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,9 +130,7 @@ pub struct ErrorEstimate {
     /// Times at which the enriched space was solved
     pub solves: usize,
     pub factorisations: usize,
-    /// Wall and CPU time \[s\]
-    pub wall: f64,
-    pub cpu: f64,
+    pub spent: Spent,
 }
 
 /// Estimates errors of a run: it follows the states of the run, and solves in the enriched space afterwards.
@@ -220,7 +217,7 @@ impl<'a> ErrorEstimator<'a> {
     }
 
     fn estimate_whole(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         if let Some(why) = no_limit_at(self.scene, &run.peak.x) {
             return Err(EstimateError::NoLimit { why });
         }
@@ -292,8 +289,7 @@ impl<'a> ErrorEstimator<'a> {
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len().max(1),
             factorisations,
-            wall: wall.elapsed().as_secs_f64(),
-            cpu: cpu.elapsed().as_secs_f64(),
+            spent: stopwatch.spent(),
         })
     }
 

@@ -1,4 +1,4 @@
-//! The unit at the end of the name of a recorded column: `tip_x_m`, `grip_moment_z_Nm`.
+//! The unit at the end of the name of a recorded column or a signal: `tip_x_m`, `grip_moment_z_Nm`.
 
 use crate::math::units::{Dimension, UnitError};
 use crate::scene::text::quantity::Quantity;
@@ -15,9 +15,13 @@ const fn unit_of(suffix: &'static str, printed: &'static str, dimension: Dimensi
 }
 
 /// The first match counts: a longer suffix precedes the one that it ends in.
-const UNITS: [ColumnUnit; 12] = [
+const UNITS: [ColumnUnit; 16] = [
     unit_of("_per_m", "1/m", Dimension::CURVATURE),
+    unit_of("_N_m", "N/m", Dimension::STIFFNESS),
     unit_of("_m_s", "m/s", Dimension::VELOCITY),
+    unit_of("_m_s2", "m/s2", Dimension::ACCELERATION),
+    unit_of("_rad_s", "rad/s", Dimension::ANGULAR_VELOCITY),
+    unit_of("_Hz", "Hz", Dimension::FREQUENCY),
     unit_of("_s", "s", Dimension::TIME),
     unit_of("_m", "m", Dimension::LENGTH),
     unit_of("_m2", "m2", Dimension::AREA),
@@ -39,6 +43,24 @@ pub fn unit(column: &str) -> &'static str {
     find(column).map_or("1", |unit| unit.printed)
 }
 
+/// The dimension of a column, and its unit in SI.
+pub fn dimension(column: &str) -> (Dimension, f64) {
+    let Some(ColumnUnit { printed, dimension, .. }) = find(column) else { return (Dimension::NONE, 1.0) };
+    (*dimension, if *printed == "deg" { 1.0_f64.to_radians() } else { 1.0 })
+}
+
+/// Whether two columns are results in the same unit: the size of one tells what is small in the other. Time and the iterations of the solver are no results.
+pub fn comparable(a: &str, b: &str) -> bool {
+    let is_result = |column: &str| !["t_s", "newton_iterations"].contains(&column);
+    is_result(a) && is_result(b) && unit(a) == unit(b)
+}
+
+/// Largest magnitude over the rows, of all columns that are comparable with this one.
+pub fn largest_of_unit(columns: &[String], rows: &[impl AsRef<[f64]>], column: &str) -> f64 {
+    let alike = (0..columns.len()).filter(|&c| comparable(&columns[c], column));
+    alike.flat_map(|c| rows.iter().map(move |row| row.as_ref()[c].abs())).fold(0.0, f64::max)
+}
+
 /// Words and unit of a column or field, for people; no unit where its name has none.
 pub fn words(column: &str) -> (String, &'static str) {
     let Some(ColumnUnit { suffix, printed, .. }) = find(column) else { return (column.replace('_', " "), "") };
@@ -46,6 +68,7 @@ pub fn words(column: &str) -> (String, &'static str) {
         "deg" => "°",
         "m2" => "m²",
         "m3" => "m³",
+        "m/s2" => "m/s²",
         unit => unit,
     };
     (column[..column.len() - suffix.len()].replace('_', " "), printed)
@@ -59,8 +82,8 @@ pub fn label(column: &str) -> String {
 
 /// Value of a quantity in the unit of a column.
 pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
-    let value = quantity.value(find(column).map_or(Dimension::NONE, |unit| unit.dimension))?;
-    Ok(if unit(column) == "deg" { value.to_degrees() } else { value })
+    let (dimension, si) = dimension(column);
+    Ok(quantity.value(dimension)? / si)
 }
 
 #[cfg(test)]
@@ -75,6 +98,9 @@ mod tests {
             ("line_1_curvature_per_m", "1/m", "line 1 curvature [1/m]"),
             ("grip_moment_z_Nm", "N m", "grip moment z [N m]"),
             ("velocity_m_s", "m/s", "velocity [m/s]"),
+            ("body_acceleration_m_s2", "m/s2", "body acceleration [m/s²]"),
+            ("horn_speed_rad_s", "rad/s", "horn speed [rad/s]"),
+            ("joint_stiffness_N_m", "N/m", "joint stiffness [N/m]"),
             ("sole_area_m2", "m2", "sole area [m²]"),
             ("air_volume_m3", "m3", "air volume [m³]"),
             ("bending_angle_deg", "deg", "bending angle [°]"),
@@ -83,6 +109,18 @@ mod tests {
         ] {
             assert_eq!((unit(column), label(column).as_str()), (printed, shown));
         }
+    }
+
+    /// A curvature of 20 1/m says nothing of places, a torque nothing of forces, and ten iterations nothing of stretches.
+    #[test]
+    fn sizes_are_those_of_columns_in_the_same_unit() {
+        let columns =
+            ["t_s", "tip_x_m", "tip_y_m", "line_1_curvature_per_m", "tip_reaction_x_N", "moment_z_Nm", "stretch_p95"];
+        let columns: Vec<String> = columns.into_iter().chain(["newton_iterations"]).map(String::from).collect();
+        let rows =
+            [vec![0.0, 0.01, -0.03, 15.0, 0.5, 7.0, 1.0, 4.0], vec![1.0, 0.02, -0.04, -20.0, 0.25, 9.0, 1.5, 10.0]];
+        let sizes: Vec<f64> = columns.iter().map(|column| largest_of_unit(&columns, &rows, column)).collect();
+        assert_eq!(sizes, [0.0, 0.04, 0.04, 20.0, 0.5, 9.0, 1.5, 0.0]);
     }
 
     #[test]

@@ -145,7 +145,7 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         if let (Some(on_state), true) = (&mut self.options.on_state, on_grid) {
             on_state(now);
         }
-        if scene.largest_displacement(&now.x) > scene.largest_displacement(&peak.x) {
+        if scene.largest_squared_displacement(&now.x) > scene.largest_squared_displacement(&peak.x) {
             *peak = Snapshot { t: now.t, x: now.x.clone() };
         }
     }

@@ -26,6 +26,7 @@ use crate::effect::contact::Counts;
 use crate::math::linear::{Linear, Method};
 use crate::math::multigrid::Places;
 use crate::math::signal::Clock;
+use crate::math::stopwatch::Spent;
 use crate::math::tensor::Vec3;
 use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals};
 use crate::system::{At, Cost, State};
@@ -108,6 +109,11 @@ impl Run {
     /// The kept state of this label, such as `0.5s` or `end`; none if there is no such state.
     pub fn checkpoint(&self, label: &str) -> Option<&Checkpoint> {
         self.saved.iter().find(|(known, _)| known == label).map(|(_, checkpoint)| checkpoint)
+    }
+
+    /// The time of the derivatives, which is no part of the cost of the run.
+    pub fn spent_on_derivatives(&self) -> Spent {
+        self.sensitivities.as_ref().map(|found| found.spent).unwrap_or_default()
     }
 }
 
@@ -340,7 +346,7 @@ impl Scene {
     }
 
     /// Largest squared displacement of a node \[m²\].
-    pub(super) fn largest_displacement(&self, x: &[f64]) -> f64 {
+    pub(super) fn largest_squared_displacement(&self, x: &[f64]) -> f64 {
         let nodes = x[..3 * self.body.mesh.points.len()].chunks_exact(3);
         nodes.map(|u| u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).fold(0.0, f64::max)
     }

@@ -3,13 +3,12 @@
 use super::error::SensitivityError;
 use super::parameter_key::ParameterKey;
 use super::{RowDerivatives, Sensitivity, StepEnd};
-use crate::math::cpu_clock::CpuClock;
+use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::scene::build::Scene;
-use crate::scene::record::column::unit;
+use crate::scene::record::column::largest_of_unit;
 use crate::scene::record::extreme_rows::{ExtremeRow, ExtremeRows};
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
-use std::time::Instant;
 
 /// Derivatives of the rows of a [`Run`](crate::scene::Run) by some keys of its scene.
 pub struct Sensitivities {
@@ -35,10 +34,8 @@ pub struct Sensitivities {
     /// Numeric factorisations and right sides solved for the derivatives, in addition to those of the run
     pub factorisations: usize,
     pub solves: usize,
-    /// Wall time of the derivatives, which is in no other time of the run \[s\]
-    pub wall: f64,
-    /// CPU time of the derivatives \[s\]
-    pub cpu: f64,
+    /// Time of the derivatives; the phases of the run do not contain it
+    pub spent: Spent,
 }
 
 /// Error of a derivative, relative to its largest value over the rows, from which on it is called doubtful.
@@ -188,8 +185,7 @@ impl<'a> SensitivityRecorder<'a> {
             stopped: None,
             factorisations: 0,
             solves: 0,
-            wall: 0.0,
-            cpu: 0.0,
+            spent: Spent::default(),
         };
         sensitivities.add(sensitivity.start());
         Ok(Self { sensitivity, sensitivities, extremes: None })
@@ -225,13 +221,8 @@ impl<'a> SensitivityRecorder<'a> {
         }
         let factor = &self.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
-        // All but the time and the iterations
-        let measured = 1..columns.len() - 1;
-        let size = |name: &String| {
-            let alike = measured.clone().filter(|c| unit(&columns[*c]) == unit(name));
-            alike.flat_map(|c| rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
-        };
-        let column_sizes = self.sensitivities.columns.iter().map(size).collect();
+        let own = self.sensitivities.columns.iter();
+        let column_sizes = own.map(|name| largest_of_unit(columns, rows, name)).collect();
         Sensitivities { factorisations, solves, column_sizes, ..self.sensitivities }
     }
 
@@ -253,13 +244,12 @@ impl<'a> SensitivityRecorder<'a> {
         t: f64,
         work: impl FnOnce(&mut Sensitivity) -> Result<Option<RowDerivatives>, Failure>,
     ) -> Option<RowDerivatives> {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         let row = work(&mut self.sensitivity).unwrap_or_else(|why| {
             self.sensitivities.stopped.get_or_insert((t, why));
             None
         });
-        self.sensitivities.wall += wall.elapsed().as_secs_f64();
-        self.sensitivities.cpu += cpu.elapsed().as_secs_f64();
+        self.sensitivities.spent += stopwatch.spent();
         row
     }
 }

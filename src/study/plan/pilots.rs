@@ -1,8 +1,8 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts: two of each element first, then a third one of those
 //! whose two agree best.
 
-use crate::math::cpu_clock::CpuClock;
 use crate::math::linear::Factor;
+use crate::math::stopwatch::Stopwatch;
 use crate::mesh::generate::GenerateError;
 use crate::scene::{
     Body, ErrorEstimator, RunOptions, Scene, SceneError, SceneSpec, Time, error_estimate::path_dependence, read_scene,
@@ -19,7 +19,6 @@ use crate::study::store::outcome::record;
 use crate::study::store::record::{Series, StoredCase};
 use crate::system::State;
 use std::sync::Arc;
-use std::time::Instant;
 use toml::Value;
 
 /// Meshes of one element that are run at most before anything is fitted.
@@ -102,7 +101,7 @@ pub struct Trial<'a> {
 pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Option<StoredCase>, PlanError> {
     let Trial { name, scene, limit_s, estimated } = trial;
     watch.started(&name);
-    let (wall, cpu) = (Instant::now(), CpuClock::start());
+    let stopwatch = Stopwatch::start();
     let followed = || ErrorEstimator::new(scene).map(|e| e.stopped_by(request.stop.clone()));
     let mut estimator = (!estimated.is_empty()).then(followed);
     let mut states = |state: &State| {
@@ -112,7 +111,7 @@ pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Opt
     };
     let mut go_on = |progress| {
         watch.progress(&name, progress);
-        wall.elapsed().as_secs_f64() < limit_s
+        stopwatch.spent().wall_s < limit_s
     };
     let options = RunOptions {
         on_progress: Some(&mut go_on),
@@ -121,11 +120,11 @@ pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Opt
         ..RunOptions::default()
     };
     let run = scene.run_with(options);
-    let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-    let mut record = record(scene, &run, times);
+    let spent = stopwatch.spent();
+    let mut record = record(scene, &run, spent);
     record.id.clone_from(&name);
     let solved_again = if path_dependence(scene).is_some() { 1 } else { record.steps.max(1) };
-    let fits = times.0 * (1.0 + ENRICHED / solved_again as f64) < limit_s;
+    let fits = spent.wall_s * (1.0 + ENRICHED / solved_again as f64) < limit_s;
     record.one_run = estimator.filter(|_| fits).map(|estimator| one_run(estimator, &run, estimated));
     watch.finished(&record);
     if matches!(run.status, Status::Interrupted { .. }) {

@@ -2,6 +2,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::live::Access;
+use crate::math::stopwatch::Spent;
 use crate::report::viewer::film::Film;
 use crate::report::viewer::page;
 use crate::report::viewer::shape::Limits;
@@ -181,9 +182,8 @@ struct Solved {
     /// Facts about the result that its numbers do not say
     notes: Vec<String>,
     build_s: f64,
-    /// Wall time of the run and of the adaptive meshes before it
-    wall_s: f64,
-    cpu_s: f64,
+    /// Time of the run and of the adaptive meshes before it
+    spent: Spent,
     /// Times of every run, where there are several
     repeats: Vec<RepeatRecord>,
 }
@@ -254,13 +254,11 @@ fn solve(task: &Task, prepared: Prepared, searched: Searched, hooks: Hooks) -> R
             (timed, None, all)
         }
     };
-    let Timed { run, wall_s, cpu_s } = timed;
+    let Timed { run, spent } = timed;
     live.into_iter().for_each(|live| live.end(&run));
     let one_run = estimator.map(|estimator| one_run(estimator, &run, &task.columns));
-    let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let solved = Solved {
-        wall_s: wall_s + spent(|r| r.wall_s),
-        cpu_s: cpu_s + spent(|r| r.cpu_s),
+        spent: refinement.iter().fold(spent, |spent, mesh| spent + mesh.spent()),
         scene,
         run,
         found,
@@ -297,7 +295,7 @@ fn store_result(
     let Solved { scene, run, .. } = &solved;
     let writing = Instant::now();
     let skin = skin(scene, run);
-    let mut record = record(scene, run, (solved.wall_s, solved.cpu_s));
+    let mut record = record(scene, run, solved.spent);
     record.id.clone_from(&case.id);
     record.family.clone_from(&case.family);
     record.variant.clone_from(&case.variant);

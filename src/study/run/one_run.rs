@@ -77,5 +77,5 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
     });
     let is_finite = |(_, e): &(String, OneRunError)| [e.correction, e.uncertainty, e.bar].iter().all(|x| x.is_finite());
     let quantities = errors.filter(is_finite).collect();
-    OneRunRecord { quantities, refused: None, unestimated, dofs: found.dofs, cpu_s: found.cpu }
+    OneRunRecord { quantities, refused: None, unestimated, dofs: found.dofs, cpu_s: found.spent.cpu_s }
 }

@@ -1,5 +1,6 @@
 //! Adaptive meshes of the cases of a study: all of them are kept with the result, and are a part of its cost.
 
+use crate::math::stopwatch::Spent;
 use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, SceneSpec, refine};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -20,8 +21,14 @@ pub struct RefinementRecord {
 
 impl RefinementRecord {
     fn new(step: &RefinementStep) -> Self {
-        let RefinementStep { cells, error, bar, tolerance, wall, cpu, .. } = step;
-        Self { cells: *cells, value: error.value, bar: *bar, tolerance: *tolerance, wall_s: *wall, cpu_s: *cpu }
+        let RefinementStep { cells, error, bar, tolerance, spent, .. } = step;
+        let Spent { wall_s, cpu_s } = *spent;
+        Self { cells: *cells, value: error.value, bar: *bar, tolerance: *tolerance, wall_s, cpu_s }
+    }
+
+    /// The time of run, estimate and next mesh.
+    pub fn spent(&self) -> Spent {
+        Spent { wall_s: self.wall_s, cpu_s: self.cpu_s }
     }
 }
 

@@ -1,14 +1,13 @@
 //! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
 use crate::live::{Board, iterations};
-use crate::math::cpu_clock::CpuClock;
+use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::scene::{OnProgress, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder};
 use crate::solve::Status;
 use crate::system::State;
 use serde::{Deserialize, Serialize};
 use std::cell::Cell;
 use std::sync::Arc;
-use std::time::Instant;
 
 /// Work of a case, counted and not timed.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
@@ -37,11 +36,10 @@ pub struct RepeatRecord {
     pub cpu_s: f64,
 }
 
-/// A run with its times \[s\], without those of what only follows it.
+/// A run with its time, without that of what only follows it.
 pub(super) struct Timed {
     pub run: Run,
-    pub wall_s: f64,
-    pub cpu_s: f64,
+    pub spent: Spent,
 }
 
 /// Follows a run that is timed.
@@ -56,94 +54,71 @@ pub(super) struct RunFollow<'a, 'b> {
     pub sized: &'a mut dyn FnMut(u64) -> bool,
 }
 
-/// Wall and CPU seconds that something else has taken during a run.
+/// Time that something else has taken during a run.
 #[derive(Default)]
-struct Aside {
-    wall: Cell<f64>,
-    cpu: Cell<f64>,
-}
+struct Aside(Cell<Spent>);
 
 impl Aside {
     /// Calls `act` and adds the time that it takes.
     fn count<T>(&self, act: impl FnOnce() -> T) -> T {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         let result = act();
-        self.wall.set(self.wall.get() + wall.elapsed().as_secs_f64());
-        self.cpu.set(self.cpu.get() + cpu.elapsed().as_secs_f64());
+        self.0.set(self.0.get() + stopwatch.spent());
         result
     }
-
-    /// A run with its seconds, less those that were counted.
-    fn subtracted(&self, run: Run, wall: f64, cpu: f64) -> Timed {
-        Timed { run, wall_s: wall - self.wall.get(), cpu_s: cpu - self.cpu.get() }
-    }
 }
 
-/// Runs the scene `repeats` times. Returns the run of median CPU time, and the times of all. All runs give the same bits; the states are
-/// those of the first. A run that does not converge is not repeated.
-pub(super) fn measure(scene: &Scene, repeats: usize, follow: RunFollow) -> (Timed, Vec<RepeatRecord>) {
+/// Runs the scene once, with derivatives where a recorder asks for them, whose time does not count.
+fn timed(scene: &Scene, sensitivities: Option<SensitivityRecorder>, follow: &mut RunFollow) -> Timed {
     let RunFollow { go_on, states, board, sized } = follow;
-    let mut runs: Vec<Timed> = Vec::new();
-    loop {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
-        let first = runs.is_empty();
-        let aside = Aside::default();
-        let mut on_sized = |bytes| aside.count(|| sized(bytes));
-        let mut on_state = |state: &State| {
-            if first {
-                aside.count(|| states(state));
-            }
-        };
-        let board = board.filter(|_| first);
-        let mut on_row = |row: &[f64]| {
-            board.iter().for_each(|board| board.row(row));
-            true
-        };
-        let run = scene.run_with(RunOptions {
-            on_progress: Some(go_on),
-            on_state: Some(&mut on_state),
-            on_row: Some(&mut on_row),
-            on_iteration: board.cloned().map(iterations),
-            on_sized: Some(&mut on_sized),
-            ..RunOptions::default()
-        });
-        let timed = aside.subtracted(run, wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-        let done = timed.run.status == Status::Converged;
-        if done || first {
-            runs.push(timed);
-        }
-        if !done || runs.len() >= repeats {
-            break;
-        }
-    }
-    let all = runs.iter().map(|r| RepeatRecord { wall_s: r.wall_s, cpu_s: r.cpu_s }).collect();
-    runs.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
-    (runs.swap_remove((runs.len() - 1) / 2), all)
-}
-
-/// Runs the scene once with derivatives, whose time does not count.
-pub(super) fn measure_with(scene: &Scene, recorder: SensitivityRecorder, follow: RunFollow) -> (Timed, Sensitivities) {
-    let RunFollow { go_on, states, board, sized } = follow;
-    let (wall, cpu, aside) = (Instant::now(), CpuClock::start(), Aside::default());
+    let (stopwatch, aside) = (Stopwatch::start(), Aside::default());
     let mut on_sized = |bytes| aside.count(|| sized(bytes));
     let mut on_state = |state: &State| aside.count(|| states(state));
     let mut on_row = |row: &[f64]| {
         board.iter().for_each(|board| board.row(row));
         true
     };
-    let mut run = scene.run_with(RunOptions {
-        on_progress: Some(go_on),
+    let run = scene.run_with(RunOptions {
+        on_progress: Some(&mut **go_on),
         on_state: Some(&mut on_state),
         on_row: Some(&mut on_row),
         on_iteration: board.cloned().map(iterations),
         on_sized: Some(&mut on_sized),
-        sensitivities: Some(recorder),
+        sensitivities,
         ..RunOptions::default()
     });
-    let sensitivities = run.sensitivities.take().expect("the options ask for them");
-    let (wall, cpu) =
-        (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
-    (aside.subtracted(run, wall, cpu), sensitivities)
+    let spent = stopwatch.spent() - aside.0.get() - run.spent_on_derivatives();
+    Timed { run, spent }
+}
+
+/// Runs the scene `repeats` times. Returns the run of median CPU time, and the times of all. All runs give the same bits; the states are
+/// those of the first. A run that does not converge is not repeated.
+pub(super) fn measure(scene: &Scene, repeats: usize, mut follow: RunFollow) -> (Timed, Vec<RepeatRecord>) {
+    let is_complete = |timed: &Timed| timed.run.status == Status::Converged;
+    let mut runs = vec![timed(scene, None, &mut follow)];
+    let RunFollow { go_on, sized, .. } = follow;
+    let mut unseen = RunFollow { go_on, states: &mut |_: &State| (), board: None, sized };
+    while is_complete(&runs[0]) && runs.len() < repeats {
+        let again = timed(scene, None, &mut unseen);
+        if !is_complete(&again) {
+            break;
+        }
+        runs.push(again);
+    }
+    let all = runs.iter().map(|r| RepeatRecord { wall_s: r.spent.wall_s, cpu_s: r.spent.cpu_s }).collect();
+    runs.sort_by(|a, b| a.spent.cpu_s.total_cmp(&b.spent.cpu_s));
+    (runs.swap_remove((runs.len() - 1) / 2), all)
+}
+
+/// Runs the scene once with derivatives, whose time does not count.
+pub(super) fn measure_with(
+    scene: &Scene,
+    recorder: SensitivityRecorder,
+    mut follow: RunFollow,
+) -> (Timed, Sensitivities) {
+    let mut timed = timed(scene, Some(recorder), &mut follow);
+    let sensitivities = timed.run.sensitivities.take().expect("the options ask for them");
+    (timed, sensitivities)
 }
 
 /// The largest resident set of the process from here on. Linux counts it; `None` elsewhere.
@@ -208,7 +183,7 @@ region = "xmax"
         };
         let (go_on, states): (&mut OnProgress, _) = (&mut |_| true, &mut |_: &State| ());
         let (kept, all) = measure(&scene, 3, RunFollow { go_on, states, board: None, sized: &mut sized });
-        let walls: Vec<f64> = all.iter().map(|r| r.wall_s).chain([kept.wall_s]).collect();
+        let walls: Vec<f64> = all.iter().map(|r| r.wall_s).chain([kept.spent.wall_s]).collect();
         assert!(all.len() == 3 && walls.iter().all(|s| *s > 0.0 && *s < 2.0), "{walls:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! Fields of a run for ParaView: a VTU file per state on the time grid and a PVD collection of them.
 
-use crate::math::cpu_clock::CpuClock;
+use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::mesh::error::MeshError;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::mesh::{Region, TetMesh};
@@ -8,7 +8,6 @@ use crate::scene::Scene;
 use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// The fields written where none are chosen.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
@@ -22,15 +21,13 @@ pub struct Fields {
     /// Per skin: its name and its frames
     skins: Vec<(String, Vec<(f64, String)>)>,
     failure: Option<MeshError>,
-    wall: Duration,
-    cpu: Duration,
+    spent: Spent,
 }
 
 impl Fields {
     pub fn new(dir: impl Into<PathBuf>, name: &str, what: &[FieldSpec]) -> Self {
-        let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
-        let what = what.to_vec();
-        Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, wall, cpu }
+        let (what, spent) = (what.to_vec(), Spent::default());
+        Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, spent }
     }
 
     /// The folder into which they are written.
@@ -49,7 +46,7 @@ impl Fields {
         if self.failure.is_some() {
             return;
         }
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         let fields = scene.fields(state, &self.what);
         let (nodes, cells): (Vec<&Field>, Vec<&Field>) = fields.iter().partition(|f| f.at_nodes);
         let (nodes, cells): (Vec<Data>, Vec<Data>) =
@@ -71,8 +68,7 @@ impl Fields {
             self.failure = self.failure.take().or(written.err());
             frames.push((state.t, frame));
         }
-        self.wall += wall.elapsed();
-        self.cpu += cpu.elapsed();
+        self.spent += stopwatch.spent();
     }
 
     /// The regions as fields of 0 and 1: at the nodes, and in the cells of those that hold cells.
@@ -89,8 +85,8 @@ impl Fields {
         write_vtu(&self.dir.join(format!("{}-regions.vtu", self.name)), &mesh, &nodes, &[])
     }
 
-    /// Writes the collection. Returns the wall and CPU seconds that all writing took.
-    pub fn finish(self) -> Result<(f64, f64), MeshError> {
+    /// Writes the collection. Returns the time that all writing took.
+    pub fn finish(self) -> Result<Spent, MeshError> {
         let path = self.collection();
         match self.failure {
             Some(error) => Err(error),
@@ -99,7 +95,7 @@ impl Fields {
                     write_pvd(&self.dir.join(format!("{}-{name}.pvd", self.name)), frames)?;
                 }
                 write_pvd(&path, &self.frames)?;
-                Ok((self.wall.as_secs_f64(), self.cpu.as_secs_f64()))
+                Ok(self.spent)
             }
         }
     }

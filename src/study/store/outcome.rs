@@ -2,12 +2,14 @@
 
 use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
+use crate::math::stopwatch::Spent;
 use crate::math::tensor::Vec3;
+use crate::math::units::Dimension;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, column, cut_regions, extreme, no_limit_at, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -39,8 +41,8 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
-/// The record of a run; `times` are wall and CPU seconds.
-pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
+/// The record of a run that took this time.
+pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     CaseRecord {
@@ -60,8 +62,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
-        wall_s: times.0,
-        cpu_s: times.1,
+        wall_s: spent.wall_s,
+        cpu_s: spent.cpu_s,
         shared: false,
         steps: run.totals.steps,
         newton_iterations: run.totals.iterations,
@@ -196,9 +198,9 @@ fn probes(scene: &Scene, run: &Run) -> BTreeMap<String, ProbeRecord> {
 /// Takes motions of places from the probes that are none next to the largest one: columns that symmetry or an equilibrium holds.
 fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
     let size = scene.rigids.iter().map(|body| body.frame.length).fold(scene.body.mesh.diagonal(), f64::max);
-    let length = |column: &str, motion: &MotionRecord| match column.rsplit('_').next() {
-        Some("m") => Some(motion.range),
-        Some("deg") => Some(motion.range.to_radians() * size),
+    let length = |column: &str, motion: &MotionRecord| match column::dimension(column) {
+        (Dimension::LENGTH, _) => Some(motion.range),
+        (Dimension::ANGLE, si) => Some(motion.range * si * size),
         _ => None,
     };
     let lengths = probes.iter().filter_map(|(column, probe)| length(column, probe.motion.as_ref()?));

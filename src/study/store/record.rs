@@ -1,9 +1,10 @@
 //! Record of a finished case, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
+use crate::math::units::Dimension;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
-use crate::scene::{ExtremeKind, FileDigest, Measured};
+use crate::scene::{ExtremeKind, FileDigest, Measured, column};
 use crate::solve::{Integrator, Status};
 use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::run::inputs::InputRecord;
@@ -206,7 +207,8 @@ impl CaseRecord {
     /// Share of the range of a length or an angle that one time step covers, where masses move and the steps do not resolve it \[–\]. Changes up to `allowed` in its unit do not
     /// count, and neither do forces, which may jump, nor gaps, which end where there is contact.
     pub fn unresolved(&self, column: &str, allowed: f64) -> Option<f64> {
-        let is_place = ["m", "deg"].contains(&column.rsplit('_').next().unwrap_or_default()) && !column.ends_with(GAP);
+        let is_place =
+            matches!(column::dimension(column).0, Dimension::LENGTH | Dimension::ANGLE) && !column.ends_with(GAP);
         let motion = self.probes.get(column)?.motion.filter(|m| is_place && m.largest_step > allowed)?;
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
     }

@@ -1,7 +1,7 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
-use crate::math::cpu_clock::CpuClock;
 use crate::math::statistics::median;
+use crate::math::stopwatch::Stopwatch;
 use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
@@ -206,11 +206,11 @@ fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f
     let (mut all, mut iterations) = (vec![], 0.0);
     for (at_rest, u) in inputs {
         begin(twin, at_rest);
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let stopwatch = Stopwatch::start();
         if let Ok(report) = twin.step(&u) {
             // On some systems the CPU clock is too coarse for one step
-            let spent = Some(cpu.elapsed()).filter(|spent| !spent.is_zero());
-            all.push(spent.unwrap_or_else(|| wall.elapsed()).as_secs_f64());
+            let spent = stopwatch.spent();
+            all.push(if spent.cpu_s > 0.0 { spent.cpu_s } else { spent.wall_s });
             iterations += report.iterations as f64;
         }
     }

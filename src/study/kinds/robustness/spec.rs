@@ -102,85 +102,81 @@ pub fn expand(
 }
 
 fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
-    {
-        let place = || format!("suite {}", suite.name);
-        if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
-            return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
-        }
-        let members: Vec<String> = suite.members.keys().cloned().collect();
-        let checks = suite.checks.iter().map(|c| Check::new(c, &members));
-        let checks: Vec<Check> = checks.collect::<Result<_, _>>().map_err(|(fact, remedy)| (place(), fact, remedy))?;
-        out.families.push(FamilySpec {
-            name: suite.name.clone(),
-            role: Role::Suite,
-            variants: suite.variants.clone(),
-            set: suite.set.clone(),
-            members: suite.members.clone(),
-            labels: BTreeMap::new(),
-            own: BTreeMap::new(),
-            scene: suite.scene.clone(),
-        });
-        out.columns.insert(suite.name.clone(), checks.iter().flat_map(Check::columns).collect());
-        out.details.suites.push(SuiteRecord {
-            family: suite.name.clone(),
-            setup: suite.setup.clone(),
-            ends: suite.ends.clone(),
-            checks,
-        });
+    let place = || format!("suite {}", suite.name);
+    if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
+        return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
     }
+    let members: Vec<String> = suite.members.keys().cloned().collect();
+    let checks = suite.checks.iter().map(|c| Check::new(c, &members));
+    let checks: Vec<Check> = checks.collect::<Result<_, _>>().map_err(|(fact, remedy)| (place(), fact, remedy))?;
+    out.families.push(FamilySpec {
+        name: suite.name.clone(),
+        role: Role::Suite,
+        variants: suite.variants.clone(),
+        set: suite.set.clone(),
+        members: suite.members.clone(),
+        labels: BTreeMap::new(),
+        own: BTreeMap::new(),
+        scene: suite.scene.clone(),
+    });
+    out.columns.insert(suite.name.clone(), checks.iter().flat_map(Check::columns).collect());
+    out.details.suites.push(SuiteRecord {
+        family: suite.name.clone(),
+        setup: suite.setup.clone(),
+        ends: suite.ends.clone(),
+        checks,
+    });
     Ok(())
 }
 
 fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
-    {
-        let place = format!("map {}", map.name);
-        if map.axes.len() != 2 {
-            let remedy = "give two [[map.axis]]: along x, then along y";
-            return Err((place, format!("a map has two axes, and this one {}", map.axes.len()), remedy.into()));
-        }
-        let of_map = |(axis, fact, remedy): Mistake| (format!("{place}, {axis}"), fact, remedy);
-        let expanded = axis::expand(&map.axes, Combine::Grid).map_err(of_map)?;
-        let family = |name: &str, variants: Option<Vec<String>>, members| FamilySpec {
-            name: name.into(),
-            role: Role::Map,
-            variants,
-            set: map.set.clone(),
-            members,
-            labels: BTreeMap::new(),
-            own: BTreeMap::new(),
-            scene: map.scene.clone(),
-        };
-        let (reference, rows) = match &map.reference {
-            None => (None, vec![]),
-            Some(changes) => {
-                let first = map.variants.as_ref().and_then(|v| v.first().cloned());
-                let first = first.or_else(|| out.variants.first().map(|v| v.name.clone()));
-                let along = &map.axes[1];
-                let (mut members, mut rows) = (toml::Table::new(), vec![]);
-                for (k, value) in along.values.iter().enumerate() {
-                    let mut set: toml::Table = along.keys.iter().map(|key| (key.clone(), value.clone())).collect();
-                    set.extend(changes.clone());
-                    let label = format!("{}{}", along.name, expanded.axes[1].file_name(k));
-                    rows.push(label.clone());
-                    members.insert(label, set.into());
-                }
-                let name = format!("{}-reference", map.name);
-                out.families.push(family(&name, Some(first.into_iter().collect()), members));
-                (Some(name), rows)
-            }
-        };
-        out.families.push(family(&map.name, map.variants.clone(), expanded.family.members));
-        check_unit(&map.quantity).map_err(|(fact, remedy)| (format!("map {}", map.name), fact, remedy))?;
-        out.columns.insert(map.name.clone(), vec![map.quantity.name.clone()]);
-        out.details.maps.push(MapRecord {
-            family: map.name.clone(),
-            setup: map.setup.clone(),
-            quantity: map.quantity.clone(),
-            axes: expanded.axes,
-            points: expanded.points,
-            reference,
-            rows,
-        });
+    let place = format!("map {}", map.name);
+    if map.axes.len() != 2 {
+        let remedy = "give two [[map.axis]]: along x, then along y";
+        return Err((place, format!("a map has two axes, and this one {}", map.axes.len()), remedy.into()));
     }
+    let of_map = |(axis, fact, remedy): Mistake| (format!("{place}, {axis}"), fact, remedy);
+    let expanded = axis::expand(&map.axes, Combine::Grid).map_err(of_map)?;
+    let family = |name: &str, variants: Option<Vec<String>>, members| FamilySpec {
+        name: name.into(),
+        role: Role::Map,
+        variants,
+        set: map.set.clone(),
+        members,
+        labels: BTreeMap::new(),
+        own: BTreeMap::new(),
+        scene: map.scene.clone(),
+    };
+    let (reference, rows) = match &map.reference {
+        None => (None, vec![]),
+        Some(changes) => {
+            let first = map.variants.as_ref().and_then(|v| v.first().cloned());
+            let first = first.or_else(|| out.variants.first().map(|v| v.name.clone()));
+            let along = &map.axes[1];
+            let (mut members, mut rows) = (toml::Table::new(), vec![]);
+            for (k, value) in along.values.iter().enumerate() {
+                let mut set: toml::Table = along.keys.iter().map(|key| (key.clone(), value.clone())).collect();
+                set.extend(changes.clone());
+                let label = format!("{}{}", along.name, expanded.axes[1].file_name(k));
+                rows.push(label.clone());
+                members.insert(label, set.into());
+            }
+            let name = format!("{}-reference", map.name);
+            out.families.push(family(&name, Some(first.into_iter().collect()), members));
+            (Some(name), rows)
+        }
+    };
+    out.families.push(family(&map.name, map.variants.clone(), expanded.family.members));
+    check_unit(&map.quantity).map_err(|(fact, remedy)| (format!("map {}", map.name), fact, remedy))?;
+    out.columns.insert(map.name.clone(), vec![map.quantity.name.clone()]);
+    out.details.maps.push(MapRecord {
+        family: map.name.clone(),
+        setup: map.setup.clone(),
+        quantity: map.quantity.clone(),
+        axes: expanded.axes,
+        points: expanded.points,
+        reference,
+        rows,
+    });
     Ok(())
 }

@@ -19,7 +19,7 @@
 use crate::report::numbers::{
     capital, digits, minus_signs, percent, readable, significant, space, span, unsigned_zero,
 };
-use crate::scene::ExtremeKind;
+use crate::scene::{ExtremeKind, column};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, start};
@@ -354,10 +354,9 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
-/// Algebraic error of a quantity: the share that the record states, of the largest change of a column of its unit.
+/// Algebraic error of a quantity: the share that the record states, of the largest change of a result in its unit.
 fn algebraic(case: &StoredCase, quantity: &str) -> f64 {
-    let unit = |column: &str| column.rsplit('_').next().map(String::from);
-    let alike = case.record.probes.keys().filter(|column| unit(column) == unit(quantity));
+    let alike = case.record.probes.keys().filter(|column| column::comparable(column, quantity));
     let largest = alike.filter_map(|column| peak(case, column)).fold(0.0, |m: f64, change| m.max(change.abs()));
     case.record.solver.algebraic_error * largest
 }
