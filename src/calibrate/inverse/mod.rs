@@ -7,6 +7,7 @@
 //! (the same scene file, x and y) count by the scatter between the specimens.
 
 mod answer;
+mod bound;
 mod determined;
 mod error;
 mod gauge;
@@ -23,6 +24,7 @@ mod unknown;
 mod weights;
 
 pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
+pub use bound::Bound;
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel};
@@ -141,7 +143,7 @@ pub fn calibrate(
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
         let found = (start[k], point.values[k], bound[k]);
         Found {
-            left: left[k] && bound[k] == 0 && end != End::OutOfTime,
+            left: left[k] && bound[k].is_free() && end != End::OutOfTime,
             ..one(&key, parameter(&objective, &unknown, k), found, estimate, profile)
         }
     };
@@ -252,8 +254,8 @@ struct Judged {
     pattern: DVector<f64>,
 }
 
-fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[i8]) -> Judged {
-    let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
+fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[Bound]) -> Judged {
+    let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k].is_free()).collect();
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size();
@@ -277,7 +279,7 @@ fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter 
 fn one(
     key: &str,
     parameter: Parameter,
-    (start, value, bound): (f64, f64, i8),
+    (start, value, bound): (f64, f64, Bound),
     estimate: Option<&Estimate>,
     profile: Option<[Option<f64>; 2]>,
 ) -> Found {
