@@ -31,6 +31,12 @@ pub struct AuditEntry {
     pub lines: Vec<u64>,
 }
 
+impl AuditEntry {
+    pub fn new(kind: AuditKind, message: impl Into<String>, lines: Vec<u64>) -> Self {
+        Self { kind, message: message.into(), lines }
+    }
+}
+
 impl fmt::Display for AuditEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match self.kind {
@@ -55,7 +61,7 @@ pub struct Audit(pub Vec<AuditEntry>);
 
 impl Audit {
     pub fn add(&mut self, kind: AuditKind, message: impl Into<String>, lines: Vec<u64>) {
-        self.0.push(AuditEntry { kind, message: message.into(), lines });
+        self.0.push(AuditEntry::new(kind, message, lines));
     }
 
     /// Logs rows of one kind, if there are any.
