@@ -56,7 +56,7 @@ impl FitCurves {
             let points = if mode == Mode::Biaxial { 0 } else { POINTS };
             ModeCurves {
                 mode,
-                label: mode.name().replace('_', " "),
+                label: mode.words(),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
                 curve: (0..points)

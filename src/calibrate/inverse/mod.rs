@@ -38,7 +38,7 @@ use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
 use super::judgement::identify::{self, Identified};
 use super::solve::error_rows::ErrorRows;
-use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
+use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Mode, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
 use crate::scene::Scene;
@@ -385,12 +385,12 @@ fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
     let top = (1.5 * largest).max(2.0);
     let of = |(name, table): (&String, &toml::Table)| {
         let law = crate::material::law_from_table(table).ok()?;
-        let one = |(case, mode): (crate::material::LoadCase, &str)| {
+        let one = |(case, mode): (crate::material::LoadCase, Mode)| {
             let looked = range(case, top);
             let found = material_stability(law.as_ref(), case, looked).ok()?;
             let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
             let (below, above) = (amount(found.below), amount(found.above));
-            Some(Stable { law: name.clone(), mode: mode.into(), looked, below, above })
+            Some(Stable { law: name.clone(), mode: mode.name().into(), looked, below, above })
         };
         Some(CASES.into_iter().filter_map(one).collect::<Vec<_>>())
     };
