@@ -40,7 +40,7 @@ pub struct Compared {
     /// Why some constants are not determined, in words; empty where all are
     pub undetermined: Vec<String>,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
-    pub lost: Vec<(&'static str, f64)>,
+    pub lost: Vec<(Mode, f64)>,
 }
 
 /// Laws, in the order of their predictions.
@@ -144,7 +144,7 @@ impl Compared {
 
     /// `yes`, or the modes and amounts at which stability ends
     pub fn stable(&self) -> String {
-        let one = |(mode, at): &(&str, f64)| format!("{} to {at:.3}", mode.replace('_', " "));
+        let one = |(mode, at): &(Mode, f64)| format!("{} to {at:.3}", mode.words());
         match &self.lost[..] {
             [] => "yes".into(),
             lost => lost.iter().map(one).collect::<Vec<_>>().join(", "),

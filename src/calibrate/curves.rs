@@ -68,7 +68,7 @@ impl FitCurves {
             let stretches = if mode == Mode::Biaxial { vec![] } else { stretches([low, high], fitted_stretch) };
             ModeCurves {
                 mode,
-                label: mode.name().replace('_', " "),
+                label: mode.words(),
                 fitted: own().filter(|s| is_fitted(s)).map(point).collect(),
                 held_out: own().filter(|s| !is_fitted(s)).map(point).collect(),
                 curve: (stretches.into_iter())

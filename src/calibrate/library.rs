@@ -210,8 +210,8 @@ fn as_given((entry, values, options): &Given, reach: f64) -> Result<Described, S
 /// Stretches over which the law is stable in every mode with a stretch, and the modes that end them.
 fn common(stability: &[StableRange]) -> ([f64; 2], [Option<&'static str>; 2]) {
     // Simple shear has the principal stretches of the planar mode
-    let modes = || stability.iter().filter(|r| r.mode != Mode::SimpleShear.name());
-    let end = |r: &StableRange, lost: Option<f64>, looked: f64| (lost.unwrap_or(looked), lost.map(|_| r.mode));
+    let modes = || stability.iter().filter(|r| r.mode != Mode::SimpleShear);
+    let end = |r: &StableRange, lost: Option<f64>, looked: f64| (lost.unwrap_or(looked), lost.map(|_| r.mode.name()));
     let low = modes().map(|r| end(r, r.below, r.looked[0])).max_by(|a, b| a.0.total_cmp(&b.0));
     let high = modes().map(|r| end(r, r.above, r.looked[1])).min_by(|a, b| a.0.total_cmp(&b.0));
     let (low, high) = (low.unwrap_or((1.0, None)), high.unwrap_or((1.0, None)));

@@ -39,6 +39,11 @@ impl Mode {
         }
     }
 
+    /// Name in sentences
+    pub fn words(self) -> String {
+        self.name().replace('_', " ")
+    }
+
     /// The mode that a word in a file means: its name, and what tables call it.
     pub fn from_word(word: &str) -> Option<Self> {
         let word: String = word.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();

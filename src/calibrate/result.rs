@@ -11,7 +11,7 @@ use super::{
 };
 use crate::material::Choice;
 use crate::storage;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
 }
 
 /// Data points that were not fitted.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionKind {
     /// A fitted mode outside the fitted range
@@ -50,7 +50,7 @@ pub enum PredictionKind {
 }
 
 /// Error of the law on data points that were not fitted.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Prediction {
     pub kind: PredictionKind,
     pub mode: Mode,
@@ -85,7 +85,7 @@ pub struct Otherwise {
 }
 
 /// Largest range around λ = 1 in which √(Σr²/ΣP²) of the fitted modes stays within the tolerance, or the misfit within 2 % of the rms stress of the fit.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Validity {
     pub tolerance: f64,
     /// `None`: nowhere, or no data on that side
@@ -169,10 +169,11 @@ pub struct FitResult {
 }
 
 impl FitResult {
-    /// `fit.json`: all of this value, and `messages`, the warnings as text
+    /// `fit.json`: all of this value, `messages`, the warnings as text, and `doubtful`, whether one of them is grave
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
         let mut value = serde_json::to_value(self).expect("the result has string keys and serialisable values");
         value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
+        value["doubtful"] = self.warnings.iter().any(FitWarning::is_grave).into();
         let text = serde_json::to_string_pretty(&value).expect("a JSON value can be written");
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }

@@ -94,7 +94,9 @@ fn uniaxial_data_warn_of_biaxial_use() {
     let r = fit_experiment(&e, &o).expect("fits");
     assert!((r.parameters[1].value / c01 - 1.0).abs() < 1e-6, "stable in tension, nothing holds it back");
     let lost = r.warnings.iter().find_map(|w| match w {
-        FitWarning::Unstable { lost, .. } => lost.iter().find(|(mode, _)| *mode == "equibiaxial").map(|(_, at)| *at),
+        FitWarning::Unstable { lost, .. } => {
+            lost.iter().find(|(mode, _)| *mode == Mode::Equibiaxial).map(|(_, at)| *at)
+        }
         _ => None,
     });
     // Independent: the largest Cauchy stress (λ² − λ⁻⁴)(C10 + C01λ²) in equibiaxial tension

@@ -1,6 +1,9 @@
 //! The report of a fit: figure, tables and page come from the stored fit alone, the same bytes each time.
 
-use durometer::calibrate::{FitRequest, Mode, StretchRange, compare, fit};
+use crate::common::tables::{MU, stress};
+use durometer::calibrate::{
+    FitRequest, FitResult, FitWarning, Mode, SlackChoice, StretchRange, Treatment, compare, fit,
+};
 use durometer::report;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -96,24 +99,102 @@ fn a_folder_without_results_and_a_damaged_fit_are_refused_with_the_remedy() {
     assert!(error.contains("fit.json is not a valid record") && error.contains("line 1"), "{error}");
 }
 
-/// Data with one mode, all fitted, in tension and compression: one column, no second panel.
-#[test]
-fn a_fit_of_every_row_has_one_column() {
-    let dir = tempfile::tempdir().expect("a temporary folder");
+/// Data with one mode in tension and compression, with little noise.
+fn clean(dir: &Path) -> FitResult {
     let mut text = String::from("stretch,nominal stress (kPa)\n");
     for k in 0..30 {
         let l = 0.8 + 0.02 * f64::from(k);
         text += &format!("{l},{}\n", 20.0 * (l - 1.0 / (l * l)) + if k % 2 == 0 { 0.1 } else { -0.1 });
     }
-    let csv = dir.path().join("made.csv");
+    let csv = dir.join("made.csv");
     std::fs::write(&csv, text).expect("writable");
     let mut request = FitRequest::new(csv, "neo_hookean");
     request.options.modes = vec![Mode::Uniaxial];
-    let result = fit(&request).expect("clean");
-    result.write_json(&dir.path().join("fit.json")).expect("writable");
-    report::fit::write(dir.path()).expect("a report");
+    fit(&request).expect("clean")
+}
+
+/// The page of the report of this fit.
+fn page(dir: &Path, result: &FitResult) -> String {
+    result.write_json(&dir.join("fit.json")).expect("writable");
+    report::fit::write(dir).expect("a report");
+    std::fs::read_to_string(dir.join("index.html")).expect("the page")
+}
+
+/// Data with one mode, all fitted, in tension and compression: one column, no second panel.
+#[test]
+fn a_fit_of_every_row_has_one_column() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    page(dir.path(), &clean(dir.path()));
     let svg = std::fs::read_to_string(dir.path().join("figures/fit.svg")).expect("the figure");
     assert!(!svg.contains("All data") && !svg.contains("(a)") && !svg.contains("law, predicted"));
+}
+
+/// A piece that was slack and then broke: the page names both in the words of the terminal, and the methods say what was left out.
+#[test]
+fn rupture_and_slack_are_named_in_the_report() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut text = String::from("stretch,nominal stress (Pa)\n");
+    for k in 1..=40 {
+        let l = 1.0 + 0.025 * f64::from(k);
+        let carried = if k < 30 { stress(Mode::Uniaxial, (l - 0.1).max(1.0)) } else { 0.01 * MU };
+        text += &format!("{l},{carried}\n");
+    }
+    let csv = dir.path().join("torn.csv");
+    std::fs::write(&csv, text).expect("writable");
+    let mut request = FitRequest::new(csv, "neo_hookean");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.options.slack = SlackChoice::No;
+    let page = page(dir.path(), &fit(&request).expect("fits"));
+    for words in
+        ["Left out: uniaxial data points after rupture in torn.csv: ", "Doubt: uniaxial: up to a strain of 0.1"]
+    {
+        assert!(page.contains(words), "{words} in {page}");
+    }
+    let methods = std::fs::read_to_string(dir.path().join("paper/methods.md")).expect("the methods");
+    assert!(methods.contains("Uniaxial data points after rupture in torn.csv"), "{methods}");
+}
+
+/// Every grave warning marks the answer as doubtful, and others do not; a file of before, which does not say it, is marked by any warning.
+#[test]
+fn grave_warnings_mark_the_answer() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut result = clean(dir.path());
+    let (mode, rms_relative, answer) = (Mode::Uniaxial, 0.2, String::from("μ = 1 kPa"));
+    let grave = [
+        FitWarning::Systematic { runs: Some(3), runs_p: Some(1e-3), departure_p: None, rms_relative, wider: false },
+        FitWarning::Misfit { rms_relative, tolerance: 0.1 },
+        FitWarning::Stiffness { mu_pa: 1.0, unit: "Pa".into(), instead: None },
+        FitWarning::Data { message: "a doubt".into() },
+        FitWarning::Unidentifiable { directions: vec![] },
+        FitWarning::NoFreedom { constants: 1, rows: 1, least: "μ".into() },
+        FitWarning::Limit { found: vec![("α", 1.0)] },
+        FitWarning::Undefined { rows: 1, nearest: 2.0 },
+        FitWarning::Unstable { lost: vec![(mode, 1.5)], reach: 2.0, linear: false },
+        FitWarning::Held { mode, range: [1.0, 2.0] },
+        FitWarning::Outliers { file: "made.csv".into(), lines: vec![2] },
+        FitWarning::Specimen { file: "made.csv".into(), level: 2.0 },
+        FitWarning::Cycles { treatment: Treatment::LastLoading, change: 0.3, answer: answer.clone() },
+        FitWarning::OpenSigns { symbols: vec!["α"], decides: None },
+    ];
+    for warning in grave {
+        result.warnings = vec![warning];
+        assert!(page(dir.path(), &result).contains("class=\"verdict refused\""), "{:?}", result.warnings);
+    }
+    result.warnings = vec![
+        FitWarning::NoPartner { volumetric: false },
+        FitWarning::OneMode { mode },
+        FitWarning::Unequal,
+        FitWarning::OtherMinimum { answer, minima: 1, decides: None },
+    ];
+    assert!(page(dir.path(), &result).contains("class=\"verdict\""));
+    let file = dir.path().join("fit.json");
+    let text = std::fs::read_to_string(&file).expect("written");
+    let mut stored: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    stored.as_object_mut().expect("a table").remove("doubtful").expect("stored");
+    std::fs::write(&file, stored.to_string()).expect("writable");
+    report::fit::write(dir.path()).expect("a file of before");
+    let page = std::fs::read_to_string(dir.path().join("index.html")).expect("the page");
+    assert!(page.contains("class=\"verdict refused\""));
 }
 
 /// The page of `--law all` has the rows of compare.json in its order; without the file it is refused.

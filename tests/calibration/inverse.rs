@@ -5,8 +5,8 @@ use crate::common;
 use crate::common::studies::run_study;
 use crate::common::{Random, example_table};
 use durometer::calibrate::inverse::{
-    Bounds, Calibration, End, Failure, InverseError, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel,
-    Settings, Unknown, calibrate,
+    Bound, Bounds, Calibration, End, Failure, InverseError, Measured, MeasuredSpec, ObservedCurve, OffsetAxis,
+    SceneModel, Settings, Unknown, calibrate,
 };
 use durometer::calibrate::{ErrorModel, Loss, Mode, Model, Weighting};
 use durometer::material::{LAWS, registry};
@@ -521,12 +521,16 @@ fn a_bound_holds_a_constant_and_is_named() {
         found(&model, &measured)
     };
     let held = bounded(0.1 * c10, 0.8 * c10, 0.5 * c10);
-    assert_eq!((held.constants[0].value, held.constants[0].bound), (0.8 * c10, 1));
+    assert_eq!((held.constants[0].value, held.constants[0].bound), (0.8 * c10, Bound::Upper));
     assert!(held.settled() && held.constants[0].interval.is_none() && held.constants[1].interval.is_some());
     let named = held.unidentified.iter().any(|words| words.contains("laws.rubber.C10 is held at its upper bound"));
     assert!(named, "{:?}", held.unidentified);
     let free = bounded(0.8 * c10, 2.0 * c10, 0.8 * c10);
-    assert!(free.constants[0].bound == 0 && (free.constants[0].value / c10 - 1.0).abs() < 1e-5, "{:?}", free.constants);
+    assert!(
+        free.constants[0].bound.is_free() && (free.constants[0].value / c10 - 1.0).abs() < 1e-5,
+        "{:?}",
+        free.constants
+    );
 }
 
 /// A curve that is given twice counts once: it is refused before the search.

@@ -1,6 +1,6 @@
 //! The list of a library of law files: stability by mode, laws of other conventions, foams, and the files that are not listed.
 
-use durometer::calibrate::{Library, ListedLaw, library, library_text};
+use durometer::calibrate::{Library, ListedLaw, Mode, library, library_text};
 use std::path::Path;
 
 const YEOH: &str = "law = \"yeoh\"\nC10 = \"20 kPa\"\nC20 = \"-2.7 kPa\"\nC30 = \"35 Pa\"\n";
@@ -36,7 +36,7 @@ fn stability_is_that_of_every_mode() {
     // The near incompressibility of the certificate moves the loss by about 1e-5
     assert!((law.stable[1] / low - 1.0).abs() < 1e-3, "{} not {low}", law.stable[1]);
     assert_eq!(law.stable_modes[1], Some("equibiaxial"));
-    for r in law.stability.iter().filter(|r| r.mode != "simple_shear") {
+    for r in law.stability.iter().filter(|r| r.mode != Mode::SimpleShear) {
         assert!(r.covers([law.stable[0] + 1e-9, law.stable[1] - 1e-9]), "{r:?} {:?}", law.stable);
     }
     let text = library_text(&found, folder.path());

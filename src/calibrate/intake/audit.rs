@@ -1,10 +1,10 @@
 //! The log of everything that was found in a table and of what was done about it.
 
 use crate::wording::lines;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AuditKind {
     /// How the file was understood
@@ -23,7 +23,27 @@ pub enum AuditKind {
     Slack,
 }
 
-#[derive(Clone, Debug, Serialize)]
+impl AuditKind {
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Intake => "read",
+            Self::LeftOut | Self::Ruptured => "left out",
+            Self::Changed => "changed",
+            Self::Kept => "kept",
+            Self::Doubt | Self::Slack => "doubt",
+        }
+    }
+
+    /// Whether the data points are others than those of the file: changed, or fewer.
+    pub fn is_treatment(self) -> bool {
+        match self {
+            Self::LeftOut | Self::Ruptured | Self::Changed => true,
+            Self::Intake | Self::Kept | Self::Doubt | Self::Slack => false,
+        }
+    }
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AuditEntry {
     pub kind: AuditKind,
     pub message: String,
@@ -31,16 +51,15 @@ pub struct AuditEntry {
     pub lines: Vec<u64>,
 }
 
+impl AuditEntry {
+    pub fn new(kind: AuditKind, message: impl Into<String>, lines: Vec<u64>) -> Self {
+        Self { kind, message: message.into(), lines }
+    }
+}
+
 impl fmt::Display for AuditEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = match self.kind {
-            AuditKind::Intake => "read",
-            AuditKind::LeftOut | AuditKind::Ruptured => "left out",
-            AuditKind::Changed => "changed",
-            AuditKind::Kept => "kept",
-            AuditKind::Doubt | AuditKind::Slack => "doubt",
-        };
-        write!(f, "{kind}: {}", self.message)?;
+        write!(f, "{}: {}", self.kind.words(), self.message)?;
         if !self.lines.is_empty() {
             write!(f, " ({})", lines(&self.lines))?;
         }
@@ -55,7 +74,7 @@ pub struct Audit(pub Vec<AuditEntry>);
 
 impl Audit {
     pub fn add(&mut self, kind: AuditKind, message: impl Into<String>, lines: Vec<u64>) {
-        self.0.push(AuditEntry { kind, message: message.into(), lines });
+        self.0.push(AuditEntry::new(kind, message, lines));
     }
 
     /// Logs rows of one kind, if there are any.

@@ -1,6 +1,7 @@
 //! The answer of an inverse analysis, as it is stored with its case.
 
 use super::Measured;
+use super::bound::Bound;
 use super::search::End;
 use crate::calibrate::ErrorModel;
 use serde::{Deserialize, Serialize};
@@ -78,8 +79,7 @@ pub struct Found {
     pub interval: Option<[f64; 2]>,
     /// 95 % by profile likelihood, where it was asked for; an end that was not found is open
     pub profile: Option<[Option<f64>; 2]>,
-    /// The bound at which it is held: −1 the lower one, 1 the upper one, 0 none
-    pub bound: i8,
+    pub bound: Bound,
     /// The search left it at its start: the curves hardly see it, and their misfit does not fall along it by more than the scatter of the data
     #[serde(default)]
     pub left: bool,
@@ -178,9 +178,9 @@ impl Found {
     /// Says where the constant is held at a bound.
     pub fn held(&self) -> Option<String> {
         let side = match self.bound {
-            0 => return None,
-            1.. => "upper",
-            _ => "lower",
+            Bound::Free => return None,
+            Bound::Upper => "upper",
+            Bound::Lower => "lower",
         };
         Some(format!(
             "{} is held at its {side} bound, {} in SI units: the data would take it further, it has no interval, and those of the others \

@@ -19,6 +19,7 @@
 //! it is a modulus at rest: E, if it stays along the direction that is left open.
 
 use super::Unknown;
+use super::bound::Bound;
 use super::objective::Point;
 use super::scatter::{self, Along};
 use crate::calibrate::judgement::identify::changes;
@@ -169,8 +170,8 @@ impl Coordinates {
     }
 
     /// Basis of the directions that move none of the constants that are held at a bound \[unknowns × directions\].
-    pub fn free(&self, bound: &[i8]) -> DMatrix<f64> {
-        let held: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] != 0).collect();
+    pub fn free(&self, bound: &[Bound]) -> DMatrix<f64> {
+        let held: Vec<usize> = (0..bound.len()).filter(|k| !bound[*k].is_free()).collect();
         if held.is_empty() || self.basis.ncols() == 0 {
             return self.basis.clone();
         }

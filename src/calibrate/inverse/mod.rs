@@ -7,6 +7,7 @@
 //! (the same scene file, x and y) count by the scatter between the specimens.
 
 mod answer;
+mod bound;
 mod determined;
 mod error;
 mod gauge;
@@ -23,6 +24,7 @@ mod unknown;
 mod weights;
 
 pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
+pub use bound::Bound;
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Failure, SceneModel};
@@ -36,7 +38,7 @@ use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
 use super::judgement::identify::{self, Identified};
 use super::solve::error_rows::ErrorRows;
-use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
+use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Mode, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
 use crate::scene::stretch::stretches;
@@ -141,7 +143,7 @@ pub fn calibrate(
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
         let found = (start[k], point.values[k], bound[k]);
         Found {
-            left: left[k] && bound[k] == 0 && end != End::OutOfTime,
+            left: left[k] && bound[k].is_free() && end != End::OutOfTime,
             ..one(&key, parameter(&objective, &unknown, k), found, estimate, profile)
         }
     };
@@ -252,8 +254,8 @@ struct Judged {
     pattern: DVector<f64>,
 }
 
-fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[i8]) -> Judged {
-    let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
+fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[Bound]) -> Judged {
+    let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k].is_free()).collect();
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size();
@@ -277,7 +279,7 @@ fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter 
 fn one(
     key: &str,
     parameter: Parameter,
-    (start, value, bound): (f64, f64, i8),
+    (start, value, bound): (f64, f64, Bound),
     estimate: Option<&Estimate>,
     profile: Option<[Option<f64>; 2]>,
 ) -> Found {
@@ -382,12 +384,12 @@ fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
     let top = (1.5 * largest).max(2.0);
     let of = |(name, table): (&String, &toml::Table)| {
         let law = crate::material::law_from_table(table).ok()?;
-        let one = |(case, mode): (crate::material::LoadCase, &str)| {
+        let one = |(case, mode): (crate::material::LoadCase, Mode)| {
             let looked = range(case, top);
             let found = material_stability(law.as_ref(), case, looked).ok()?;
             let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
             let (below, above) = (amount(found.below), amount(found.above));
-            Some(Stable { law: name.clone(), mode: mode.into(), looked, below, above })
+            Some(Stable { law: name.clone(), mode: mode.name().into(), looked, below, above })
         };
         Some(CASES.into_iter().filter_map(one).collect::<Vec<_>>())
     };

@@ -1,6 +1,7 @@
 //! Searches one after the other: along directions that are chosen anew at each answer, and a second time if the first one ended where the data say nothing.
 
 use super::Unknown;
+use super::bound::Bound;
 use super::determined::{Coordinates, Searched};
 use super::model::Failure;
 use super::objective::{Objective, Point};
@@ -35,7 +36,7 @@ pub(super) fn search_again(
     let found = rounds(objective, unknown, accuracy, start, until, shares)?;
     let at_answer = is_silent(&found.point);
     let is_silent_somewhere = at_answer.contains(&true);
-    if found.end == End::OutOfTime || !is_silent_somewhere && found.bound.iter().all(|side| *side == 0) {
+    if found.end == End::OutOfTime || !is_silent_somewhere && found.bound.iter().all(|b| b.is_free()) {
         return Ok(found);
     }
     let is_over = || until.is_some_and(|until| Instant::now() > until);
@@ -49,7 +50,7 @@ pub(super) fn search_again(
         },
     };
     let mut back = found.point.values.clone();
-    let returns = |k: &usize| found.bound[*k] != 0 || at_answer[*k] && !at_start[*k];
+    let returns = |k: &usize| !found.bound[*k].is_free() || at_answer[*k] && !at_start[*k];
     (0..back.len()).filter(returns).for_each(|k| back[k] = first[k]);
     if back == found.point.values {
         return Ok(found);
@@ -90,7 +91,7 @@ pub(super) fn rounds(
     let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.origin.curves.clone());
     objective.begin_at(&start);
     let mut which = Searched::Determined { accuracy };
-    let mut found = search::Found { bound: vec![0; start.values.len()], point: start, end: End::Stuck };
+    let mut found = search::Found { bound: vec![Bound::Free; start.values.len()], point: start, end: End::Stuck };
     for round in 0..=ROUNDS {
         let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
         shares.iter_mut().zip(coordinates.shares()).for_each(|(most, share)| *most = most.max(*share));

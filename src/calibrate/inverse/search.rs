@@ -13,6 +13,7 @@
 //!
 //! Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. 2006, ch. 4 and 10.
 
+use super::bound::Bound;
 use super::determined::Coordinates;
 use super::model::Failure;
 use super::objective::{Objective, Point};
@@ -54,8 +55,8 @@ pub enum End {
 /// Result of a search.
 pub struct Found {
     pub point: Point,
-    /// Constants that are held at a bound: −1 the lower one, +1 the upper one
-    pub bound: Vec<i8>,
+    /// Of each unknown
+    pub bound: Vec<Bound>,
     pub end: End,
 }
 
@@ -68,7 +69,7 @@ struct Step {
     /// Decrease of f that the linear problem predicts of it, and of the full step
     predicted: f64,
     full: f64,
-    bound: Vec<i8>,
+    bound: Vec<Bound>,
 }
 
 /// Searches from a point. `until`: after the first one no forward solve begins that would end later, by the longest one so far.
@@ -116,7 +117,7 @@ pub fn search(
         }
         longest = longest.max(begin.elapsed().as_secs_f64());
     }
-    let bound = vec![0; u.len()];
+    let bound = vec![Bound::Free; u.len()];
     Ok(Found { point, bound, end: End::Stuck })
 }
 
@@ -125,7 +126,7 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
     let p = u.len();
     let jacobian = &point.jacobian * coordinates.rates(u) / size;
     let residual = &point.residual / size;
-    let mut bound = vec![0_i8; p];
+    let mut bound = vec![Bound::Free; p];
     loop {
         let free = coordinates.free(&bound);
         let none = || Step { change: DVector::zeros(p), length: 0.0, predicted: 0.0, full: 0.0, bound: bound.clone() };
@@ -153,7 +154,7 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
         let w = shortened(&part, &fits, sigma.max());
         let mut change = back * &w;
         // Rounding of the product must not move what is held: it would count as leaving its bound again
-        (0..p).filter(|k| bound[*k] != 0).for_each(|k| change[k] = 0.0);
+        (0..p).filter(|k| !bound[*k].is_free()).for_each(|k| change[k] = 0.0);
         // The part of the way on which no bound is met, and constants at a bound that it would leave
         let outward: Vec<usize> = (0..p).filter(|k| coordinates.crosses(u, &change, *k) == Some(0.0)).collect();
         if outward.is_empty() {
@@ -165,7 +166,7 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
             let predicted = (0..sigma.len()).map(lowered).sum();
             return Step { change: change * share, length: share * w.norm(), predicted, full, bound };
         }
-        outward.iter().for_each(|k| bound[*k] = if change[*k] > 0.0 { 1 } else { -1 });
+        outward.iter().for_each(|k| bound[*k] = if change[*k] > 0.0 { Bound::Upper } else { Bound::Lower });
     }
 }
 

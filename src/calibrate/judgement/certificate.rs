@@ -4,15 +4,14 @@
 //! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
-use crate::calibrate::Model;
+use crate::calibrate::{Mode, Model};
 use crate::material::{Law, LoadCase, StabilityLimit, material_stability};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Range of one mode of deformation in which the law is stable (Drucker).
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct StableRange {
-    /// uniaxial, equibiaxial, planar, simple_shear
-    pub mode: &'static str,
+    pub mode: Mode,
     /// Range that was examined: λ \[–\], in simple shear γ \[–\]
     pub looked: [f64; 2],
     /// First amount below rest at which stability is lost; `None`: none in the range
@@ -28,12 +27,12 @@ impl StableRange {
     }
 }
 
-/// Names of the load cases in files.
-pub const CASES: [(LoadCase, &str); 4] = [
-    (LoadCase::Uniaxial, "uniaxial"),
-    (LoadCase::Equibiaxial, "equibiaxial"),
-    (LoadCase::Planar, "planar"),
-    (LoadCase::SimpleShear, "simple_shear"),
+/// The modes that are load cases.
+pub const CASES: [(LoadCase, Mode); 4] = [
+    (LoadCase::Uniaxial, Mode::Uniaxial),
+    (LoadCase::Equibiaxial, Mode::Equibiaxial),
+    (LoadCase::Planar, Mode::Planar),
+    (LoadCase::SimpleShear, Mode::SimpleShear),
 ];
 
 /// Amounts of a load case at which the principal stretches stay below L in tension, and between 1/L and L in compression.
@@ -53,7 +52,7 @@ pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> 
 /// The stable ranges of all load cases of a law, as it is. `largest`: stretch of the data.
 pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
     let top = (1.5 * largest).max(3.0);
-    let one = |(case, mode): (LoadCase, &'static str)| {
+    let one = |(case, mode): (LoadCase, Mode)| {
         let looked = range(case, top);
         let found = material_stability(law, case, looked).ok()?;
         let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
@@ -63,10 +62,10 @@ pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
 }
 
 /// Modes in which material stability ends within the principal stretches that the fitted data points reach, and where.
-pub fn lost(stability: &[StableRange], stretch: [f64; 2]) -> Vec<(&'static str, f64)> {
+pub fn lost(stability: &[StableRange], stretch: [f64; 2]) -> Vec<(Mode, f64)> {
     let reach = stretch[1].max(1.0 / stretch[0]);
     let of = |r: &StableRange| {
-        let (case, _) = CASES.into_iter().find(|(_, name)| *name == r.mode)?;
+        let (case, _) = CASES.into_iter().find(|(_, mode)| *mode == r.mode)?;
         let [low, high] = range(case, reach);
         let above = r.above.filter(|a| *a <= high);
         above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))

@@ -25,7 +25,7 @@ pub struct Change {
     /// Largest one, as a share of the fitted stress at its stretch \[–\]
     pub relative: f64,
     /// Mode and stretch of the largest one; simple shear keeps the volume, and has none
-    pub mode: &'static str,
+    pub mode: Mode,
     pub stretch: f64,
 }
 
@@ -44,7 +44,7 @@ impl Written<'_> {
         let law = self.model.law_with(&self.values, partner, self.volumetric).ok()?;
         let mut largest: Option<Change> = None;
         for (case, mode) in CASES {
-            let [low, high] = extent(self.fitted.iter().filter(|r| r.mode.name() == mode).map(|r| r.stretch));
+            let [low, high] = extent(self.fitted.iter().filter(|r| r.mode == mode).map(|r| r.stretch));
             let places = (0..PLACES).map(|k| low + (high - low) * k as f64 / (PLACES - 1) as f64);
             let stress = |s: f64| case.incompressible(law.as_ref(), s).ok().map(|stress| (s, stress));
             let stresses: Vec<(f64, f64)> = places.filter_map(stress).collect();
@@ -60,7 +60,7 @@ impl Written<'_> {
         }
         largest.or_else(|| {
             let Moduli { e, mu, .. } = law.small_strain();
-            Some(Change { relative: e / (3.0 * mu) - 1.0, mode: Mode::Uniaxial.name(), stretch: 1.0 })
+            Some(Change { relative: e / (3.0 * mu) - 1.0, mode: Mode::Uniaxial, stretch: 1.0 })
         })
     }
 

@@ -16,10 +16,10 @@ use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::{ErrorModel, Estimate, FitError, Model, Sample};
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Part of a shared error in the intervals of the constants.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Contribution {
     pub error: SharedError,
     /// Half-width of its 95 % interval, as given \[SI\]

@@ -1,7 +1,7 @@
 //! Misfit between a law and samples.
 
 use crate::calibrate::{Mode, Sample};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One sample compared with the law.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -40,7 +40,7 @@ pub fn residuals(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Vec<Residu
 }
 
 /// Misfit over some data points. With residuals rᵢ = Pᵢ − P(λᵢ):
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Misfit {
     pub rows: usize,
     /// √(Σrᵢ²/n) \[Pa\]

@@ -36,7 +36,7 @@ pub enum FitWarning {
     /// Data points that were not fitted and where the law is not defined; the one nearest to rest
     Undefined { rows: usize, nearest: f64 },
     /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted data
-    Unstable { lost: Vec<(&'static str, f64)>, reach: f64, linear: bool },
+    Unstable { lost: Vec<(Mode, f64)>, reach: f64, linear: bool },
     /// Least squares alone would give a law that is unstable at these stretches of a mode
     Held { mode: Mode, range: [f64; 2] },
     /// A law of several constants and tests of one mode only
@@ -167,6 +167,38 @@ impl FitWarning {
     /// Whether it is said for information, and limits nothing.
     pub fn is_note(&self) -> bool {
         matches!(self, Self::LimitedOutliers { .. })
+    }
+
+    /// Whether it makes the constants doubtful, or the law over the stretches of the data.
+    pub fn is_grave(&self) -> bool {
+        match self {
+            Self::Systematic { .. }
+            | Self::Misfit { .. }
+            | Self::Stiffness { .. }
+            | Self::Data { .. }
+            | Self::Unidentifiable { .. }
+            | Self::NoFreedom { .. }
+            | Self::Limit { .. }
+            | Self::Undefined { .. }
+            | Self::Unstable { .. }
+            | Self::Held { .. }
+            | Self::Outliers { .. }
+            | Self::Specimen { .. }
+            | Self::Cycles { .. }
+            | Self::OpenSigns { .. } => true,
+            Self::CrossMode { .. }
+            | Self::Compressible { .. }
+            | Self::NoPartner { .. }
+            | Self::OneMode { .. }
+            | Self::LimitedOutliers { .. }
+            | Self::NoRepeat { .. }
+            | Self::Unequal
+            | Self::UnequalCurves { .. }
+            | Self::Slack { .. }
+            | Self::MayBeZero { .. }
+            | Self::OtherMinimum { .. }
+            | Self::Starts { .. } => false,
+        }
     }
 
     /// Data points far off their neighbours.
@@ -330,8 +362,8 @@ fn write_unidentifiable(f: &mut fmt::Formatter<'_>, directions: &[Direction]) ->
     f.write_str(". Widen the range, add modes, or take a law with fewer constants")
 }
 
-fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(&str, f64)], reach: f64, linear: bool) -> fmt::Result {
-    let words: Vec<_> = lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.replace('_', " "))).collect();
+fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(Mode, f64)], reach: f64, linear: bool) -> fmt::Result {
+    let words: Vec<_> = lost.iter().map(|(mode, at)| format!("{} beyond {at:.4}", mode.words())).collect();
     write!(
         f,
         "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \

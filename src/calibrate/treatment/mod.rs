@@ -1,8 +1,11 @@
 //! Treatments of the data points before a fit, as requested and as not chosen.
 
 pub(super) mod condense;
+pub(super) mod corrections;
 pub(super) mod cycle;
+pub(super) mod group;
 pub(super) mod hold;
+pub(super) mod order;
 pub(super) mod prepare;
 pub(super) mod rupture;
 

@@ -2,7 +2,7 @@
 
 use super::page::answer;
 use super::stored::StoredFit;
-use crate::calibrate::stretch_text;
+use crate::calibrate::{Loss, Weighting, stretch_text};
 use crate::report::paper::law::{LawGroup, describe};
 use crate::report::paper::{Paragraph, software};
 
@@ -31,7 +31,7 @@ fn data(fit: &StoredFit) -> Paragraph {
         fit.rows,
         fit.modes.join(" and ")
     ));
-    let treated = fit.audit.iter().filter(|e| matches!(e.kind.as_str(), "changed" | "left_out"));
+    let treated = fit.audit.iter().filter(|e| e.kind.is_treatment());
     for entry in treated {
         let rows = if entry.lines.is_empty() { String::new() } else { format!(" ({} rows)", entry.lines.len()) };
         all = all.text(format!(" {}{rows}.", crate::report::numbers::capital(&entry.message)));
@@ -40,12 +40,15 @@ fn data(fit: &StoredFit) -> Paragraph {
 }
 
 fn search(fit: &StoredFit) -> Paragraph {
-    let weighted = match fit.weighting.as_str() {
-        "relative" => "errors in proportion to the stress",
-        "noise" => "errors of one size in each mode",
-        _ => "errors of one size",
+    let weighted = match fit.weighting {
+        Weighting::Relative => "errors in proportion to the stress",
+        Weighting::Noise => "errors of one size in each mode",
+        Weighting::Absolute => "errors of one size",
     };
-    let loss = if fit.loss == "huber" { ", with Huber's loss" } else { "" };
+    let loss = match fit.loss {
+        Loss::Squares => "",
+        Loss::Huber => ", with Huber's loss",
+    };
     Paragraph::new("Fit")
         .marked(&format!(
             "The constants have the least squares of the nominal stresses, {weighted}{loss}. Intervals [@bates1988]: "
@@ -58,7 +61,7 @@ fn stability(fit: &StoredFit) -> Paragraph {
     let words = lost.map(|r| {
         let ends = [("below", r.below), ("above", r.above)];
         let ends = ends.into_iter().filter_map(|(side, at)| Some(format!("{side} {:.3}", at?)));
-        format!("{} {}", r.mode.replace('_', " "), ends.collect::<Vec<_>>().join(" and "))
+        format!("{} {}", r.mode.words(), ends.collect::<Vec<_>>().join(" and "))
     });
     let words: Vec<String> = words.collect();
     let text = match words.is_empty() {

@@ -2,7 +2,7 @@
 
 use crate::calibrate::{Printed, stretch_text};
 use crate::report::figure::Figure;
-use crate::report::fit::stored::{Entry, Parameter, StoredFit};
+use crate::report::fit::stored::{Parameter, StoredFit};
 use crate::report::numbers::{capital, minus_signs};
 use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
@@ -70,21 +70,12 @@ fn shorter_ranges(fit: &StoredFit) -> String {
 }
 
 pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {
-    let grave = [
-        "systematic",
-        "misfit",
-        "stiffness",
-        "data",
-        "unidentifiable",
-        "unstable",
-        "held",
-        "outliers",
-        "specimen",
-        "cycles",
-    ];
-    let doubtful = fit.warnings.iter().any(|w| grave.contains(&w.kind.as_str()));
     let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.label), escape(&fit.data));
-    h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, prose(&answer(fit)));
+    h += &format!(
+        "<p class=\"verdict{}\">{}</p>\n",
+        if fit.is_doubtful() { " refused" } else { "" },
+        prose(&answer(fit))
+    );
     if !fit.messages.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
         h += &list(fit.messages.iter().map(|m| format!("{}.", capital(m))));
@@ -95,7 +86,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     h += &tables.iter().map(Table::html).collect::<String>();
     h += "<h2>What was done to the data</h2>\n";
     h += "<p>Nothing is changed silently; data points that are not listed were used unchanged.</p>\n";
-    h += &list(fit.audit.iter().map(line));
+    h += &list(fit.audit.iter().map(|entry| format!("{}.", capital(&entry.to_string()))));
     h += "<h2>Provenance</h2>\n<dl>";
     let mut put = |name: &str, value: &str| h += &format!("<dt>{name}</dt><dd>{}</dd>\n", escape(value));
     put("Law", &format!("{}. {}", fit.formula, fit.law_source));
@@ -110,18 +101,4 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
         );
     }
     document(&format!("{} from {}", fit.label, fit.data), &h)
-}
-
-/// An entry of the audit log.
-fn line(e: &Entry) -> String {
-    let kind = match e.kind.as_str() {
-        "intake" => "Read",
-        "left_out" => "Left out",
-        "changed" => "Changed",
-        "kept" => "Kept",
-        "doubt" => "Doubt",
-        other => other,
-    };
-    let lines = if e.lines.is_empty() { String::new() } else { format!(" ({})", wording::lines(&e.lines)) };
-    format!("{kind}: {}{lines}.", e.message)
 }

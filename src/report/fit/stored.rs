@@ -1,6 +1,9 @@
 //! A fit as `fit.json` stores it, and its constants in words.
 
-use crate::calibrate::{Band, FitCurves, Printed, SharedError, Treatment, largest_stress, within_size};
+use crate::calibrate::{
+    AuditEntry, Band, Contribution, FitCurves, Loss, Misfit, Prediction, Printed, StableRange, Treatment, Validity,
+    Weighting, largest_stress, within_size,
+};
 use crate::report::names::symbol;
 use serde::{Deserialize, Deserializer};
 
@@ -20,8 +23,8 @@ pub struct StoredFit {
     pub stretch: [f64; 2],
     pub rows: usize,
     pub parameters: Vec<Parameter>,
-    pub weighting: String,
-    pub loss: String,
+    pub weighting: Weighting,
+    pub loss: Loss,
     pub interval_assumption: String,
     /// JSON has no infinity: `None` where an end is open
     pub in_use: Vec<[Option<f64>; 2]>,
@@ -30,18 +33,20 @@ pub struct StoredFit {
     pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` \[Pa\], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
-    pub stability: Vec<Stable>,
+    pub stability: Vec<StableRange>,
     pub misfit: Misfit,
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
     pub range_dependence: Vec<Range>,
     /// Per parameter, over ranges that end earlier
     pub range_spread: Vec<[f64; 2]>,
-    pub warnings: Vec<Warning>,
     /// The warnings in words
     pub messages: Vec<String>,
+    /// Whether one of them is grave; files of before do not say it
+    #[serde(default)]
+    doubtful: Option<bool>,
     pub curves: FitCurves,
-    pub audit: Vec<Entry>,
+    pub audit: Vec<AuditEntry>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -54,16 +59,6 @@ pub struct Parameter {
     /// JSON has no infinity: `None` where the data do not determine the constant
     pub std_error: Option<f64>,
     pub interval: [Option<f64>; 2],
-}
-
-/// Part of a stated error of the measurement in the intervals.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Contribution {
-    pub error: SharedError,
-    /// As given \[SI\]
-    pub half_width: f64,
-    /// Of each constant \[SI\]
-    pub moves: Vec<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -91,40 +86,6 @@ pub struct Otherwise {
     pub change: f64,
 }
 
-/// Range in which the law is stable; amounts are λ, in simple shear γ \[–\].
-#[derive(Clone, Debug, Deserialize)]
-pub struct Stable {
-    pub mode: String,
-    pub looked: [f64; 2],
-    pub below: Option<f64>,
-    pub above: Option<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub struct Misfit {
-    pub rows: usize,
-    pub rms_relative: f64,
-    pub max_relative: f64,
-    pub bias_relative: f64,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub struct Validity {
-    pub tolerance: f64,
-    pub compression_to: Option<f64>,
-    pub compression_from: Option<f64>,
-    pub tension_to: Option<f64>,
-    pub tension_from: Option<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub struct Prediction {
-    pub kind: String,
-    pub mode: String,
-    pub stretch: [f64; 2],
-    pub misfit: Misfit,
-}
-
 #[derive(Clone, Debug, Deserialize)]
 pub struct Range {
     pub to: f64,
@@ -133,24 +94,17 @@ pub struct Range {
     pub rms_relative: f64,
 }
 
-#[derive(Clone, Debug, Deserialize)]
-pub struct Warning {
-    pub kind: String,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-pub struct Entry {
-    pub kind: String,
-    pub message: String,
-    pub lines: Vec<u64>,
-}
-
 /// A symbol as a paper writes it, `C10` as C₁₀.
 fn with_subscripts<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
     String::deserialize(from).map(|text| symbol(&text))
 }
 
 impl StoredFit {
+    /// Whether the answer is doubtful; with any warning, where the file does not say it.
+    pub fn is_doubtful(&self) -> bool {
+        self.doubtful.unwrap_or(!self.messages.is_empty())
+    }
+
     /// Unit and digits of every constant: two digits of the half-width of its interval, stresses in one unit.
     pub fn printed(&self) -> Vec<Printed<'_>> {
         let size = largest_stress(self.parameters.iter().map(|p| (p.value, p.unit.as_str())));

@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
-use crate::calibrate::{Band, Printed, stretch_text, within};
-use crate::report::fit::stored::{Contribution, Misfit, Parameter, Scatter, Specimen, StoredFit};
+use crate::calibrate::{Band, Contribution, Misfit, PredictionKind, Printed, stretch_text, within};
+use crate::report::fit::stored::{Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
@@ -113,7 +113,7 @@ fn measurement(fit: &StoredFit) -> Table {
 fn next(s: &Scatter) -> Option<Table> {
     let row = |b: &Band| {
         let [low, high] = b.interval.map(|v| format!("{:.4}", 1e-3 * v));
-        vec![b.mode.name().replace('_', " "), stretch_text(b.stretch), format!("{:.4}", 1e-3 * b.mean), low, high]
+        vec![b.mode.words(), stretch_text(b.stretch), format!("{:.4}", 1e-3 * b.mean), low, high]
     };
     (!s.next.is_empty()).then(|| Table {
         name: "next-specimen",
@@ -194,7 +194,7 @@ fn misfits(fit: &StoredFit) -> Table {
         ]
     };
     let mut rows = vec![row("fitted", fit.modes.join(" + "), fit.stretch, &fit.misfit)];
-    rows.extend(fit.predictions.iter().map(|p| row(kind(&p.kind), p.mode.clone(), p.stretch, &p.misfit)));
+    rows.extend(fit.predictions.iter().map(|p| row(kind(p.kind), p.mode.to_string(), p.stretch, &p.misfit)));
     Table {
         name: "predictions",
         caption: "The law against the data points that were fitted, and as a prediction of those that were not. Rms and bias are shares of the root mean square of the measured stresses; the largest misfit is that of a single data point, as a share of its own stress. Bias below zero: the law is too soft.".into(),
@@ -218,7 +218,7 @@ fn stability(fit: &StoredFit) -> Table {
             Some(at) => format!("{at:.4}"),
             None => format!("not {to} to {}", stretch_text(looked)),
         };
-        vec![r.mode.replace('_', " "), end(r.below, "down", r.looked[0]), end(r.above, "up", r.looked[1])]
+        vec![r.mode.words(), end(r.below, "down", r.looked[0]), end(r.above, "up", r.looked[1])]
     });
     Table {
         name: "stability",
@@ -232,12 +232,11 @@ fn stability(fit: &StoredFit) -> Table {
 }
 
 /// A kind of prediction in words.
-fn kind(name: &str) -> &str {
-    match name {
-        "outside_range" => "predicted, outside the range",
-        "other_mode_in_range" => "predicted, same range",
-        "other_mode" => "predicted, every data point",
-        other => other,
+fn kind(kind: PredictionKind) -> &'static str {
+    match kind {
+        PredictionKind::OutsideRange => "predicted, outside the range",
+        PredictionKind::OtherModeInRange => "predicted, same range",
+        PredictionKind::OtherMode => "predicted, every data point",
     }
 }
 

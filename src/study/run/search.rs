@@ -73,7 +73,7 @@ pub(super) fn doubt(
 
 fn doubt_of_constants(found: &Calibration) -> Option<(&'static str, String)> {
     match found.end {
-        End::Settled | End::Stuck if found.constants.iter().any(|c| c.interval.is_none() && c.bound == 0) => {
+        End::Settled | End::Stuck if found.constants.iter().any(|c| c.interval.is_none() && c.bound.is_free()) => {
             Some((NOT_DETERMINED, found.unidentified.join("; ")))
         }
         End::Settled => None,

@@ -16,7 +16,7 @@
 
 use super::corners::{self, Corners};
 use crate::calibrate::ErrorModel;
-use crate::calibrate::inverse::{Calibration, Found, Stable};
+use crate::calibrate::inverse::{Bound, Calibration, Found, Stable};
 use crate::report::names::constant;
 use crate::report::numbers::{capital, digits, percent};
 use crate::study::analysis::{self, Analysis};
@@ -291,10 +291,10 @@ fn judge(
     });
     let size = own.value.abs();
     let open = match (&meshes.refused, own.bound, widest) {
-        (_, ..=-1 | 1.., _) => Some("it is held at a bound".into()),
-        (_, 0, None) => Some(format!("the curves do not determine it{}", left_words(finest.found, own))),
-        (Some(why), 0, Some(_)) => Some(why.clone()),
-        (None, 0, Some(_)) => (!are_known).then(|| unknown_dimensions(without_constants)),
+        (_, Bound::Lower | Bound::Upper, _) => Some("it is held at a bound".into()),
+        (_, Bound::Free, None) => Some(format!("the curves do not determine it{}", left_words(finest.found, own))),
+        (Some(why), Bound::Free, Some(_)) => Some(why.clone()),
+        (None, Bound::Free, Some(_)) => (!are_known).then(|| unknown_dimensions(without_constants)),
     };
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
     // A case of two families is listed once
@@ -540,7 +540,7 @@ fn warnings(
 
 /// The meaning of a pattern in the residuals: nothing against the law where the constants are not the best ones of the law.
 fn cause(found: &Calibration) -> String {
-    let held: Vec<&str> = found.constants.iter().filter(|c| c.bound != 0).map(|c| c.key.as_str()).collect();
+    let held: Vec<&str> = found.constants.iter().filter(|c| !c.bound.is_free()).map(|c| c.key.as_str()).collect();
     let left = found.left();
     if !found.settled() {
         return "the search did not come to its end, so that this says nothing against the law".into();
