@@ -182,3 +182,35 @@ fn single_nodes_that_are_moved_have_no_limit() {
     assert!(why.contains("single nodes") && why.contains("no limit as h → 0"), "{why}");
     assert!(of(&point.replace("region = \"mid\"", "region = \"zmax\""), &["zmax_reaction_z_N"]).is_ok());
 }
+
+/// A cube that is pressed by 0.2 mm onto a floor 0.1 mm below, with contact whose `distance` follows from the cells. It stays a cube: all of the error is that of
+/// the distance. The truth is the contact with multipliers, which is exact.
+#[test]
+fn bars_contain_the_error_of_lengths_of_contact() {
+    let press = |formulation: (&str, &str), n: usize, response: &str| {
+        let mesh = format!(
+            "grid = {{ kind = \"box\", size = [\"10 mm\", \"10 mm\", \"10 mm\"], divisions = [{n}, {n}, {n}] }}"
+        );
+        let rest = format!(
+            "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\ncomponents = \"x\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"ymin\"\n\
+             components = \"y\"\n[[constraint]]\nkind = \"prescribed\"\nregion = \"zmax\"\ncomponents = \"z\"\n\
+             displacement = {{ kind = \"ramp\", from = \"0 mm\", to = \"-0.2 mm\", end = \"1 s\" }}\n[[contact]]\nregion = \"zmin\"\n\
+             obstacle = {{ kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-0.1 mm\"], normal = [0, 0, 1] }}\nresponse = \"{response}\"\n\
+             friction = 0\n[[probe]]\nkind = \"reaction\"\nregion = \"zmax\"\n[[probe]]\nkind = \"position\"\nregion = \"zmin\"\n"
+        );
+        let columns = ["zmax_reaction_z_N", "zmin_z_m"];
+        of(&text(&mesh, formulation, 0.3, "0.1 s", &rest), &columns).expect("solved").quantities
+    };
+    let truth = press(("tet4", "displacement"), 1, "multiplier");
+    assert!((truth[1].value + 1e-4).abs() < 1e-9, "{truth:?}");
+    for (formulation, n) in [(("tet4", "displacement"), 2), (("tet4", "mixed"), 4), (("tet10", "displacement"), 2)] {
+        for response in ["barrier", "penalty"] {
+            for (q, truth) in press(formulation, n, response).iter().zip(&truth) {
+                let error = truth.value - q.value;
+                println!("{formulation:?} {response}: {q:?}, error {error:e}");
+                assert!(error.abs() <= q.bar && q.bar <= 3.0 * error.abs(), "{q:?}, error {error}");
+                assert!((truth.value - q.corrected).abs() <= q.uncertainty, "{q:?}, error {error}");
+            }
+        }
+    }
+}
