@@ -14,6 +14,21 @@ use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::system::Blocks;
 
+/// The mean place of edges by their length \[m\], the mid-node last; none without edges. In a plane where they are: exactly, however they are parted.
+pub fn middle_of_edges(mesh: &TetMesh, edges: &[&Vec<u32>]) -> Option<Vec3> {
+    let (mut length, mut moment) = (0.0, Vec3::zeros());
+    for edge in edges {
+        for (s, weight) in GAUSS {
+            let (shape, slope) = edge_shape(edge.len(), s);
+            let sum = |of: [f64; 3]| edge.iter().zip(of).map(|(&k, n)| n * mesh.points[k as usize]).sum::<Vec3>();
+            let part = weight * sum(slope).norm();
+            length += part;
+            moment += part * sum(shape);
+        }
+    }
+    (length > 0.0).then(|| moment / length)
+}
+
 /// The edges of a rim, with the field that measures the volume behind it.
 pub struct CavityRim {
     field: VolumeField,

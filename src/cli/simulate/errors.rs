@@ -63,6 +63,13 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
         );
     }
+    if !found.unresolved.is_empty() {
+        tell!(
+            "warning: a cell with a singular edge, such as the border of a held region, does not resolve a place in it: the error of {} may be several times \
+             the bar; use cells that are smaller than the distance from the edge",
+            found.unresolved.join(", ")
+        );
+    }
     for q in &found.quantities {
         let (value, corrected, uncertainty) =
             (five_digits(q.value), five_digits(q.corrected), five_digits(q.uncertainty));

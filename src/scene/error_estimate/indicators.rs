@@ -17,6 +17,7 @@
 use super::EstimateError;
 use super::enrichment::EnrichedScene;
 use super::kept_state::Solved;
+use crate::scene::{Recorder, Scene};
 use crate::solve::{Integrator, Step, adjoints};
 use crate::system::{Dofs, Gradient, State, Want};
 
@@ -50,7 +51,7 @@ pub(super) fn localise(
     let mut left = scene.system.workspace();
     let evaluated = scene.system.assemble(&step.at(past), &past.lambda, Want::Residual, None, &mut left);
     evaluated.map_err(|why| failed(crate::solve::Failure::Eval(why)))?;
-    let all = gradients(enriched, &middle, &solved.memory);
+    let all = gradients(scene, &middle, &solved.memory);
     let own = |(column, name, _): &(usize, &str, f64)| {
         all[*column].clone().ok_or_else(|| EstimateError::NoDerivative { column: (*name).into(), t: past.t })
     };
@@ -78,9 +79,8 @@ pub(super) fn localise(
 }
 
 /// Gradients of all recorded columns at a state, of those that have one there.
-fn gradients(enriched: &EnrichedScene, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
-    let scene = &enriched.scene;
-    let of = |(r, memory): (&dyn crate::scene::Recorder, &[f64])| {
+pub(super) fn gradients(scene: &Scene, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
+    let of = |(r, memory): (&dyn Recorder, &[f64])| {
         let mut own = r.gradients(&scene.body, state, memory);
         own.resize(r.columns().len(), None);
         own

@@ -26,10 +26,10 @@
 mod enrichment;
 mod extent;
 mod geometry;
-mod glued_edge;
 mod indicators;
 mod kept_state;
 mod refusal;
+mod singular_edge;
 
 pub use enrichment::Enrichment;
 pub use geometry::GeometryError;
@@ -48,8 +48,8 @@ use crate::system::State;
 use enrichment::EnrichedScene;
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
-use glued_edge::has_glued_edge;
 use kept_state::{Kept, Solved};
+use singular_edge::{has_glued_edge, unresolved_columns};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -121,6 +121,8 @@ pub struct ErrorEstimate {
     pub quantities: Vec<QuantityError>,
     /// Regions whose border runs through cells: no bar contains the error of their extent
     pub cut_regions: Vec<String>,
+    /// Columns of places in a cell that has a singular edge, which it does not resolve: the bar may be several times too small
+    pub unresolved: Vec<String>,
     /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
     pub missed_volumes: Vec<SourceVolume>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
@@ -279,11 +281,14 @@ impl<'a> ErrorEstimator<'a> {
         factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
+        let near = unresolved_columns(self.scene, &run.memories[0]);
+        let unresolved = quantities.iter().filter(|(column, _)| near[*column]).map(|(_, q)| q.column.clone()).collect();
         Ok(ErrorEstimate {
             enrichment: self.enrichment,
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
             cut_regions: extent.unknown,
+            unresolved,
             missed_volumes,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),

@@ -4,7 +4,9 @@ use super::cavity_wall::{Wall, wall};
 use crate::scene::build::drive::Drive;
 
 use super::part::ConstraintPart;
-use crate::effect::{Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField};
+use crate::effect::{
+    Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField, middle_of_edges,
+};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::{Decimals, Dimension};
@@ -108,7 +110,8 @@ pub(in crate::scene) fn build_cavity(
     check_shared(builder, place, &wall, before)?;
     let rim = wall.rim(mesh);
     let planes = check_rim(builder, place, (surface, *open, drive), mesh, &rim)?;
-    let Some(field) = volume_field(wall.middle(mesh), planes.as_ref().unwrap_or(&Planes::default())) else {
+    let Some(field) = volume_field(apex(builder, mesh, &wall, &rim), planes.as_ref().unwrap_or(&Planes::default()))
+    else {
         let fact = format!("the rim of the surface \"{surface}\" slides in parallel planes along x, y and z");
         return Err(builder.content(place, fact, "hold a part of the rim (kind = \"fixed\"), or close the surface"));
     };
@@ -296,7 +299,16 @@ fn check_rim(
     }
 }
 
-/// The field that measures the volume. It starts in a plane, and in the middle where that is free: short cones, small rounding.
+/// The middle of the rim where it is held: behind a flat one V is the volume up to its plane, whatever nodes the mesh has. Where the wall is closed, or all of
+/// its rim slides in planes, V is the same from everywhere, and the middle has short cones, and small rounding.
+fn apex(builder: &Builder, mesh: &TetMesh, wall: &Wall, rim: &[Vec<u32>]) -> Vec3 {
+    let is_held = |edge: &&Vec<u32>| edge.iter().all(|&node| builder.is_held(node));
+    let held: Vec<&Vec<u32>> = rim.iter().filter(is_held).collect();
+    let edges = if held.is_empty() { rim.iter().collect() } else { held };
+    middle_of_edges(mesh, &edges).unwrap_or_else(|| wall.middle(mesh))
+}
+
+/// The field that measures the volume. It starts in a plane, and in `middle` where that is free.
 /// Nothing of it flows through parallel planes; none where there are such planes along every axis.
 fn volume_field(middle: Vec3, planes: &Planes) -> Option<VolumeField> {
     let origin = Vec3::from_fn(|k, _| if let [level] = planes[k][..] { level } else { middle[k] });
