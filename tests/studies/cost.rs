@@ -213,7 +213,8 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     assert!(a.quantities[0].reference.as_ref().is_some_and(|r| r.refused));
     assert!(a.verdict.contains("has no reference") && a.verdict.contains("across the thinnest wall"), "{}", a.verdict);
     assert!(a.quantities[0].answers.iter().all(|answer| answer.cheapest.is_none()));
-    // No error is known, and none is drawn
+    // No error is known: none is listed, has a cost, or is drawn
+    assert!(a.quantities[0].settings.is_empty() && a.quantities[0].lines.is_empty(), "{:?}", a.quantities[0]);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));

@@ -41,12 +41,14 @@ fn cost_of_accuracy(
     levels: &[f64],
 ) -> CostOfAccuracy {
     let reference = reference(study, stored, variant, quantity);
+    // No error is known against a family that is no reference
+    let known = reference.as_ref().filter(|r| !r.refused);
     let mut settings = vec![];
     for family in study.families.iter().filter(|f| f.role != Role::Reference) {
         let cases = members(stored, family, variant);
         for (case, step_s) in cases.iter().copied().zip(steps(&cases)) {
-            let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
-            let found = reference.as_ref().filter(|_| !known).and_then(|r| {
+            let is_there = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
+            let found = known.filter(|_| !is_there).and_then(|r| {
                 let value = peak(case, &quantity.name)?;
                 let of_curve = curve_error(r, case, quantity, study.tolerance)?;
                 let errors = [(value - r.peak).abs() / r.scale, of_curve];

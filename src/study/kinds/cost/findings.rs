@@ -53,7 +53,7 @@ impl Measure {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CostOfAccuracy {
     pub reference: Option<ReferenceCurve>,
-    /// Cheapest first
+    /// Cheapest first; none without a reference, since no error is known
     pub settings: Vec<CostedCase>,
     /// Lines of the peak, one per family with two settings or more
     pub lines: Vec<Line>,
