@@ -87,6 +87,13 @@ impl Curve {
         self.f.iter().map(|v| v - start).fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
     }
 
+    /// ‖f − f₀‖₂ with f₀ of [`Curve::start`]: the size that distances of curves are shares of.
+    pub fn size_of_changes(&self) -> f64 {
+        let start = self.start();
+        let changes: Vec<f64> = self.f.iter().map(|v| v - start).collect();
+        l2(&self.t, &changes)
+    }
+
     /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
     pub fn interpolation_error(&self) -> f64 {
         (1..self.t.len().saturating_sub(1))

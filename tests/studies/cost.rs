@@ -5,7 +5,7 @@
 use crate::common::program::{ROOT, ended, without_mesher};
 use crate::common::synthetic;
 use durometer::study::kinds::cost::analysis::analyse;
-use durometer::study::kinds::cost::findings::{Grows, Measure};
+use durometer::study::kinds::cost::findings::{CostOfAccuracy, Grows, Measure};
 use durometer::study::kinds::cost::line::How;
 use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
@@ -140,6 +140,24 @@ fn known_laws_give_their_errors_costs_and_exponents() {
     let p = line("tet10").costs[at(0.05)].expect("errors fall");
     // e = 0.03 (N/1000)^(−4/3), its cost 2 (0.03/e)^1.125
     assert!((p.seconds / (2.0 * 0.6_f64.powf(1.125)) - 1.0).abs() < 1e-4 && p.how == How::Between, "{p:?}");
+}
+
+/// A quantity that starts at 1000 has the errors that it has from zero: where the body lies in its frame decides nothing.
+#[test]
+fn a_place_in_the_frame_changes_no_error() {
+    let (study, mut stored) = study();
+    let here = analyse(&study, &stored);
+    for c in &mut stored {
+        c.record.probes.get_mut("cable_tension_N").expect("a probe").peak += 1e3;
+        c.series.columns.get_mut("cable_tension_N").expect("a column").iter_mut().for_each(|f| *f += 1e3);
+    }
+    let far = analyse(&study, &stored);
+    let known = |a: &CostOfAccuracy| a.reference.as_ref().expect("a reference").curve_uncertainty;
+    let [near, away] = [&here, &far].map(|a| &a.quantities[0]);
+    assert!((known(near) - known(away)).abs() < 1e-6, "{} {}", known(near), known(away));
+    for (a, b) in near.settings.iter().zip(&away.settings) {
+        assert!((0..2).all(|k| (a.errors[k] - b.errors[k]).abs() < 1e-6), "{a:?} {b:?}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
-//! error       of the peak |f − f*|/scale, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
+//! error       of the peak |f − f*|/scale, of the curve ‖f − f*‖₂/‖f* − f*₀‖₂          f* from [`reference`]
 //! error bar   error + U(f*): a setting meets a level if its bar does
 //! front       settings that no cheaper one beats in error
 //! ```

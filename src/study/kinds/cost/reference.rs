@@ -8,7 +8,7 @@
 //!
 //! ```text
 //! U(f*) of the peak                as in a convergence study
-//! U of the curve, relative in L2   max(U(f*)/|f*|, (Fs − 1)/Fs ‖GCI‖₂/‖f*‖₂) + largest error of the interpolation over the peak
+//! U of the curve, relative in L2   max(U(f*)/|f*|, (Fs − 1)/Fs ‖GCI‖₂/‖f* − f*₀‖₂) + largest error of the interpolation over the peak
 //! ```
 
 use crate::study::curve::peak;
@@ -36,7 +36,7 @@ pub struct ReferenceCurve {
     pub refused: bool,
     /// U(f*)/scale \[–\]
     pub peak_uncertainty: f64,
-    /// Relative L2 error of f*(t) \[–\]
+    /// L2 error of f*(t) over the size of its changes \[–\]
     pub curve_uncertainty: f64,
     /// Reasons that limit it
     pub reasons: Vec<String>,
@@ -100,10 +100,11 @@ pub fn reference(
     let study = compare(&curves, formal)?;
     let finest = &curves.first()?.2;
     let f = if study.star.is_empty() { study.t.iter().map(|t| finest.at(*t)).collect() } else { study.star.clone() };
-    let size = l2(&study.t, &f).max(least(tolerance));
+    let curve = Curve { t: study.t, f };
+    let size = curve.size_of_changes().max(least(tolerance));
     let beyond = match study.gci.is_empty() || size == 0.0 {
         true => 0.0,
-        false => (study.fs - 1.0) / study.fs * l2(&study.t, &study.gci) / size,
+        false => (study.fs - 1.0) / study.fs * l2(&curve.t, &study.gci) / size,
     };
     let interpolated = study.interpolation_error.max(finest.interpolation_error()) / best.scale;
     Some(ReferenceCurve {
@@ -116,7 +117,7 @@ pub fn reference(
         peak_uncertainty,
         curve_uncertainty: peak_uncertainty.max(beyond) + interpolated,
         reasons: estimate.reasons.clone(),
-        curve: Curve { t: study.t, f },
+        curve,
     })
 }
 
@@ -141,11 +142,12 @@ fn extrapolated(
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }
 
-/// ‖f − f*‖₂/‖f*‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those.
+/// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame
+/// decides nothing.
 pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &Quantity, tolerance: f64) -> Option<f64> {
     let f = Curve::of(&case.series, &quantity.name)?;
     let Curve { t, f: star } = &reference.curve;
     let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();
-    let whole = l2(t, star).max(least(quantity.tolerance(tolerance)));
+    let whole = reference.curve.size_of_changes().max(least(quantity.tolerance(tolerance)));
     (whole > 0.0).then(|| l2(t, &d) / whole)
 }
