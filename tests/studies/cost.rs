@@ -198,6 +198,19 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
 }
 
+/// Memory that is mostly the process itself, 22 to 42 MB, has a law that gives 40 MB to twice the cells: more cells do not take less than was measured.
+#[test]
+fn twice_the_cells_take_no_less_than_was_measured() {
+    let (study, mut stored) = study();
+    let own = stored.iter_mut().filter(|c| c.record.family == "tet4");
+    own.zip([22, 22, 23, 42]).for_each(|(c, mb)| c.record.work.memory_bytes = Some(mb * 1_000_000));
+    let a = analyse(&study, &stored);
+    let law = a.growth.iter().find(|l| l.of == Grows::Memory && l.formulation == "tet4").expect("four meshes");
+    assert!(law.law.at(law.next_cells) < 42e6, "{law:?}");
+    let [low, high] = law.next.interval.expect("four meshes");
+    assert!(law.next.value == 42e6 && low == 42e6 && high > 42e6, "{law:?}");
+}
+
 /// A quantity that is the same on all meshes has its costs, those of the coarsest cases, and no panel, whose axis would end far above its errors.
 #[test]
 fn a_quantity_that_no_mesh_changes_has_costs_and_no_panel() {

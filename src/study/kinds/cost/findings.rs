@@ -104,6 +104,7 @@ pub struct GrowthLaw {
     pub law: PowerLaw,
     /// Twice the most cells
     pub next_cells: f64,
+    /// By the law, and no less than what was measured
     pub next: Predicted,
     /// The largest mesh predicted by the others, over what was measured \[–\]
     pub check: Option<f64>,
