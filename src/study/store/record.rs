@@ -4,7 +4,7 @@ use crate::material::Law;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, FileDigest, Measured};
-use crate::solve::{Integrator, Status};
+use crate::solve::{Integrator, Status, integrator_order};
 use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
@@ -46,6 +46,7 @@ pub struct CaseRecord {
     /// Name of the law, with its constants in SI; absent where springs are all that is elastic
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawRecord>,
+    /// Name of the integrator of the stages in time, of several the last of the least order; where all stages are static, that of the last
     pub integrator: String,
     /// Longest time step \[s\]
     pub dt_s: f64,
@@ -209,6 +210,11 @@ impl CaseRecord {
         let is_place = ["m", "deg"].contains(&column.rsplit('_').next().unwrap_or_default()) && !column.ends_with(GAP);
         let motion = self.probes.get(column)?.motion.filter(|m| is_place && m.largest_step > allowed)?;
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
+    }
+
+    /// Formal order of convergence in the time step; 2 in statics.
+    pub fn order_in_time(&self) -> f64 {
+        integrator_order(&self.integrator).map_or(2.0, f64::from)
     }
 
     /// Whether another time step has another result; where no record says so, runs in time have.

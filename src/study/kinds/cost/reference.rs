@@ -2,7 +2,7 @@
 //!
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
-//! differ, else over the time step with the order of the integrator. The reference is the envelope of the defensible families
+//! differ, else over the time step with the least order of the integrators of its stages. The reference is the envelope of the defensible families
 //! ([`crate::study::estimate::reference`]). Families that lock, diverge or do not resolve the thinnest wall are no reference. With an
 //! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
 //!
@@ -54,17 +54,12 @@ pub fn steps(cases: &[&StoredCase]) -> Vec<f64> {
     step_sizes(&cases.iter().map(|c| &c.record).collect::<Vec<_>>())
 }
 
-/// Formal order in the time step, by the name in the record.
-fn order_in_time(integrator: &str) -> f64 {
-    if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 }
-}
-
 /// Sizes of the cases on the axis that their family refines, and the formal order there.
 fn sizes(cases: &[&StoredCase]) -> (Vec<f64>, f64) {
     let Some(first) = cases.first().map(|c| &c.record) else { return (vec![], 2.0) };
     match cases.iter().any(|c| (c.record.mesh.h_m / first.mesh.h_m - 1.0).abs() > 1e-6) {
         true => (cases.iter().map(|c| c.record.mesh.h_m).collect(), formal_order(&first.formulation)),
-        false => (steps(cases), order_in_time(&first.integrator)),
+        false => (steps(cases), first.order_in_time()),
     }
 }
 
