@@ -7,7 +7,9 @@ use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
+use crate::scene::{
+    Extreme, NamedSkin, Run, Scene, cut_regions, extreme, extreme_on, no_limit_at, path_dependence, wall,
+};
 use crate::solve::{TimeSpan, integrator_order};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
@@ -17,8 +19,8 @@ use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord, ProbeRecord, Provenance,
-    SCHEMA,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, OppositeRecord, PhaseRecord,
+    ProbeRecord, Provenance, SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
@@ -218,13 +220,16 @@ fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
 
 /// None without a row.
 fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
-    let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column]))?;
+    let values = || run.rows.iter().map(|row| row[column]);
+    let Extreme { at, value, kind } = extreme(values())?;
+    let opposite = extreme_on(kind.opposite(), values()).filter(|e| e.value.is_finite());
     let last = run.rows.last()?[column];
     Some(ProbeRecord {
         peak: value,
         peak_is: kind,
         peak_t_s: run.rows[at][0],
         last,
+        opposite: opposite.map(|e| OppositeRecord { value: e.value, t_s: run.rows[e.at][0] }),
         motion: motion(scene, run, column),
     })
 }

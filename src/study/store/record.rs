@@ -331,7 +331,7 @@ pub struct LockingRecord {
 /// A recorded column; the unit is in its name (`bending_angle_deg`).
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
-    /// The value farthest from the first one
+    /// The value farthest from the first one; in a report on several cases the farthest one on the side that they have in common
     pub peak: f64,
     /// Whether it is a minimum or a maximum
     pub peak_is: ExtremeKind,
@@ -340,9 +340,21 @@ pub struct ProbeRecord {
     /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
+    /// The farthest value on the other side of the first one; none where no value lies there, nor in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opposite: Option<OppositeRecord>,
     /// Changes in the stages in which masses move; none without such a stage, nor of lengths and angles that symmetry or an equilibrium holds
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRecord>,
+}
+
+/// The farthest value of a column on the side of the first one on which the peak does not lie
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct OppositeRecord {
+    /// The value, in the unit of the column
+    pub value: f64,
+    /// Its time \[s\]
+    pub t_s: f64,
 }
 
 /// Changes of a recorded column while masses move
