@@ -118,7 +118,7 @@ pub use read::{changed_scene, is_study, read_scene, read_table, value_in};
 pub(crate) use record::column::in_unit_of;
 pub use record::column::unit as unit_of_column;
 pub use record::compare::{Measured, MeasuredData, MeasuredTracks};
-pub use record::extreme::{Extreme, ExtremeKind, extreme};
+pub use record::extreme::{Extreme, ExtremeKind, extreme, extreme_on};
 pub use record::features::{Features, Reading};
 pub use record::recorder::{Energies, Headline, Moment, Recorder};
 pub use record::winding::Winding;

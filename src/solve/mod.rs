@@ -43,7 +43,7 @@ pub use diagnosis::free_motions::{Motion, MotionKind, free_motions};
 pub use driver::Driver;
 pub use driver_memory::DriverMemory;
 pub use equations::Equations;
-pub use integrator::{Integrator, integrator_title};
+pub use integrator::{Integrator, integrator_order, integrator_title};
 pub use limit::Limit;
 pub use linear::lagged_factor::LaggedFactorRecord;
 pub use linear::system::LinearSystem;

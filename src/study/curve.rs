@@ -9,7 +9,7 @@
 //! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
 
 use crate::report::numbers::{capital, percent};
-use crate::scene::{ExtremeKind, extreme};
+use crate::scene::{ExtremeKind, extreme, extreme_on};
 use crate::study::store::record::{Series, StoredCase, StudyRecord};
 use crate::wording::count;
 use std::cmp::Ordering;
@@ -85,6 +85,13 @@ impl Curve {
     pub fn largest_change(&self) -> f64 {
         let start = self.start();
         self.f.iter().map(|v| v - start).fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
+    }
+
+    /// ‖f − f₀‖₂ with f₀ of [`Curve::start`]: the size that distances of curves are shares of.
+    pub fn size_of_changes(&self) -> f64 {
+        let start = self.start();
+        let changes: Vec<f64> = self.f.iter().map(|v| v - start).collect();
+        l2(&self.t, &changes)
     }
 
     /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
@@ -194,8 +201,9 @@ const MISSED: f64 = 0.01;
 pub fn missed_extremes(study: &StudyRecord, cases: &[StoredCase]) -> Vec<String> {
     let missed = |case: &StoredCase, name: &str| {
         let written = Curve::of(&case.series, name)?;
-        let (first, farthest) = (written.f[0], farthest(case, name)?);
-        let share = (farthest - extreme(written.f)?.value).abs() / (farthest - first).abs();
+        let (first, of_run) = (written.f[0], case.record.probes.get(name)?);
+        let of_rows = extreme_on(of_run.peak_is, written.f).map_or(first, |e| e.value);
+        let share = (of_run.peak - of_rows).abs() / (of_run.peak - first).abs();
         (share > MISSED).then_some(share)
     };
     let mut labels = BTreeMap::new();

@@ -46,6 +46,7 @@ mod tests {
             peak_is: ExtremeKind::Constant,
             peak_t_s: 0.0,
             last: 1.0,
+            opposite: None,
             motion: Some(MotionRecord { largest_step, range: 1.0 }),
         };
         let record = CaseRecord {

@@ -11,7 +11,7 @@
 //! | Results are kept, verified and moved | [`store`] |
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
 //! | Mesh, element and time step for a tolerance within a time, from coarse pilots | [`plan`] |
-//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`outcome`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`extremes`], [`outcome`] |
 //! | What reports of several kinds have in common | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
 //! | A measured curve or markers laid over a run | [`overlay`] |
 //! | Facts that limit what the numbers of one run say | [`limits`] |
@@ -37,6 +37,7 @@ pub mod engine;
 pub mod estimate;
 pub mod expand;
 pub mod extension;
+pub mod extremes;
 pub mod figures;
 pub mod forecast;
 pub mod kind;

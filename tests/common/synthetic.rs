@@ -62,6 +62,7 @@ fn probe(f: &[f64]) -> ProbeRecord {
         peak_is: ExtremeKind::Maximum,
         peak_t_s: 1.0,
         last: f[f.len() - 1],
+        opposite: None,
         motion: None,
     }
 }

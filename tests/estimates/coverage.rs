@@ -34,7 +34,14 @@ fn case(family: &str, formulation: &str, n: usize, value: f64, bar: Option<f64>)
         mesh: MeshRecord { cells: n * n * n, h_m: 1.0 / n as f64, source: family.into(), ..MeshRecord::default() },
         probes: BTreeMap::from([(
             "F_N".into(),
-            ProbeRecord { peak: value, peak_is: ExtremeKind::Maximum, peak_t_s: 1.0, last: value, motion: None },
+            ProbeRecord {
+                peak: value,
+                peak_is: ExtremeKind::Maximum,
+                peak_t_s: 1.0,
+                last: value,
+                opposite: None,
+                motion: None,
+            },
         )]),
         one_run: errors,
         ..CaseRecord::default()

@@ -5,7 +5,7 @@
 use crate::common::program::{ROOT, ended, without_mesher};
 use crate::common::synthetic;
 use durometer::study::kinds::cost::analysis::analyse;
-use durometer::study::kinds::cost::findings::{Grows, Measure};
+use durometer::study::kinds::cost::findings::{CostOfAccuracy, Grows, Measure};
 use durometer::study::kinds::cost::line::How;
 use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
@@ -142,6 +142,24 @@ fn known_laws_give_their_errors_costs_and_exponents() {
     assert!((p.seconds / (2.0 * 0.6_f64.powf(1.125)) - 1.0).abs() < 1e-4 && p.how == How::Between, "{p:?}");
 }
 
+/// A quantity that starts at 1000 has the errors that it has from zero: where the body lies in its frame decides nothing.
+#[test]
+fn a_place_in_the_frame_changes_no_error() {
+    let (study, mut stored) = study();
+    let here = analyse(&study, &stored);
+    for c in &mut stored {
+        c.record.probes.get_mut("cable_tension_N").expect("a probe").peak += 1e3;
+        c.series.columns.get_mut("cable_tension_N").expect("a column").iter_mut().for_each(|f| *f += 1e3);
+    }
+    let far = analyse(&study, &stored);
+    let known = |a: &CostOfAccuracy| a.reference.as_ref().expect("a reference").curve_uncertainty;
+    let [near, away] = [&here, &far].map(|a| &a.quantities[0]);
+    assert!((known(near) - known(away)).abs() < 1e-6, "{} {}", known(near), known(away));
+    for (a, b) in near.settings.iter().zip(&away.settings) {
+        assert!((0..2).all(|k| (a.errors[k] - b.errors[k]).abs() < 1e-6), "{a:?} {b:?}");
+    }
+}
+
 #[test]
 fn the_cheapest_setting_and_the_next_better_one_are_found() {
     let (study, mut stored) = study();
@@ -180,6 +198,19 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
 }
 
+/// Memory that is mostly the process itself, 22 to 42 MB, has a law that gives 40 MB to twice the cells: more cells do not take less than was measured.
+#[test]
+fn twice_the_cells_take_no_less_than_was_measured() {
+    let (study, mut stored) = study();
+    let own = stored.iter_mut().filter(|c| c.record.family == "tet4");
+    own.zip([22, 22, 23, 42]).for_each(|(c, mb)| c.record.work.memory_bytes = Some(mb * 1_000_000));
+    let a = analyse(&study, &stored);
+    let law = a.growth.iter().find(|l| l.of == Grows::Memory && l.formulation == "tet4").expect("four meshes");
+    assert!(law.law.at(law.next_cells) < 42e6, "{law:?}");
+    let [low, high] = law.next.interval.expect("four meshes");
+    assert!(law.next.value == 42e6 && low == 42e6 && high > 42e6, "{law:?}");
+}
+
 /// A quantity that is the same on all meshes has its costs, those of the coarsest cases, and no panel, whose axis would end far above its errors.
 #[test]
 fn a_quantity_that_no_mesh_changes_has_costs_and_no_panel() {
@@ -213,7 +244,8 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     assert!(a.quantities[0].reference.as_ref().is_some_and(|r| r.refused));
     assert!(a.verdict.contains("has no reference") && a.verdict.contains("across the thinnest wall"), "{}", a.verdict);
     assert!(a.quantities[0].answers.iter().all(|answer| answer.cheapest.is_none()));
-    // No error is known, and none is drawn
+    // No error is known: none is listed, has a cost, or is drawn
+    assert!(a.quantities[0].settings.is_empty() && a.quantities[0].lines.is_empty(), "{:?}", a.quantities[0]);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));

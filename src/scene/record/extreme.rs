@@ -24,6 +24,15 @@ impl ExtremeKind {
             Self::Constant => "constant",
         }
     }
+
+    /// The other side of the first value.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Minimum => Self::Maximum,
+            Self::Maximum => Self::Minimum,
+            Self::Constant => Self::Constant,
+        }
+    }
 }
 
 /// The value farthest from the first one.
@@ -49,6 +58,19 @@ pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
     Some(Extreme { at, value, kind })
 }
 
+/// The value farthest from the first one on one side of it; none where no value lies there.
+pub fn extreme_on(side: ExtremeKind, values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
+    let mut values = values.into_iter();
+    let first = values.next()?;
+    let is_there = |value: &f64| match side {
+        ExtremeKind::Minimum => *value < first,
+        ExtremeKind::Maximum => *value > first,
+        ExtremeKind::Constant => false,
+    };
+    let there = values.map(|value| if is_there(&value) { value } else { first });
+    extreme(std::iter::once(first).chain(there)).filter(|e| e.kind != ExtremeKind::Constant)
+}
+
 /// Whether a value is at least as far from the first one as another value.
 pub(super) fn is_as_far(first: f64, value: f64, other: f64) -> bool {
     (value - first).abs().total_cmp(&(other - first).abs()).is_ge()
@@ -67,5 +89,15 @@ mod tests {
         assert_eq!(of(&[0.1, 0.09, 0.085, 0.085, 0.1]), Some((3, 0.085, ExtremeKind::Minimum)));
         assert_eq!(of(&[0.1, 0.11, 0.08]), Some((2, 0.08, ExtremeKind::Minimum)));
         assert_eq!(of(&[0.0, -3.0, 4.0]), Some((2, 4.0, ExtremeKind::Maximum)));
+    }
+
+    #[test]
+    fn each_side_of_the_first_value_has_its_extreme() {
+        let on = |side, values: &[f64]| extreme_on(side, values.iter().copied()).map(|e| (e.at, e.value, e.kind));
+        let (low, high) = (ExtremeKind::Minimum, ExtremeKind::Maximum);
+        assert_eq!(on(low, &[1.0, -2.0, 5.0, 0.0]), Some((1, -2.0, low)));
+        assert_eq!(on(high, &[1.0, -2.0, 5.0, f64::NAN]), Some((2, 5.0, high)));
+        assert_eq!(on(low, &[1.0, 2.0]), None);
+        assert_eq!(on(ExtremeKind::Constant, &[1.0, 1.0]), None);
     }
 }

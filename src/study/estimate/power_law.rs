@@ -37,6 +37,14 @@ pub struct Predicted {
     pub interval: Option<[f64; 2]>,
 }
 
+impl Predicted {
+    /// The same with no part below a value that is known to be less.
+    pub fn at_least(self, least: f64) -> Self {
+        let more = |value: f64| value.max(least);
+        Self { value: more(self.value), interval: self.interval.map(|ends| ends.map(more)) }
+    }
+}
+
 /// `None` with fewer than two different x, or where something is not positive.
 pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     if points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite())) {

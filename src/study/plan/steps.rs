@@ -144,8 +144,7 @@ impl Runs<'_> {
 
     /// Error of every quantity over φ.
     fn laws(&self, quantities: &[String]) -> BTreeMap<String, StepLaw> {
-        let integrator = &self.pilot.case.record.integrator;
-        let formal = if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 };
+        let formal = self.pilot.case.record.order_in_time();
         let one = |q: &String| {
             let values: Vec<_> = self.complete.iter().filter_map(|(factor, c)| Some((*factor, peak(c, q)?))).collect();
             Some((q.clone(), StepLaw::new(&values, formal, self.request.tolerance)?))

@@ -9,7 +9,10 @@ use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, column, cut_regions, extreme, no_limit_at, path_dependence, wall};
+use crate::scene::{
+    Extreme, NamedSkin, Run, Scene, column, cut_regions, extreme, extreme_on, no_limit_at, path_dependence, wall,
+};
+use crate::solve::{TimeSpan, integrator_order};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -18,8 +21,8 @@ use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord, ProbeRecord, Provenance,
-    SCHEMA,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, OppositeRecord, PhaseRecord,
+    ProbeRecord, Provenance, SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
@@ -41,6 +44,13 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
+/// Name of the integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
+fn integrator(spans: &[TimeSpan]) -> &'static str {
+    let names = || spans.iter().rev().map(|s| s.integrator.name());
+    let in_time = names().filter_map(|name| Some((integrator_order(name)?, name)));
+    in_time.min_by_key(|(order, _)| *order).map(|(_, name)| name).or_else(|| names().next()).unwrap_or("static")
+}
+
 /// The record of a run that took this time.
 pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
@@ -53,7 +63,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         mesh: mesh_record(scene),
         formulation: scene.spec.formulation(),
         law: scene.law.as_deref().map(LawRecord::new),
-        integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
+        integrator: integrator(&scene.spans).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
@@ -212,13 +222,16 @@ fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
 
 /// None without a row.
 fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
-    let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column]))?;
+    let values = || run.rows.iter().map(|row| row[column]);
+    let Extreme { at, value, kind } = extreme(values())?;
+    let opposite = extreme_on(kind.opposite(), values()).filter(|e| e.value.is_finite());
     let last = run.rows.last()?[column];
     Some(ProbeRecord {
         peak: value,
         peak_is: kind,
         peak_t_s: run.rows[at][0],
         last,
+        opposite: opposite.map(|e| OppositeRecord { value: e.value, t_s: run.rows[e.at][0] }),
         motion: motion(scene, run, column),
     })
 }
@@ -314,4 +327,26 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
         }
     };
     scene.skins.iter().filter(|s| of_contact(&s.name)).map(place).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::Integrator;
+
+    /// A body that is shaken and then held converges with the order of the shaking, wherever in the protocol that is.
+    #[test]
+    fn a_static_hold_hides_no_integrator() {
+        let euler = Integrator::ImplicitEuler { linearised: false };
+        let of = |all: &[Integrator]| {
+            let spans = all.iter().map(|i| TimeSpan { integrator: *i, start: 0.0, end: 1.0, dt: 0.1 });
+            integrator(&spans.collect::<Vec<_>>())
+        };
+        assert_eq!(of(&[euler, Integrator::Static]), "implicit_euler");
+        assert_eq!(of(&[euler, Integrator::Bdf2]), "implicit_euler");
+        assert_eq!(of(&[Integrator::Static, Integrator::Bdf2]), "bdf2");
+        assert_eq!(of(&[Integrator::GeneralisedAlpha { rho: 0.8 }, Integrator::Bdf2, Integrator::Static]), "bdf2");
+        assert_eq!(of(&[Integrator::Static, Integrator::ArcLength { max_steps: 9 }]), "arc_length");
+        assert_eq!(of(&[]), "static");
+    }
 }

@@ -5,7 +5,7 @@ use crate::math::units::Dimension;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, FileDigest, Measured, column};
-use crate::solve::{Integrator, Status};
+use crate::solve::{Integrator, Status, integrator_order};
 use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
@@ -47,6 +47,7 @@ pub struct CaseRecord {
     /// Name of the law, with its constants in SI; absent where springs are all that is elastic
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawRecord>,
+    /// Name of the integrator of the stages in time, of several the last of the least order; where all stages are static, that of the last
     pub integrator: String,
     /// Longest time step \[s\]
     pub dt_s: f64,
@@ -213,6 +214,11 @@ impl CaseRecord {
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
     }
 
+    /// Formal order of convergence in the time step; 2 in statics.
+    pub fn order_in_time(&self) -> f64 {
+        integrator_order(&self.integrator).map_or(2.0, f64::from)
+    }
+
     /// Whether another time step has another result; where no record says so, runs in time have.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
@@ -327,7 +333,7 @@ pub struct LockingRecord {
 /// A recorded column; the unit is in its name (`bending_angle_deg`).
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
-    /// The value farthest from the first one
+    /// The value farthest from the first one; in a report on several cases the farthest one on the side that they have in common
     pub peak: f64,
     /// Whether it is a minimum or a maximum
     pub peak_is: ExtremeKind,
@@ -336,9 +342,21 @@ pub struct ProbeRecord {
     /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
+    /// The farthest value on the other side of the first one; none where no value lies there, nor in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opposite: Option<OppositeRecord>,
     /// Changes in the stages in which masses move; none without such a stage, nor of lengths and angles that symmetry or an equilibrium holds
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRecord>,
+}
+
+/// The farthest value of a column on the side of the first one on which the peak does not lie
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct OppositeRecord {
+    /// The value, in the unit of the column
+    pub value: f64,
+    /// Its time \[s\]
+    pub t_s: f64,
 }
 
 /// Changes of a recorded column while masses move

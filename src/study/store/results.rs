@@ -7,6 +7,7 @@ use crate::report::viewer::pack::Packed;
 use crate::report::viewer::page;
 use crate::report::viewer::unpack::unpack;
 use crate::storage::{self, DATA_LIMIT};
+use crate::study::extremes::align;
 use crate::study::store::case_files::{PAGE, Unsound, check_in};
 use crate::study::store::other_build::writer;
 use crate::study::store::outdated::is_outdated;
@@ -53,6 +54,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
         }
     }
     results.place();
+    align(&results.study, &mut results.cases);
     match results.cases.is_empty() {
         true if !results.damaged.is_empty() => Err(ReportError::NoSoundCase { facts: results.damaged }),
         true => Err(ReportError::NoCases { path: dir.join("cases") }),

@@ -41,12 +41,14 @@ fn cost_of_accuracy(
     levels: &[f64],
 ) -> CostOfAccuracy {
     let reference = reference(study, stored, variant, quantity);
+    // No error is known against a family that is no reference
+    let known = reference.as_ref().filter(|r| !r.refused);
     let mut settings = vec![];
     for family in study.families.iter().filter(|f| f.role != Role::Reference) {
         let cases = members(stored, family, variant);
         for (case, step_s) in cases.iter().copied().zip(steps(&cases)) {
-            let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
-            let found = reference.as_ref().filter(|_| !known).and_then(|r| {
+            let is_there = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
+            let found = known.filter(|_| !is_there).and_then(|r| {
                 let value = peak(case, &quantity.name)?;
                 let of_curve = curve_error(r, case, quantity, study.tolerance)?;
                 let errors = [(value - r.peak).abs() / r.scale, of_curve];
@@ -146,7 +148,9 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
                 let check = power_law(others).map(|g| g.at(last.0) / last.1);
                 let next_cells = 2.0 * last.0;
                 let (variant, formulation) = (variant.clone(), family.formulation.clone());
-                let next = law.predict(next_cells);
+                // More cells do not take less than what was measured
+                let most = points.iter().map(|p| p.1).fold(0.0, f64::max);
+                let next = law.predict(next_cells).at_least(most);
                 out.push(GrowthLaw { variant, formulation, of, points, law, next_cells, next, check });
             }
         }

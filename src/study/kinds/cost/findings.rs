@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
-//! error       of the peak |f − f*|/scale, of the curve ‖f − f*‖₂/‖f*‖₂          f* from [`reference`]
+//! error       of the peak |f − f*|/scale, of the curve ‖f − f*‖₂/‖f* − f*₀‖₂          f* from [`reference`]
 //! error bar   error + U(f*): a setting meets a level if its bar does
 //! front       settings that no cheaper one beats in error
 //! ```
@@ -53,7 +53,7 @@ impl Measure {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CostOfAccuracy {
     pub reference: Option<ReferenceCurve>,
-    /// Cheapest first
+    /// Cheapest first; none without a reference, since no error is known
     pub settings: Vec<CostedCase>,
     /// Lines of the peak, one per family with two settings or more
     pub lines: Vec<Line>,
@@ -104,6 +104,7 @@ pub struct GrowthLaw {
     pub law: PowerLaw,
     /// Twice the most cells
     pub next_cells: f64,
+    /// By the law, and no less than what was measured
     pub next: Predicted,
     /// The largest mesh predicted by the others, over what was measured \[–\]
     pub check: Option<f64>,

@@ -68,8 +68,8 @@ fn cost(points: &[(f64, f64)], law: Option<&PowerLaw>, level: f64) -> Option<Lev
         return Some(LevelCost { seconds, how: How::Between, interval: None });
     }
     // It is more than that of a case that misses it
-    let (p, more) = (law?.predict(level), |seconds: f64| seconds.max(cost));
-    Some(LevelCost { seconds: more(p.value), how: How::Extrapolated, interval: p.interval.map(|ends| ends.map(more)) })
+    let p = law?.predict(level).at_least(cost);
+    Some(LevelCost { seconds: p.value, how: How::Extrapolated, interval: p.interval })
 }
 
 impl LevelCost {

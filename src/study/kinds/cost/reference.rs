@@ -2,13 +2,13 @@
 //!
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
-//! differ, else over the time step with the order of the integrator. The reference is the envelope of the defensible families
+//! differ, else over the time step with the least order of the integrators of its stages. The reference is the envelope of the defensible families
 //! ([`crate::study::estimate::reference`]). Families that lock, diverge or do not resolve the thinnest wall are no reference. With an
 //! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
 //!
 //! ```text
 //! U(f*) of the peak                as in a convergence study
-//! U of the curve, relative in L2   max(U(f*)/|f*|, (Fs − 1)/Fs ‖GCI‖₂/‖f*‖₂) + largest error of the interpolation over the peak
+//! U of the curve, relative in L2   max(U(f*)/|f*|, (Fs − 1)/Fs ‖GCI‖₂/‖f* − f*₀‖₂) + largest error of the interpolation over the peak
 //! ```
 
 use crate::study::curve::peak;
@@ -36,7 +36,7 @@ pub struct ReferenceCurve {
     pub refused: bool,
     /// U(f*)/scale \[–\]
     pub peak_uncertainty: f64,
-    /// Relative L2 error of f*(t) \[–\]
+    /// L2 error of f*(t) over the size of its changes \[–\]
     pub curve_uncertainty: f64,
     /// Reasons that limit it
     pub reasons: Vec<String>,
@@ -54,17 +54,12 @@ pub fn steps(cases: &[&StoredCase]) -> Vec<f64> {
     step_sizes(&cases.iter().map(|c| &c.record).collect::<Vec<_>>())
 }
 
-/// Formal order in the time step, by the name in the record.
-fn order_in_time(integrator: &str) -> f64 {
-    if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 }
-}
-
 /// Sizes of the cases on the axis that their family refines, and the formal order there.
 fn sizes(cases: &[&StoredCase]) -> (Vec<f64>, f64) {
     let Some(first) = cases.first().map(|c| &c.record) else { return (vec![], 2.0) };
     match cases.iter().any(|c| (c.record.mesh.h_m / first.mesh.h_m - 1.0).abs() > 1e-6) {
         true => (cases.iter().map(|c| c.record.mesh.h_m).collect(), formal_order(&first.formulation)),
-        false => (steps(cases), order_in_time(&first.integrator)),
+        false => (steps(cases), first.order_in_time()),
     }
 }
 
@@ -100,10 +95,11 @@ pub fn reference(
     let study = compare(&curves, formal)?;
     let finest = &curves.first()?.2;
     let f = if study.star.is_empty() { study.t.iter().map(|t| finest.at(*t)).collect() } else { study.star.clone() };
-    let size = l2(&study.t, &f).max(least(tolerance));
+    let curve = Curve { t: study.t, f };
+    let size = curve.size_of_changes().max(least(tolerance));
     let beyond = match study.gci.is_empty() || size == 0.0 {
         true => 0.0,
-        false => (study.fs - 1.0) / study.fs * l2(&study.t, &study.gci) / size,
+        false => (study.fs - 1.0) / study.fs * l2(&curve.t, &study.gci) / size,
     };
     let interpolated = study.interpolation_error.max(finest.interpolation_error()) / best.scale;
     Some(ReferenceCurve {
@@ -116,7 +112,7 @@ pub fn reference(
         peak_uncertainty,
         curve_uncertainty: peak_uncertainty.max(beyond) + interpolated,
         reasons: estimate.reasons.clone(),
-        curve: Curve { t: study.t, f },
+        curve,
     })
 }
 
@@ -141,11 +137,12 @@ fn extrapolated(
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }
 
-/// ‖f − f*‖₂/‖f*‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those.
+/// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame
+/// decides nothing.
 pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &Quantity, tolerance: f64) -> Option<f64> {
     let f = Curve::of(&case.series, &quantity.name)?;
     let Curve { t, f: star } = &reference.curve;
     let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();
-    let whole = l2(t, star).max(least(quantity.tolerance(tolerance)));
+    let whole = reference.curve.size_of_changes().max(least(quantity.tolerance(tolerance)));
     (whole > 0.0).then(|| l2(t, &d) / whole)
 }

@@ -204,7 +204,14 @@ mod tests {
             (r.id, r.family, r.variant, r.member) = (member.clone(), "map".into(), "strict".into(), member);
             r.status = Status::Converged.name().into();
             let peak = [1.0, 1.001, 1.05][x];
-            let probe = ProbeRecord { peak, peak_is: ExtremeKind::Maximum, peak_t_s: 1.0, last: peak, motion: None };
+            let probe = ProbeRecord {
+                peak,
+                peak_is: ExtremeKind::Maximum,
+                peak_t_s: 1.0,
+                last: peak,
+                opposite: None,
+                motion: None,
+            };
             r.probes.insert("angle_deg".into(), probe);
             stored.push(case);
         }

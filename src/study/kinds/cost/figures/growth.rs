@@ -62,11 +62,12 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                 let at = |n: f64| plot.at(n, unit(l) * l.law.at(n));
                 let (first, last) = (l.points[0].0, l.points[l.points.len() - 1].0);
                 line(area, &[at(first), at(last)], color, 7);
-                dashed(area, &[at(last), at(l.next_cells)], color, 7, 25.0);
+                let next = plot.at(l.next_cells, unit(l) * l.next.value);
+                dashed(area, &[at(last), next], color, 7, 25.0);
                 for (n, v) in &l.points {
                     mark(area, shape, plot.at(*n, unit(l) * v), 24, color);
                 }
-                hollow(area, shape, at(l.next_cells), 24, color);
+                hollow(area, shape, next, 24, color);
                 let words = format!("{}: exponent {}", title(&l.formulation), with_error(l.law.q, l.law.half));
                 text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
             }

@@ -35,11 +35,9 @@ struct Amount {
 
 /// Error of the peak and of the curve of every quantity of a variant over its cost.
 pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
-    let shown: Vec<&ByQuantity<CostOfAccuracy>> =
-        a.quantities.iter().filter(|q| q.variant == variant && q.settings.len() > 1).collect();
-    if shown.is_empty() {
-        return None;
-    }
+    let is_refused = |q: &CostOfAccuracy| q.reference.as_ref().is_some_and(|r| r.refused);
+    let own = a.quantities.iter().filter(|q| q.variant == variant);
+    let shown: Vec<&ByQuantity<CostOfAccuracy>> = own.filter(|q| q.settings.len() > 1 || is_refused(q)).collect();
     let cost = Amount { label: "CPU time [s]".into(), title: "", words: "", of: |s| Some(s.cost_s) };
     let (panels, others): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
         shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
