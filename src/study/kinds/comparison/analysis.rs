@@ -56,7 +56,7 @@ pub fn analyse(
     let found = ComparisonFindings { reference, quantities, incomparable, costs, sequences };
     let verdict = match found.sequences.is_empty() {
         true => verdict(study, &found, incomplete.len()),
-        false => sequence::verdict(&found.sequences, incomplete.len()),
+        false => sequence::verdict(study, &found.sequences, incomplete.len()),
     };
     let mut warnings = warnings(stored, &incomplete);
     warnings.extend(finer::warning(study, &found));
