@@ -159,6 +159,22 @@ fn differences_and_loops_have_their_closed_forms() {
     assert!(a.quantities[0].sentence.contains("at most 2 %"), "{}", a.quantities[0].sentence);
 }
 
+/// The same results, and those of the members in another variant that no finer mesh was run in.
+fn in_two_variants(study: &StudyRecord, stored: &[StoredCase]) -> (StudyRecord, Vec<StoredCase>) {
+    let (mut study, mut stored) = (study.clone(), stored.to_vec());
+    study.variants.push("short".into());
+    study.labels.insert("short".into(), "shortened".into());
+    study.quantities.insert("short".into(), study.quantities["length"].clone());
+    let of_members = stored.iter().filter(|c| c.record.family == "laws").cloned().collect::<Vec<_>>();
+    for mut case in of_members {
+        case.record.id = format!("laws-short-{}", case.record.member);
+        case.record.variant = "short".into();
+        study.families[0].cases.push(case.record.id.clone());
+        stored.push(case);
+    }
+    (study, stored)
+}
+
 /// Sentences on a finer mesh are of the members that were run on one, and of no member where none was.
 #[test]
 fn the_error_of_the_mesh_is_claimed_where_it_is_known() {
@@ -175,6 +191,12 @@ fn the_error_of_the_mesh_is_claimed_where_it_is_known() {
     let known = analyse(&study, &of(&|c| ["base", "stiff"].contains(&c.record.member.as_str())));
     assert!(known.quantities[0].sentence.contains("changes these differences by at most 2 %."));
     assert!(unknown(&known).is_empty() && finer::errors(&study, &known).ends_with("both do not share."));
+    let (study_of_two, stored_of_two) = in_two_variants(&study, &stored);
+    let two = analyse(&study_of_two, &stored_of_two);
+    let errors = finer::errors(&study_of_two, &two);
+    let (known_of, unknown_of) = ("stiff (length control)", "near, lossy and stiff (shortened)");
+    assert!(errors.ends_with(&format!("This change is known of {known_of}, and unknown of {unknown_of}.")), "{errors}");
+    assert!(unknown(&two).contains(&format!("in the differences of {unknown_of} is unknown")), "{:?}", two.warnings);
     let coarse = of(&|c| c.record.family == "laws");
     let none = analyse(&study, &coarse);
     assert!(unknown(&none).contains("between members is unknown"), "{:?}", none.warnings);
