@@ -435,6 +435,36 @@ fn the_cost_of_a_finer_mesh_is_the_mean_over_the_variants() {
     assert!((cost(&cases) / equal - 5.0).abs() < 1e-9);
 }
 
+/// A study with its cases, as they are stored.
+fn results(study: &StudyRecord, cases: &[StoredCase]) -> Results {
+    Results {
+        study: study.clone(),
+        cases: cases.to_vec(),
+        skins: BTreeMap::new(),
+        motions: BTreeMap::new(),
+        found: BTreeMap::new(),
+        sensitivities: BTreeMap::new(),
+        derived: None,
+        damaged: vec![],
+        outdated: vec![],
+    }
+}
+
+/// A quantity that decides in one variant is none that another one judges: there all that is listed decides, as none of it is marked.
+#[test]
+fn curves_show_what_decides_in_their_variant() {
+    let (mut study, cases) = study();
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().for_each(|q| q.deciding = q.name == "cable_tension_N");
+    study.quantities.get_mut("tension").expect("variant").iter_mut().for_each(|q| q.headline = false);
+    let found = analyse(&study, &cases).found;
+    let shows = |variant: &str| {
+        let svg = figures::curves::draw(&results(&study, &cases), &found, variant).expect("a figure").svg;
+        ["Bending angle", "Cable tension"].map(|title| svg.contains(title))
+    };
+    assert_eq!([shows("length"), shows("tension")], [[false, true], [true, false]]);
+}
+
 /// A worker that waits while others use the machine takes longer by the clock, and its mesh is chosen as before.
 #[test]
 fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
@@ -453,17 +483,7 @@ fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
     assert!(busy(&a), "{:?}", a.warnings);
     // Neither do the figures: their marks move with the CPU time alone
     let drawn = |cases: &[StoredCase]| {
-        let results = Results {
-            study: study.clone(),
-            cases: cases.to_vec(),
-            skins: BTreeMap::new(),
-            motions: BTreeMap::new(),
-            found: BTreeMap::new(),
-            sensitivities: BTreeMap::new(),
-            derived: None,
-            damaged: vec![],
-            outdated: vec![],
-        };
+        let results = results(&study, cases);
         let of_errors = figures::errors::against_cost(&results, &analyse(&study, cases)).expect("a figure");
         [figures::cost::draw(&results).expect("a figure").svg, of_errors.svg]
     };
