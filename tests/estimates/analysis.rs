@@ -557,6 +557,23 @@ fn a_recommendation_names_unstable_states_and_references_of_unknown_scatter() {
     assert!(a.verdict.contains("States of") && !a.verdict.contains("can be trusted"), "{}", a.verdict);
 }
 
+/// Seeds in one variant say nothing of the scatter in another one, and the best of families that are all not defensible is no reference.
+#[test]
+fn the_scatter_is_unknown_where_no_seeds_were_run() {
+    let (mut study, mut cases) = study();
+    cases.retain(|c| c.is_of_family("sizes") || c.is_in("seeds", "length"));
+    let warned = |study: &StudyRecord| -> Vec<String> {
+        analyse(study, &cases).warnings.into_iter().filter(|w| w.starts_with("A reference is of")).collect()
+    };
+    let found = warned(&study);
+    assert!(found.len() == 1 && found[0].contains("no seeds were run for it in tension control."), "{found:?}");
+    study.tolerance = 1e-6;
+    assert_eq!(warned(&study), Vec::<String>::new());
+    let a = analyse(&study, &cases);
+    let crossed: Vec<String> = quantities(&a).rows.into_iter().filter_map(|mut row| row.pop()).collect();
+    assert_eq!(crossed, ["reference without support"; 3]);
+}
+
 /// The verdict says which quantities decide, and what bars the others have.
 #[test]
 fn quantities_that_do_not_decide_are_named_with_their_bars() {

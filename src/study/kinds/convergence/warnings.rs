@@ -10,7 +10,7 @@ use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
 use crate::study::notes::notes;
 use crate::study::store::record::{Role, StoredCase};
-use crate::wording::{all, count};
+use crate::wording::{all, count, distinct};
 use std::collections::BTreeSet;
 
 /// One sentence each.
@@ -149,26 +149,30 @@ fn without_order(q: &ByQuantity<MeshErrors>) -> Option<String> {
     })
 }
 
-/// The formulations of references whose scatter from mesh to mesh is not known.
+/// The formulations of references whose scatter from mesh to mesh is not known, with the variants where seeds of other variants do not tell it. The best of families
+/// that are all not defensible is no reference.
 fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
-    let mut formulations: Vec<&str> = vec![];
-    for q in quantities {
-        let Some(reference) = &q.reference else { continue };
-        let Some(e) = q.estimate(&reference.family) else { continue };
-        let is_known = e.role == Role::Nested || q.noise.iter().any(|n| n.formulation == e.formulation);
-        if !is_known && !formulations.contains(&e.formulation.as_str()) {
-            formulations.push(&e.formulation);
-        }
-    }
+    let is_seen = |q: &ByQuantity<MeshErrors>, formulation: &str| q.noise.iter().any(|n| n.formulation == formulation);
+    let unknown = |q: &ByQuantity<MeshErrors>| {
+        let e = q.estimate(q.reference.as_ref()?.envelope.first()?)?;
+        let is_known = e.role == Role::Nested || is_seen(q, &e.formulation);
+        (!is_known).then(|| (e.formulation.clone(), q.variant_label.clone()))
+    };
+    let unknown: Vec<(String, String)> = quantities.iter().filter_map(unknown).collect();
     let has_seeds = cases.study.families.iter().any(|f| f.role == Role::Seeds);
-    let of = if has_seeds { "no seeds were run for it" } else { "no seeds were run" };
-    let warn = |formulation: &str| {
+    let warn = |formulation: &String| {
+        let variants = distinct(unknown.iter().filter(|u| u.0 == *formulation).map(|u| &u.1));
+        let of = match quantities.iter().any(|q| is_seen(q, formulation)) {
+            true => format!(" for it in {}", all(&variants)),
+            false if has_seeds => " for it".into(),
+            false => String::new(),
+        };
         format!(
-            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: {of}. Add a family of role \"seeds\".",
+            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: no seeds were run{of}. Add a family of role \"seeds\".",
             title(formulation)
         )
     };
-    formulations.into_iter().map(warn).collect()
+    distinct(unknown.iter().map(|u| &u.0)).into_iter().map(warn).collect()
 }
 
 /// Cases whose states still ask for a correction above a tenth of an error bar.

@@ -11,7 +11,6 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
         for e in &q.estimates {
-            let chosen = q.reference.as_ref().is_some_and(|r| r.family == e.family);
             let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
             rows.push(vec![
                 q.peak_label(),
@@ -27,7 +26,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
                 cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
                 e.method.to_string(),
-                if chosen { "reference".into() } else { overlap(q, &e.family) },
+                cross_check(q, &e.family),
             ]);
         }
     }
@@ -45,9 +44,16 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     }
 }
 
-fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
-    let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.of == family);
-    found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
+/// A family as the reference, or next to it.
+fn cross_check(q: &ByQuantity<MeshErrors>, family: &str) -> String {
+    let Some(r) = &q.reference else { return "–".into() };
+    let words = match r.others.iter().find(|o| o.of == family) {
+        Some(o) if o.overlaps => "overlaps",
+        Some(_) => "does not overlap",
+        None if r.envelope.is_empty() => "reference without support",
+        None => "reference",
+    };
+    words.into()
 }
 
 /// One row per quantity and case with an estimate of its own, next to the bar from many meshes.
