@@ -717,6 +717,52 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
     assert!(said.contains("do not differ in any digit") && !said.contains("0.0e0"), "{said}");
 }
 
+/// A tension without a share in the loads is rounding next to the other one, and its digits say nothing.
+#[test]
+fn values_of_rounding_have_no_algebraic_error_to_tell() {
+    let (mut study, mut cases) = study();
+    let rounding = |name: &str| Quantity { name: name.into(), label: "side force".into(), ..Quantity::default() };
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.push(Quantity { unit: "N".into(), ..rounding("side_force_N") });
+    for (k, c) in cases.iter_mut().enumerate() {
+        c.record.steps_matter = Some(false);
+        let side = ProbeRecord { peak: 1e-12 * (1 + k % 7) as f64, ..c.record.probes["cable_tension_N"].clone() };
+        c.record.probes.insert("side_force_N".into(), side);
+    }
+    let a = analyse(&study, &cases);
+    let step = a.find("length", "side_force_N").and_then(|q| q.step.clone()).expect("a family of time steps");
+    assert!(step.error > 0.1 * step.values.iter().copied().fold(0.0, f64::max), "{step:?}");
+    let said = a.warnings.iter().find(|w| w.contains("nothing depends on the time steps")).expect("a warning");
+    assert!(!said.contains("side force"), "{said}");
+}
+
+/// The solver is asked for more where its error is no small share of what is accepted: a tenth of the tolerance, however narrow a bar is, in quantities that decide.
+#[test]
+fn the_solver_is_judged_by_the_tolerance() {
+    let (mut study, mut cases) = study();
+    let said = |study: &StudyRecord, cases: &[StoredCase], error: f64| {
+        let mut cases = cases.to_vec();
+        cases.iter_mut().for_each(|c| c.record.solver.algebraic_error = error);
+        analyse(study, &cases).warnings.iter().any(|w| w.starts_with("The algebraic error of"))
+    };
+    // Every bar of an angle that no mesh changes is zero
+    for c in cases.iter_mut() {
+        c.record.probes.get_mut("bending_angle_deg").expect("probe").peak = 70.0;
+    }
+    let a = analyse(&study, &cases);
+    assert!(a.find("tension", "bending_angle_deg").expect("listed").errors.iter().all(|e| e.bar < 1e-9));
+    assert!(!said(&study, &cases, 0.09 * study.tolerance) && said(&study, &cases, 0.11 * study.tolerance));
+    // Where the tension of a wide bar decides alone, that of its coarsest mesh allows more
+    let others = study.quantities.values_mut().flatten().filter(|q| q.name == "bending_angle_deg");
+    others.for_each(|q| q.deciding = false);
+    study.quantities.remove("tension");
+    study.variants.retain(|v| v == "length");
+    let tension = analyse(&study, &cases).found;
+    let bars = &tension.find("length", "cable_tension_N").expect("listed").errors;
+    let least = bars.iter().map(|e| e.bar).fold(f64::INFINITY, f64::min).max(study.tolerance);
+    assert!(!said(&study, &cases, 0.099 * least) && said(&study, &cases, 0.101 * least));
+}
+
 /// The methods of a paper name the terms of the bars, and no term that no bar has.
 #[test]
 fn sources_of_bars_are_those_that_were_there() {

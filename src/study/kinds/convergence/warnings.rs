@@ -3,7 +3,7 @@
 use crate::report::names::title;
 use crate::report::numbers::{capital, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
-use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
+use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, ROUNDING, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
@@ -110,14 +110,19 @@ fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
     ))
 }
 
-/// Says that a family of time steps measures no error of theirs, once.
+/// Says that a family of time steps measures no error of theirs, once. Values that are rounding of the largest one in their unit have no digits to differ in.
 fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
-    let steps: Vec<&StepError> = quantities.iter().filter_map(|q| q.step.as_ref()).collect();
-    let idle = steps.iter().find(|s| s.cause == StepCause::Algebraic)?;
-    let largest =
-        quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?))).filter(|(_, s)| s.cause == StepCause::Algebraic);
-    let relative = |s: &StepError| s.error / s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-    let (q, most) = largest.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
+    let steps = quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?)));
+    let idle: Vec<(&ByQuantity<MeshErrors>, &StepError)> =
+        steps.filter(|(_, s)| s.cause == StepCause::Algebraic).collect();
+    let size = |s: &StepError| s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    let relative = |s: &StepError| s.error / size(s);
+    let is_rounding = |q: &ByQuantity<MeshErrors>, s: &StepError| {
+        let of_unit = idle.iter().filter(|(other, _)| other.quantity.unit == q.quantity.unit);
+        of_unit.map(|(_, other)| size(other)).any(|other| size(s) < ROUNDING * other)
+    };
+    let counted = idle.iter().filter(|(q, s)| !is_rounding(q, s));
+    let (q, most) = counted.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
     let differences = match relative(most) {
         0.0 => "Its cases do not differ in any digit.".into(),
         most => format!(
@@ -128,7 +133,7 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     };
     Some(format!(
         "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. {differences}",
-        idle.family
+        idle[0].1.family
     ))
 }
 
@@ -175,10 +180,12 @@ fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<St
     distinct(unknown.iter().map(|u| &u.0)).into_iter().map(warn).collect()
 }
 
-/// Cases whose states still ask for a correction above a tenth of an error bar.
+/// Cases whose states still ask for a correction above a tenth of what is accepted of a quantity that decides: its error bar, or the tolerance where the bar is smaller.
 fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
+    let tolerance = cases.study.tolerance;
     let least_bar = |id: &str| {
-        let bars = quantities.iter().flat_map(|q| &q.errors).filter(|e| e.id == id).map(|e| e.bar);
+        let deciding = quantities.iter().filter(|q| q.deciding);
+        let bars = deciding.flat_map(|q| &q.errors).filter(|e| e.id == id).map(|e| e.bar.max(tolerance));
         bars.fold(f64::INFINITY, f64::min)
     };
     let records = cases.stored.iter().map(|c| &c.record);
@@ -186,7 +193,7 @@ fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<St
         records.filter(|r| r.solver.algebraic_error > 0.1 * least_bar(&r.id)).map(|r| r.id.as_str()).collect();
     (!found.is_empty()).then(|| {
         format!(
-            "The algebraic error of {} is above a tenth of an error bar. Give numerics.accuracy a smaller value.",
+            "The algebraic error of {} is above a tenth of the tolerance and of the error bar of a quantity that decides. Give numerics.accuracy a smaller value.",
             found.join(", ")
         )
     })
