@@ -1,7 +1,7 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use crate::common::synthetic::{SIZES, size, store, study};
-use durometer::report::numbers::percent;
+use durometer::report::numbers::{percent, percent_cell};
 use durometer::study::analysis::{Analysis, ByQuantity};
 use durometer::study::curve::{Curve, peak};
 use durometer::study::estimate::curve::compare;
@@ -224,7 +224,9 @@ fn a_family_that_diverges_is_told_how() {
         ),
         "{monotone}"
     );
+    assert!(monotone.contains("a ratio of 1.762 where these sizes must have one below 0.916"), "{monotone}");
     let oscillating = of([1.0, 2.0, 1.5]);
+    assert!(!oscillating.contains("ratio"), "{oscillating}");
     assert!(
         oscillating.contains(
             "oscillate with differences that do not shrink: from coarse to fine they change by 5.00e-1, then by -1.00e0"
@@ -381,6 +383,8 @@ fn a_reference_of_two_meshes_is_doubted() {
     assert_eq!(doubted(&cases), 0);
     cases.retain(|c| c.record.mesh.cells > 10_000);
     assert_eq!(doubted(&cases), 3, "one for each quantity");
+    let a = analyse(&study, &cases);
+    assert!(quantities(&a).rows.iter().all(|row| row[4] == "not shown by two meshes"), "{:?}", quantities(&a).rows);
 }
 
 /// The mesh that would help is proposed once: where it was added and has no result, the refusal names its case.
@@ -572,6 +576,22 @@ fn the_scatter_is_unknown_where_no_seeds_were_run() {
     let a = analyse(&study, &cases);
     let crossed: Vec<String> = quantities(&a).rows.into_iter().filter_map(|mut row| row.pop()).collect();
     assert_eq!(crossed, ["reference without support"; 3]);
+}
+
+/// The uncertainty in the table is a share of what the bars are shares of.
+#[test]
+fn the_table_of_limits_knows_absolute_tolerances() {
+    let (mut study, cases) = study();
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().for_each(|q| q.absolute_tolerance = Some(1e3));
+    let a = analyse(&study, &cases);
+    let table = quantities(&a);
+    let share = table.columns.iter().position(|c| c.0 == "U(f*)").expect("a column");
+    let own = a.quantities.iter().flat_map(|q| q.estimates.iter().map(move |e| (q, e)));
+    for (row, (q, e)) in table.rows.iter().zip(own) {
+        let scale = if q.variant == "length" { 1e3 / study.tolerance } else { e.extrapolated.abs() };
+        assert_eq!(row[share], percent_cell(e.uncertainty / scale), "{row:?}");
+    }
 }
 
 /// The verdict says which quantities decide, and what bars the others have.
@@ -936,8 +956,8 @@ fn table_and_figure_have_the_order_of_the_limit() {
         let h = c.record.mesh.h_m / size(4_500);
         c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 * (1.0 + 0.15 * h + 0.1 * h.powi(3));
     }
-    let found = analyse(&study, &cases).found;
-    let tension = found.find("length", "cable_tension_N").expect("listed");
+    let a = analyse(&study, &cases);
+    let tension = a.find("length", "cable_tension_N").expect("listed");
     let [sizes, nested] = ["sizes", "nested"].map(|family| tension.estimate(family).expect("meshes"));
     let [finest, p] = [sizes.observed_order, sizes.order_of_limit()].map(|p| p.expect("monotone"));
     assert!(
@@ -952,7 +972,7 @@ fn table_and_figure_have_the_order_of_the_limit() {
         assert!((law(1e-6 * e.h_m[0]) - e.extrapolated).abs() < 1e-4 * range, "{e:?}");
         assert!((law(e.h_m[0]) - e.values[0]).abs() < 0.05 * range, "{e:?}");
     }
-    let table = quantities(&found);
+    let table = quantities(&a);
     let column = |name: &str| table.columns.iter().position(|c| c.0 == name).unwrap_or_else(|| panic!("{name}"));
     let is_row = |row: &&Vec<String>| row[0] == tension.peak_label() && row[1] == "length" && row[2].contains("sizes");
     let row = table.rows.iter().find(is_row).expect("a row");

@@ -7,9 +7,10 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 
 /// One row per quantity × family.
-pub fn quantities(analysis: &ConvergenceFindings) -> Table {
+pub fn quantities(analysis: &Analysis<ConvergenceFindings>) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
+        let tolerance = q.quantity.tolerance(analysis.tolerance);
         for e in &q.estimates {
             let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
             rows.push(vec![
@@ -24,7 +25,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 optional(e.gci_percent, 2),
                 optional(e.order_of_limit(), 2),
                 format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
-                cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
+                cell(e.uncertainty / tolerance.scale(e.extrapolated), percent_cell),
                 e.method.to_string(),
                 cross_check(q, &e.family),
             ]);
@@ -32,7 +33,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     }
     Table {
         name: "quantities",
-        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, order of these three and of the three that are one mesh coarser, GCI of the finest mesh; order p that the limit f* is found with, and f* with its uncertainty.".into(),
+        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, order of these three and of the three that are one mesh coarser, GCI of the finest mesh; order p that the limit f* is found with, and f* with its uncertainty; the share U(f*) is of |f*|, or of the absolute tolerance over the relative one where that is larger.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Control", "", false), ("Family", "", false), ("Role", "", false), ("Class", "", false),
             ("R", "", true), ("p finest", "", true), ("p coarser", "", true), ("GCI", "%", true), ("p", "", true), ("f*", "", true),
