@@ -16,6 +16,7 @@ use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::figures;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use durometer::study::kinds::convergence::report::quantities::{quantities, settings};
+use durometer::study::kinds::convergence::verdict;
 use durometer::study::locking;
 use durometer::study::report;
 use durometer::study::run::inputs::InputRecord;
@@ -592,6 +593,20 @@ fn the_table_of_limits_knows_absolute_tolerances() {
         let scale = if q.variant == "length" { 1e3 / study.tolerance } else { e.extrapolated.abs() };
         assert_eq!(row[share], percent_cell(e.uncertainty / scale), "{row:?}");
     }
+}
+
+/// One mesh and no more expensive setting are not spoken of as several.
+#[test]
+fn one_is_not_several() {
+    let (study, mut cases) = study();
+    let of = |r: &CaseRecord| r.family == "element" || (r.family == "sizes" && r.mesh.cells == 4_500);
+    cases.retain(|c| of(&c.record));
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("The only mesh of family sizes does not: it has an error bar of"), "{}", a.verdict);
+    let q = a.find("length", "cable_tension_N").expect("listed");
+    let last = a.settings.last().expect("settings");
+    let words = verdict::sentence(std::slice::from_ref(last), q, study.tolerance);
+    assert!(words.contains("; none is more expensive") && !words.contains("ones"), "{words}");
 }
 
 /// The verdict says which quantities decide, and what bars the others have.

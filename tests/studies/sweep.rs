@@ -520,6 +520,10 @@ fn mistakes_in_axes_are_named() {
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.2]")), "axis nu: the value 0.2 is given twice"),
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.3, 0.1]")), "axis nu: the values neither rise nor fall"),
         (format!("kind = \"sweep\"\n{}", NU.replace("[\"laws.rubber.nu\"]", "[]")), "axis nu: it changes no key"),
+        (
+            format!("kind = \"sweep\"\n{}", NU.replace("\"ν\"", "\"\"")),
+            "axis nu: its symbol is empty; give it a letter",
+        ),
         (format!("kind = \"sweep\"\n{}", NU.replace("rubber.nu", "ruber.nu")), "there is no \"ruber\"; did you mean"),
         (
             format!("kind = \"sweep\"\ncombine = \"list\"\n{E}{}", NU.replace("0.3]", "0.3, 0.4]")),

@@ -1,7 +1,7 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::names::title;
-use crate::report::numbers::{capital, percent, space};
+use crate::report::numbers::{capital, minus_signs, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
 use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, ROUNDING, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
@@ -51,11 +51,11 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         }
         if let Some(own) = q.reference.as_ref().and_then(|r| r.independent.as_ref()).filter(|own| !own.overlaps) {
             out.push(format!(
-                "{}: the estimate from the run of {} alone, {:.4e} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
+                "{}: the estimate from the run of {} alone, {} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
                  has grown to reach it.",
                 capital(&q.peak_title()),
                 own.of,
-                own.value,
+                minus_signs(&format!("{:.4e}", own.value)),
                 own.uncertainty,
                 space(&q.quantity.unit)
             ));
