@@ -153,7 +153,9 @@ fn differences_and_loops_have_their_closed_forms() {
     close(law("lossy").lag_s.expect("a small lag"), 0.3_f64.sin() / (2.0 * PI), 1e-3);
     let cost = a.costs.iter().find(|p| p.member == "stiff").expect("a cost");
     close(cost.ratio.expect("a reference"), 1.2, 1e-12);
-    for words in ["near", "can replace base", "stiff by 20 %", "lossy by 15 %"] {
+    // Not all runs start at zero, so that the peaks are changes: 4 N − 2 N (1 − cos δ) of the one that lags behind
+    let peaks = ["is 20 % higher: 4.80 N against 4.00 N)", "is 2.23 % lower: 3.91 N against 4.00 N)"];
+    for words in ["near", "can replace base", "stiff by 20 %", "lossy by 15 %"].into_iter().chain(peaks) {
         assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
     }
     assert!(a.quantities[0].sentence.contains("at most 2 %"), "{}", a.quantities[0].sentence);
