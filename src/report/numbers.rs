@@ -25,10 +25,13 @@ pub fn percent_cell(share: f64) -> String {
     format!("{v:.decimals$}")
 }
 
-/// Rounded to this many significant digits, printed without an exponent.
+/// Rounded to this many significant digits, printed without an exponent unless it is too small to be read.
 pub fn significant(x: f64, digits: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x:.0}");
+    }
+    if x.abs() < SMALLEST {
+        return format!("{x:.*e}", (digits - 1).max(0) as usize);
     }
     let last = x.abs().log10().floor() as i32 - digits + 1;
     let unit = 10f64.powi(last);
@@ -67,18 +70,26 @@ pub fn minus_signs(text: &str) -> String {
     out
 }
 
-/// A value with so many decimals; with a power of ten where these, or its digits before the point, are too many to be read.
+/// A value with so many decimals; with a power of ten where these, its zeros behind the point, or its digits before it, are too many to be read.
 pub fn readable(value: f64, decimals: usize) -> String {
-    if value == 0.0 || (decimals <= MOST_DECIMALS && value.abs() < LARGEST) {
-        return format!("{value:.*}", decimals.min(MOST_DECIMALS));
+    let are_few = decimals <= FEW_DECIMALS;
+    if value == 0.0 {
+        return format!("{value:.*}", if are_few { decimals } else { 0 });
+    }
+    if are_few && value.abs() < LARGEST || decimals <= MOST_DECIMALS && (SMALLEST..LARGEST).contains(&value.abs()) {
+        return format!("{value:.decimals$}");
     }
     let digits = (decimals as f64 + value.abs().log10().floor()).clamp(0.0, 4.0) as usize;
     format!("{value:.digits$e}")
 }
 
-/// Decimals, and a number, beyond which a number is read with a power of ten
+/// Decimals, and numbers, beyond which a number is read with a power of ten
 const MOST_DECIMALS: usize = 10;
+const SMALLEST: f64 = 1e-4;
 const LARGEST: f64 = 1e9;
+
+/// Decimals that show nothing below [`SMALLEST`]
+const FEW_DECIMALS: usize = 4;
 
 /// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
 pub fn seconds(s: f64) -> String {
@@ -155,14 +166,9 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
-/// A value with two digits of its uncertainty, five of its own at most; with an exponent where twelve decimals do not show it.
+/// A value with two digits of its uncertainty, five of its own at most, see [`readable`].
 pub fn within(value: f64, uncertainty: f64) -> String {
-    let resolution = uncertainty.abs().max(1e-4 * value.abs());
-    if resolution > 0.0 && resolution < 1e-11 {
-        format!("{value:.4e}")
-    } else {
-        format!("{value:.*}", digits(resolution))
-    }
+    readable(value, digits(uncertainty.abs().max(1e-4 * value.abs())))
 }
 
 /// A number in a cell of a table; a dash where there is none.
@@ -170,10 +176,14 @@ pub fn cell(x: f64, print: impl Fn(f64) -> String) -> String {
     if x.is_finite() { print(x) } else { "–".into() }
 }
 
-/// `36 600`, with a thin space.
+/// `36 600`, `2 290 000`, with thin spaces.
 pub fn thousands(n: usize) -> String {
-    let s = n.to_string();
-    if s.len() < 5 { s } else { format!("{}\u{2009}{}", &s[..s.len() - 3], &s[s.len() - 3..]) }
+    let digits = n.to_string();
+    if digits.len() < 5 {
+        return digits;
+    }
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join("\u{2009}")
 }
 
 #[cfg(test)]
@@ -208,8 +218,10 @@ mod tests {
     fn numbers_beyond_reading_have_a_power_of_ten() {
         let of = |value: f64| readable(value, digits(1e-3 * value));
         let shown = [-1_294_868_717_823.0, 4.844_291e-18, 3.21e-5, 2.657_123, 0.0].map(of);
-        assert_eq!(shown, ["-1.2949e12", "4.8443e-18", "0.000032100", "2.6571", "0.0"]);
-        assert_eq!([readable(3e-17, 4), readable(0.0, 22)], ["0.0000", "0.0000000000"]);
+        assert_eq!(shown, ["-1.2949e12", "4.8443e-18", "3.2100e-5", "2.6571", "0.0"]);
+        assert_eq!([readable(3e-17, 4), readable(0.0, 22)], ["0.0000", "0"]);
+        assert_eq!([readable(7.9e-10, 10), readable(1.2e-4, 6)], ["8e-10", "0.000120"]);
+        assert_eq!([significant(1.7512e-9, 3), significant(1.2345e-4, 3)], ["1.75e-9", "0.000123"]);
     }
 
     #[test]
@@ -239,7 +251,14 @@ mod tests {
             [within(8.04e-11, 0.0), within(-0.0054213, 1.2e-4), within(0.0, 0.0)],
             ["8.0400e-11", "-0.00542", "0.0"]
         );
+        assert_eq!([within(8e-10, 2e-10), within(-4.9273e-12, 1e-18)], ["8.0e-10", "-4.9273e-12"]);
         assert_eq!(cell(f64::NAN, print), "–");
+    }
+
+    #[test]
+    fn every_group_of_three_digits_is_apart() {
+        let shown = [9999, 36_600, 2_290_000, 1_000_000_007].map(thousands);
+        assert_eq!(shown, ["9999", "36\u{2009}600", "2\u{2009}290\u{2009}000", "1\u{2009}000\u{2009}000\u{2009}007"]);
     }
 
     #[test]

@@ -143,6 +143,9 @@ impl AxisSpec {
         if self.keys.is_empty() && self.names.is_none() {
             return refuse("it changes no key".into(), "write keys = [\"laws.rubber.E\"]");
         }
+        if self.symbol.trim().is_empty() {
+            return refuse("its symbol is empty".into(), "give it a letter for tables and axes, symbol = \"E\"");
+        }
         if self.values.len() < 2 {
             let remedy = "give at least two, values = [\"50 kPa\", \"100 kPa\"]; one alone belongs in the scene";
             return refuse(format!("it has {}", count(self.values.len(), "value")), remedy);

@@ -1,6 +1,7 @@
 //! The part of a report that a kind of study contributes.
 
 use crate::report::figure::Drawn;
+use crate::report::numbers::minus_signs;
 use crate::report::paper::Paragraph;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
@@ -70,6 +71,13 @@ impl Content {
             without_result: None,
             outcomes: BTreeMap::new(),
         }
+    }
+
+    /// The same with minus signs in place of the hyphens before numbers, in the verdict and the sentences.
+    #[must_use]
+    pub fn with_minus_signs(self) -> Self {
+        let sentences = self.sentences.iter().map(|sentence| minus_signs(sentence)).collect();
+        Self { verdict: minus_signs(&self.verdict), sentences, ..self }
     }
 
     /// The same without what follows from a comparison of its cases: verdict, decisions, headline numbers and error bars.

@@ -274,7 +274,7 @@ fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeM
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {
     let details = K::Details::deserialize(&results.study.details)?;
-    Ok(K::report(results, &K::analyse(results, &details)))
+    Ok(K::report(results, &K::analyse(results, &details)).with_minus_signs())
 }
 
 /// Keys of a study file that every kind has.

@@ -1,7 +1,7 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use crate::common::synthetic::{SIZES, size, store, study};
-use durometer::report::numbers::percent;
+use durometer::report::numbers::{percent, percent_cell};
 use durometer::study::analysis::{Analysis, ByQuantity};
 use durometer::study::curve::{Curve, peak};
 use durometer::study::estimate::curve::compare;
@@ -16,6 +16,7 @@ use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::figures;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use durometer::study::kinds::convergence::report::quantities::{quantities, settings};
+use durometer::study::kinds::convergence::verdict;
 use durometer::study::locking;
 use durometer::study::report;
 use durometer::study::run::inputs::InputRecord;
@@ -224,7 +225,9 @@ fn a_family_that_diverges_is_told_how() {
         ),
         "{monotone}"
     );
+    assert!(monotone.contains("a ratio of 1.762 where these sizes must have one below 0.916"), "{monotone}");
     let oscillating = of([1.0, 2.0, 1.5]);
+    assert!(!oscillating.contains("ratio"), "{oscillating}");
     assert!(
         oscillating.contains(
             "oscillate with differences that do not shrink: from coarse to fine they change by 5.00e-1, then by -1.00e0"
@@ -381,6 +384,8 @@ fn a_reference_of_two_meshes_is_doubted() {
     assert_eq!(doubted(&cases), 0);
     cases.retain(|c| c.record.mesh.cells > 10_000);
     assert_eq!(doubted(&cases), 3, "one for each quantity");
+    let a = analyse(&study, &cases);
+    assert!(quantities(&a).rows.iter().all(|row| row[4] == "not shown by two meshes"), "{:?}", quantities(&a).rows);
 }
 
 /// The mesh that would help is proposed once: where it was added and has no result, the refusal names its case.
@@ -435,6 +440,36 @@ fn the_cost_of_a_finer_mesh_is_the_mean_over_the_variants() {
     assert!((cost(&cases) / equal - 5.0).abs() < 1e-9);
 }
 
+/// A study with its cases, as they are stored.
+fn results(study: &StudyRecord, cases: &[StoredCase]) -> Results {
+    Results {
+        study: study.clone(),
+        cases: cases.to_vec(),
+        skins: BTreeMap::new(),
+        motions: BTreeMap::new(),
+        found: BTreeMap::new(),
+        sensitivities: BTreeMap::new(),
+        derived: None,
+        damaged: vec![],
+        outdated: vec![],
+    }
+}
+
+/// A quantity that decides in one variant is none that another one judges: there all that is listed decides, as none of it is marked.
+#[test]
+fn curves_show_what_decides_in_their_variant() {
+    let (mut study, cases) = study();
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().for_each(|q| q.deciding = q.name == "cable_tension_N");
+    study.quantities.get_mut("tension").expect("variant").iter_mut().for_each(|q| q.headline = false);
+    let found = analyse(&study, &cases).found;
+    let shows = |variant: &str| {
+        let svg = figures::curves::draw(&results(&study, &cases), &found, variant).expect("a figure").svg;
+        ["Bending angle", "Cable tension"].map(|title| svg.contains(title))
+    };
+    assert_eq!([shows("length"), shows("tension")], [[false, true], [true, false]]);
+}
+
 /// A worker that waits while others use the machine takes longer by the clock, and its mesh is chosen as before.
 #[test]
 fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
@@ -453,17 +488,7 @@ fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
     assert!(busy(&a), "{:?}", a.warnings);
     // Neither do the figures: their marks move with the CPU time alone
     let drawn = |cases: &[StoredCase]| {
-        let results = Results {
-            study: study.clone(),
-            cases: cases.to_vec(),
-            skins: BTreeMap::new(),
-            motions: BTreeMap::new(),
-            found: BTreeMap::new(),
-            sensitivities: BTreeMap::new(),
-            derived: None,
-            damaged: vec![],
-            outdated: vec![],
-        };
+        let results = results(&study, cases);
         let of_errors = figures::errors::against_cost(&results, &analyse(&study, cases)).expect("a figure");
         [figures::cost::draw(&results).expect("a figure").svg, of_errors.svg]
     };
@@ -535,6 +560,53 @@ fn a_recommendation_names_unstable_states_and_references_of_unknown_scatter() {
     let a = analyse(&study, &cases);
     assert!(a.verdict.starts_with("On an unstable branch of equilibria, "), "{}", a.verdict);
     assert!(a.verdict.contains("States of") && !a.verdict.contains("can be trusted"), "{}", a.verdict);
+}
+
+/// Seeds in one variant say nothing of the scatter in another one, and the best of families that are all not defensible is no reference.
+#[test]
+fn the_scatter_is_unknown_where_no_seeds_were_run() {
+    let (mut study, mut cases) = study();
+    cases.retain(|c| c.is_of_family("sizes") || c.is_in("seeds", "length"));
+    let warned = |study: &StudyRecord| -> Vec<String> {
+        analyse(study, &cases).warnings.into_iter().filter(|w| w.starts_with("A reference is of")).collect()
+    };
+    let found = warned(&study);
+    assert!(found.len() == 1 && found[0].contains("no seeds were run for it in tension control."), "{found:?}");
+    study.tolerance = 1e-6;
+    assert_eq!(warned(&study), Vec::<String>::new());
+    let a = analyse(&study, &cases);
+    let crossed: Vec<String> = quantities(&a).rows.into_iter().filter_map(|mut row| row.pop()).collect();
+    assert_eq!(crossed, ["reference without support"; 3]);
+}
+
+/// The uncertainty in the table is a share of what the bars are shares of.
+#[test]
+fn the_table_of_limits_knows_absolute_tolerances() {
+    let (mut study, cases) = study();
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().for_each(|q| q.absolute_tolerance = Some(1e3));
+    let a = analyse(&study, &cases);
+    let table = quantities(&a);
+    let share = table.columns.iter().position(|c| c.0 == "U(f*)").expect("a column");
+    let own = a.quantities.iter().flat_map(|q| q.estimates.iter().map(move |e| (q, e)));
+    for (row, (q, e)) in table.rows.iter().zip(own) {
+        let scale = if q.variant == "length" { 1e3 / study.tolerance } else { e.extrapolated.abs() };
+        assert_eq!(row[share], percent_cell(e.uncertainty / scale), "{row:?}");
+    }
+}
+
+/// One mesh and no more expensive setting are not spoken of as several.
+#[test]
+fn one_is_not_several() {
+    let (study, mut cases) = study();
+    let of = |r: &CaseRecord| r.family == "element" || (r.family == "sizes" && r.mesh.cells == 4_500);
+    cases.retain(|c| of(&c.record));
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("The only mesh of family sizes does not: it has an error bar of"), "{}", a.verdict);
+    let q = a.find("length", "cable_tension_N").expect("listed");
+    let last = a.settings.last().expect("settings");
+    let words = verdict::sentence(std::slice::from_ref(last), q, study.tolerance);
+    assert!(words.contains("; none is more expensive") && !words.contains("ones"), "{words}");
 }
 
 /// The verdict says which quantities decide, and what bars the others have.
@@ -678,6 +750,52 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
     let a = analyse(&study, &at_end);
     let said = a.warnings.iter().find(|w| w.contains("nothing depends on the time steps")).expect("a warning");
     assert!(said.contains("do not differ in any digit") && !said.contains("0.0e0"), "{said}");
+}
+
+/// A tension without a share in the loads is rounding next to the other one, and its digits say nothing.
+#[test]
+fn values_of_rounding_have_no_algebraic_error_to_tell() {
+    let (mut study, mut cases) = study();
+    let rounding = |name: &str| Quantity { name: name.into(), label: "side force".into(), ..Quantity::default() };
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.push(Quantity { unit: "N".into(), ..rounding("side_force_N") });
+    for (k, c) in cases.iter_mut().enumerate() {
+        c.record.steps_matter = Some(false);
+        let side = ProbeRecord { peak: 1e-12 * (1 + k % 7) as f64, ..c.record.probes["cable_tension_N"].clone() };
+        c.record.probes.insert("side_force_N".into(), side);
+    }
+    let a = analyse(&study, &cases);
+    let step = a.find("length", "side_force_N").and_then(|q| q.step.clone()).expect("a family of time steps");
+    assert!(step.error > 0.1 * step.values.iter().copied().fold(0.0, f64::max), "{step:?}");
+    let said = a.warnings.iter().find(|w| w.contains("nothing depends on the time steps")).expect("a warning");
+    assert!(!said.contains("side force"), "{said}");
+}
+
+/// The solver is asked for more where its error is no small share of what is accepted: a tenth of the tolerance, however narrow a bar is, in quantities that decide.
+#[test]
+fn the_solver_is_judged_by_the_tolerance() {
+    let (mut study, mut cases) = study();
+    let said = |study: &StudyRecord, cases: &[StoredCase], error: f64| {
+        let mut cases = cases.to_vec();
+        cases.iter_mut().for_each(|c| c.record.solver.algebraic_error = error);
+        analyse(study, &cases).warnings.iter().any(|w| w.starts_with("The algebraic error of"))
+    };
+    // Every bar of an angle that no mesh changes is zero
+    for c in cases.iter_mut() {
+        c.record.probes.get_mut("bending_angle_deg").expect("probe").peak = 70.0;
+    }
+    let a = analyse(&study, &cases);
+    assert!(a.find("tension", "bending_angle_deg").expect("listed").errors.iter().all(|e| e.bar < 1e-9));
+    assert!(!said(&study, &cases, 0.09 * study.tolerance) && said(&study, &cases, 0.11 * study.tolerance));
+    // Where the tension of a wide bar decides alone, that of its coarsest mesh allows more
+    let others = study.quantities.values_mut().flatten().filter(|q| q.name == "bending_angle_deg");
+    others.for_each(|q| q.deciding = false);
+    study.quantities.remove("tension");
+    study.variants.retain(|v| v == "length");
+    let tension = analyse(&study, &cases).found;
+    let bars = &tension.find("length", "cable_tension_N").expect("listed").errors;
+    let least = bars.iter().map(|e| e.bar).fold(f64::INFINITY, f64::min).max(study.tolerance);
+    assert!(!said(&study, &cases, 0.099 * least) && said(&study, &cases, 0.101 * least));
 }
 
 /// The methods of a paper name the terms of the bars, and no term that no bar has.
@@ -853,8 +971,8 @@ fn table_and_figure_have_the_order_of_the_limit() {
         let h = c.record.mesh.h_m / size(4_500);
         c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 * (1.0 + 0.15 * h + 0.1 * h.powi(3));
     }
-    let found = analyse(&study, &cases).found;
-    let tension = found.find("length", "cable_tension_N").expect("listed");
+    let a = analyse(&study, &cases);
+    let tension = a.find("length", "cable_tension_N").expect("listed");
     let [sizes, nested] = ["sizes", "nested"].map(|family| tension.estimate(family).expect("meshes"));
     let [finest, p] = [sizes.observed_order, sizes.order_of_limit()].map(|p| p.expect("monotone"));
     assert!(
@@ -869,7 +987,7 @@ fn table_and_figure_have_the_order_of_the_limit() {
         assert!((law(1e-6 * e.h_m[0]) - e.extrapolated).abs() < 1e-4 * range, "{e:?}");
         assert!((law(e.h_m[0]) - e.values[0]).abs() < 0.05 * range, "{e:?}");
     }
-    let table = quantities(&found);
+    let table = quantities(&a);
     let column = |name: &str| table.columns.iter().position(|c| c.0 == name).unwrap_or_else(|| panic!("{name}"));
     let is_row = |row: &&Vec<String>| row[0] == tension.peak_label() && row[1] == "length" && row[2].contains("sizes");
     let row = table.rows.iter().find(is_row).expect("a row");

@@ -520,6 +520,10 @@ fn mistakes_in_axes_are_named() {
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.2]")), "axis nu: the value 0.2 is given twice"),
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.3, 0.1]")), "axis nu: the values neither rise nor fall"),
         (format!("kind = \"sweep\"\n{}", NU.replace("[\"laws.rubber.nu\"]", "[]")), "axis nu: it changes no key"),
+        (
+            format!("kind = \"sweep\"\n{}", NU.replace("\"ν\"", "\"\"")),
+            "axis nu: its symbol is empty; give it a letter",
+        ),
         (format!("kind = \"sweep\"\n{}", NU.replace("rubber.nu", "ruber.nu")), "there is no \"ruber\"; did you mean"),
         (
             format!("kind = \"sweep\"\ncombine = \"list\"\n{E}{}", NU.replace("0.3]", "0.3, 0.4]")),
@@ -617,6 +621,17 @@ fn a_cumulative_family_adds_up() {
     );
     assert!((added[1].new_evaluation_s() - 0.01).abs() < 1e-15);
     assert!(a.warnings.iter().any(|w| w.contains("f-length-c: has no result")), "{:?}", a.warnings);
+    assert!(a.verdict.starts_with("With all up to b (no result with c), length, a step takes"), "{}", a.verdict);
+    assert!(a.sequences[0].sentence.ends_with("; no result with c."), "{}", a.sequences[0].sentence);
+    // Two members before are two additions in one
+    let last = timed(2, 1.9, &[("elastic", 0.6), ("gravity", 0.1), ("cable", 0.2)]);
+    let gap = comparison::analysis::analyse(&study.record, &Default::default(), &[stored[0].clone(), last.clone()]);
+    let sentence = &gap.sequences[0].sentence;
+    assert!(sentence.contains("c with b +90 ms") && sentence.ends_with("; no result with b."), "{sentence}");
+    assert!(gap.verdict.starts_with("With everything declared (no result with b), length"), "{}", gap.verdict);
+    let whole = [&stored[..], &[last]].concat();
+    let whole = comparison::analysis::analyse(&study.record, &Default::default(), &whole);
+    assert!(whole.verdict.starts_with("With everything declared, length, a step takes"), "{}", whole.verdict);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study.record.clone(), stored.to_vec()));
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));

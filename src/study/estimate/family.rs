@@ -192,7 +192,7 @@ pub fn estimate_of_order(
     let class = match first {
         Some(t) => t.class,
         None if spread <= ROUNDING * size => Convergence::Exact,
-        None => Convergence::Monotone,
+        None => Convergence::TwoMeshes,
     };
     let spread = if class == Convergence::Oscillatory { oscillation(&h, &f) } else { spread };
     let mut reasons: Vec<String> = small_ratios(&ratios).into_iter().collect();
@@ -389,7 +389,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
             t.p
         }
         Some(_) => None,
-        None if e.class == Convergence::Monotone => Some(q.min(2.0)),
+        None if e.class == Convergence::TwoMeshes => Some(q.min(2.0)),
         None => None,
     };
     if let Some(p) = assumed {
@@ -479,8 +479,12 @@ fn add_limits(e: &Estimate, is_sane: bool, reasons: &mut Vec<String>) {
                 _ => "diverge monotonically",
             };
             let [finer, coarser] = [0, 1].map(|k| e.values[k] - e.values[k + 1]);
+            let limit = e.convergence_ratio.zip(e.ratio_limit).filter(|(ratio, _)| *ratio > 0.0 && ratio.is_finite());
+            let limit = limit.map_or(String::new(), |(ratio, limit)| {
+                format!(", a ratio of {ratio:.3} where these sizes must have one below {limit:.3}")
+            });
             reasons.push(format!(
-                "the three finest {how}: from coarse to fine they change by {coarser:.2e}, then by {finer:.2e}"
+                "the three finest {how}: from coarse to fine they change by {coarser:.2e}, then by {finer:.2e}{limit}"
             ));
         }
         _ => {}

@@ -10,7 +10,7 @@
 //! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
 //! change it. `tests/estimates/coverage_of_estimates.rs` measures how often the interval holds.
 
-use crate::report::numbers::{space, within};
+use crate::report::numbers::{minus_signs, space, within};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::ROUNDING;
 use crate::study::estimate::tolerance::Tolerance;
@@ -105,7 +105,7 @@ impl Reference {
     /// `−0.00542 m ± 0.00012 m`
     pub fn words(&self, unit: &str) -> String {
         let unit = space(unit);
-        let [value, half] = [self.value, self.uncertainty].map(|v| within(v, self.uncertainty).replace('-', "−"));
+        let [value, half] = [self.value, self.uncertainty].map(|v| minus_signs(&within(v, self.uncertainty)));
         format!("{value}{unit} ± {half}{unit}")
     }
 

@@ -37,7 +37,7 @@ pub fn is_small_ratio(ratio: f64) -> bool {
     (100.0 * ratio).round() / 100.0 < LEAST_RATIO
 }
 
-/// How three values approach their limit, judged by R = ε₂₁/ε₃₂.
+/// How values approach their limit, three of them judged by R = ε₂₁/ε₃₂.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Convergence {
@@ -47,6 +47,8 @@ pub enum Convergence {
     Oscillatory,
     /// R ≥ ln r₂₁/ln r₃₂, or R ≤ −1
     Diverging,
+    /// Two meshes that differ: they do not show how they approach their limit, nor that there is one
+    TwoMeshes,
     /// All differences are rounding: the quantity is imposed, or does not depend on the mesh
     Exact,
 }
@@ -57,6 +59,7 @@ impl Convergence {
             Self::Monotone => "monotone",
             Self::Oscillatory => "oscillatory",
             Self::Diverging => "diverging",
+            Self::TwoMeshes => "not shown by two meshes",
             Self::Exact => "independent of the mesh",
         }
     }

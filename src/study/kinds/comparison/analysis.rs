@@ -56,7 +56,7 @@ pub fn analyse(
     let found = ComparisonFindings { reference, quantities, incomparable, costs, sequences };
     let verdict = match found.sequences.is_empty() {
         true => verdict(study, &found, incomplete.len()),
-        false => sequence::verdict(&found.sequences, incomplete.len()),
+        false => sequence::verdict(study, &found.sequences, incomplete.len()),
     };
     let mut warnings = warnings(stored, &incomplete);
     warnings.extend(finer::warning(study, &found));
@@ -307,6 +307,17 @@ pub fn decisions(a: &Analysis<ComparisonFindings>) -> BTreeMap<String, String> {
     replacements(a, a.tolerance).into_iter().map(one).collect()
 }
 
+/// `its maximum is 13 % higher: 68.3° against 60.4°`
+fn peaks(q: &ByQuantity<MemberDifferences>, c: &ComparedMember, tolerance: f64) -> String {
+    let [own, base] = [c.peak, q.peak].map(|peak| significant(peak, 3) + &space(&q.quantity.unit));
+    let peak = q.peak_is.trim_end_matches(" of");
+    if own == base {
+        return format!("its {peak} is the same, {base}");
+    }
+    let side = if c.peak_difference < 0.0 { "lower" } else { "higher" };
+    format!("its {peak} is {} {side}: {own} against {base}", amount(q, c.peak_difference.abs(), tolerance))
+}
+
 /// Which members are interchangeable, how far the others are off, what they cost.
 fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> String {
     if a.quantities.is_empty() || a.costs.iter().all(|p| p.member == a.reference) {
@@ -322,11 +333,9 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
         match replaces {
             Replaces::Yes((q, c)) => same.push(format!("{name} ({})", amount(q, c.largest, study.tolerance))),
             Replaces::No((q, c)) => {
-                let (differs, place) = (
-                    amount(q, c.largest, study.tolerance),
-                    format!("in the {}, {}", q.quantity.label, q.variant_label),
-                );
-                apart.push((c.largest, format!("{name} by {differs} {place}")));
+                let (differs, place) = (amount(q, c.largest, study.tolerance), q.title());
+                let peaks = peaks(q, c, study.tolerance);
+                apart.push((c.largest, format!("{name} by {differs} in the {place} ({peaks})")));
             }
             Replaces::Open(without) => {
                 let places: Vec<String> = without.iter().map(|i| format!("{}: {}", i.place, i.why)).collect();

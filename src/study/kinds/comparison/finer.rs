@@ -1,37 +1,49 @@
 //! Knowledge of the error of the mesh in the differences between members: what a finer mesh changes in them.
 
 use crate::report::numbers::percent;
+use crate::study::analysis::ByQuantity;
 use crate::study::kinds::comparison::findings::{ComparisonFindings, MemberDifferences};
 use crate::study::store::record::StudyRecord;
-use crate::wording::few;
+use crate::wording::{all, distinct, few};
 
-/// Members that are compared with a reference, by whether they and it were run on a finer mesh.
+/// A member in a variant, by its label.
+type Place<'a> = (&'a str, &'a str);
+
+/// Members that are compared with a reference, variant by variant, by whether they and it were run on a finer mesh.
 struct Judged<'a> {
-    with: Vec<&'a str>,
-    without: Vec<&'a str>,
+    with: Vec<Place<'a>>,
+    without: Vec<Place<'a>>,
 }
 
 impl<'a> Judged<'a> {
-    /// A member counts as judged where a finer mesh says so of each of its differences.
-    fn of(quantities: impl Iterator<Item = &'a MemberDifferences>, reference: &str) -> Self {
+    /// A member counts as judged where a finer mesh says so of each of its differences in the variant.
+    fn of(quantities: impl Iterator<Item = &'a ByQuantity<MemberDifferences>>, reference: &str) -> Self {
         let (mut with, mut without) = (vec![], vec![]);
-        for c in quantities.flat_map(|q| &q.members).filter(|c| c.member != reference) {
+        let members = quantities.flat_map(|q| q.members.iter().map(move |c| (c, q.variant_label.as_str())));
+        for (c, variant) in members.filter(|(c, _)| c.member != reference) {
             let list = if c.mesh_drift.is_some() { &mut with } else { &mut without };
-            if !list.contains(&c.member.as_str()) {
-                list.push(c.member.as_str());
+            if !list.contains(&(c.member.as_str(), variant)) {
+                list.push((c.member.as_str(), variant));
             }
         }
-        with.retain(|member| !without.contains(member));
+        with.retain(|place| !without.contains(place));
         Self { with, without }
     }
 
     fn of_study(a: &'a ComparisonFindings) -> Self {
-        Self::of(a.quantities.iter().map(|q| &q.found), &a.reference)
+        Self::of(a.quantities.iter(), &a.reference)
     }
-}
 
-fn names(study: &StudyRecord, members: &[&str]) -> String {
-    few(&members.iter().map(|member| study.member(member)).collect::<Vec<_>>())
+    /// The members of one of the two lists, with their variants where the other list has them in others.
+    fn names(study: &StudyRecord, list: &[Place], other: &[Place]) -> String {
+        let name = |member: &str| {
+            let variants: Vec<&str> = list.iter().filter(|place| place.0 == member).map(|place| place.1).collect();
+            let is_in_both = other.iter().any(|place| place.0 == member);
+            let within = if is_in_both { format!(" ({})", all(&variants)) } else { String::new() };
+            study.member(member) + &within
+        };
+        few(&distinct(list.iter().map(|place| place.0)).into_iter().map(name).collect::<Vec<_>>())
+    }
 }
 
 /// Whether a finer mesh tells what the mesh does to a difference.
@@ -40,12 +52,12 @@ pub fn is_judged(q: &MemberDifferences, reference: &str) -> bool {
 }
 
 /// The largest change of a difference on the finer mesh, and whose; `None` where no member was run on one.
-pub fn sentence(study: &StudyRecord, q: &MemberDifferences, reference: &str) -> Option<String> {
+pub fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &str) -> Option<String> {
     let others = q.members.iter().filter(|c| c.member != reference);
     let largest = percent(others.filter_map(|c| c.mesh_drift).reduce(f64::max)?);
     let Judged { with: members, without } = Judged::of(std::iter::once(q), reference);
     let plural = if members.len() == 1 { "" } else { "s" };
-    let of = names(study, &members);
+    let of = Judged::names(study, &members, &without);
     Some(match without.len() {
         0 => format!("A finer mesh changes these differences by at most {largest}"),
         1 => format!(
@@ -66,7 +78,7 @@ pub fn warning(study: &StudyRecord, a: &ComparisonFindings) -> Option<String> {
         (0, _) => Some(format!("The error of the mesh in the differences between members is unknown: {remedy}.")),
         _ => Some(format!(
             "The error of the mesh in the differences of {} is unknown: {remedy}.",
-            names(study, &without)
+            Judged::names(study, &without, &with)
         )),
     }
 }
@@ -83,8 +95,8 @@ pub fn errors(study: &StudyRecord, a: &ComparisonFindings) -> String {
         true => rule.into(),
         false => format!(
             "{rule} This change is known of {}, and unknown of {}.",
-            names(study, &with),
-            names(study, &without)
+            Judged::names(study, &with, &without),
+            Judged::names(study, &without, &with)
         ),
     }
 }

@@ -167,7 +167,7 @@ fn sequence_costs(store: &Results, a: &ComparisonFindings) -> Table {
     for l in &a.sequences {
         for r in &l.additions {
             rows.push(vec![
-                store.study.member(&r.member),
+                r.words(&store.study),
                 l.variant.clone(),
                 r.new.join(", "),
                 ms(r.step_s),

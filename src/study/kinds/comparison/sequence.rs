@@ -9,11 +9,14 @@
 //! ```
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
+//!
+//! A member without a result has no addition. Its effects are in the next one that has a result, which is compared with the last one before both.
 
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
 use crate::study::curve::peak;
 use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
+use crate::wording::{all, few};
 use serde::Serialize;
 
 /// The members of a variant in the order in which their effects are added.
@@ -23,6 +26,9 @@ pub struct Sequence {
     /// The variant in words
     pub variant_label: String,
     pub additions: Vec<Addition>,
+    /// Members after the last addition, which have no result
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<String>,
     pub sentence: String,
 }
 
@@ -31,7 +37,10 @@ pub struct Sequence {
 pub struct Addition {
     pub member: String,
     pub case: String,
-    /// Effects and constraints that the member before has not
+    /// Members between it and the addition before, which have no result: it adds their effects too
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub with: Vec<String>,
+    /// Effects and constraints that the addition before has not
     pub new: Vec<String>,
     pub dofs: usize,
     pub steps: usize,
@@ -39,7 +48,7 @@ pub struct Addition {
     pub newton_iterations: usize,
     /// T/n \[s\]
     pub step_s: f64,
-    /// T/n less that of the member before \[s\]
+    /// T/n less that of the addition before \[s\]
     pub added_s: Option<f64>,
     /// \[effects and constraints\] name and time in its evaluations, of a step \[s\]
     pub evaluation_s: Vec<(String, f64)>,
@@ -47,28 +56,56 @@ pub struct Addition {
     pub factorisation_s: f64,
     /// Solutions with the factor of a step \[s\]
     pub solve_s: f64,
-    /// \[quantities\] column, peak, and its change from the member before \[–\]
+    /// \[quantities\] column, peak, and its change from the addition before \[–\]
     pub quantities: Vec<(String, f64, Option<f64>)>,
 }
 
+impl Sequence {
+    /// All members without a result, in words.
+    fn without_result(&self, study: &StudyRecord) -> Option<String> {
+        let missing: Vec<String> =
+            self.additions.iter().flat_map(|r| &r.with).chain(&self.missing).map(|m| study.member(m)).collect();
+        (!missing.is_empty()).then(|| format!("no result with {}", few(&missing)))
+    }
+
+    /// `everything declared`, or how far the members have results: `all up to damping`.
+    pub fn extent(&self, study: &StudyRecord) -> String {
+        let last = self.additions.last().filter(|_| !self.missing.is_empty());
+        last.map_or("everything declared".into(), |last| format!("all up to {}", study.member(&last.member)))
+    }
+}
+
 impl Addition {
+    /// Its member, and those before it without a result, whose effects it adds too: `gravity with inertia`.
+    pub fn words(&self, study: &StudyRecord) -> String {
+        let with: Vec<String> = self.with.iter().map(|m| study.member(m)).collect();
+        let own = study.member(&self.member);
+        if with.is_empty() { own } else { format!("{own} with {}", all(&with)) }
+    }
+
     /// Time in the evaluations of what this member adds, of a step \[s\].
     pub fn new_evaluation_s(&self) -> f64 {
         self.evaluation_s.iter().filter(|(name, _)| self.new.contains(name)).map(|e| e.1).sum()
     }
 }
 
-/// The sequence of every variant that has one; a member without a converged case is left out.
+/// The sequence of every variant; a member without a converged case has no addition.
 pub fn sequences(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Sequence> {
     let of = |variant: &String| {
-        let members = study.members_in(stored, Role::Cumulative, variant).into_iter();
-        let own: Vec<(&str, &StoredCase)> =
-            members.filter_map(|(member, case)| Some((member, case.filter(|c| c.record.steps > 0)?))).collect();
-        let before = |k: usize| k.checked_sub(1).map(|before| own[before].1);
-        let additions: Vec<Addition> = (0..own.len()).map(|k| addition(study, variant, own[k], before(k))).collect();
-        let variant_label = study.label(variant);
-        let sentence = sentence_of(study, &variant_label, &additions);
-        Sequence { variant: variant.clone(), variant_label, additions, sentence }
+        let (mut additions, mut missing) = (vec![], vec![]);
+        let mut before = None;
+        for (member, case) in study.members_in(stored, Role::Cumulative, variant) {
+            let Some(case) = case.filter(|c| c.record.steps > 0) else {
+                missing.push(member.to_string());
+                continue;
+            };
+            let with = std::mem::take(&mut missing);
+            additions.push(Addition { with, ..addition(study, variant, (member, case), before) });
+            before = Some(case);
+        }
+        let (variant, variant_label) = (variant.clone(), study.label(variant));
+        let sequence = Sequence { variant, variant_label, additions, missing, sentence: String::new() };
+        Sequence { sentence: sentence_of(study, &sequence), ..sequence }
     };
     let any = study.families.iter().any(|f| f.role == Role::Cumulative);
     if any { study.variants.iter().map(of).collect() } else { vec![] }
@@ -102,6 +139,7 @@ fn addition(
     Addition {
         member: member.into(),
         case: r.id.clone(),
+        with: vec![],
         new,
         dofs: r.dofs,
         steps: r.steps,
@@ -121,22 +159,29 @@ pub fn milliseconds(s: f64) -> String {
     format!("{ms:.*} ms", digits(ms)).replace('-', "−")
 }
 
-fn sentence_of(study: &StudyRecord, label: &str, additions: &[Addition]) -> String {
-    let [first, above @ ..] = additions else { return format!("{label}: no member has a converged case.") };
+fn sentence_of(study: &StudyRecord, sequence: &Sequence) -> String {
+    let label = &sequence.variant_label;
+    let [first, above @ ..] = &sequence.additions[..] else {
+        return format!("{label}: no member has a converged case.");
+    };
     let one = |r: &Addition| {
         let added = r.added_s.map_or(String::new(), |s| {
             let sign = if s < 0.0 { "−" } else { "+" };
             format!("{sign}{}", milliseconds(s.abs()))
         });
-        format!("{} {added} (its evaluation {})", study.member(&r.member), milliseconds(r.new_evaluation_s()))
+        format!("{} {added} (its evaluation {})", r.words(study), milliseconds(r.new_evaluation_s()))
     };
     let list: Vec<String> = above.iter().map(one).collect();
-    let start = format!("{label}: a step of {} takes {}", study.member(&first.member), milliseconds(first.step_s));
-    if list.is_empty() { start + "." } else { format!("{start}; added one after the other, {}.", list.join(", ")) }
+    let mut words = format!("{label}: a step of {} takes {}", first.words(study), milliseconds(first.step_s));
+    if !list.is_empty() {
+        words += &format!("; added one after the other, {}", list.join(", "));
+    }
+    words.extend(sequence.without_result(study).map(|missing| format!("; {missing}")));
+    words + "."
 }
 
-/// Share of every evaluation in a step with all effects.
-pub fn verdict(sequences: &[Sequence], missing: usize) -> String {
+/// Share of every evaluation in a step with all effects, or with those up to the last member that has a result.
+pub fn verdict(study: &StudyRecord, sequences: &[Sequence], missing: usize) -> String {
     let mut parts = vec![];
     for sequence in sequences {
         let Some(top) = sequence.additions.last() else { continue };
@@ -144,8 +189,10 @@ pub fn verdict(sequences: &[Sequence], missing: usize) -> String {
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
         let shares: Vec<String> = all.iter().map(|(n, s)| format!("{n} {}", percent(s / top.step_s))).collect();
         let factor = percent(top.factorisation_s / top.step_s);
+        let without = sequence.without_result(study).map_or(String::new(), |missing| format!(" ({missing})"));
         parts.push(format!(
-            "With everything declared, {}, a step takes {}: {}, factorisations {factor}",
+            "With {}{without}, {}, a step takes {}: {}, factorisations {factor}",
+            sequence.extent(study),
             sequence.variant_label,
             milliseconds(top.step_s),
             shares.join(", ")

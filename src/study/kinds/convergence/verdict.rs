@@ -113,14 +113,16 @@ pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance:
         });
         return format!("{title}: no setting meets {}{best}{reference}.", percent(tolerance));
     };
-    let next = by_cost.iter().find(|(_, n)| n.cost_s > b.cost_s && is_better(n.bar, b.bar)).map_or(
-        format!("; none of the more expensive ones is better by more than {}", percent(BETTER)),
-        |(n, nb)| {
+    let above = || by_cost.iter().filter(|(_, n)| n.cost_s > b.cost_s);
+    let next = match above().find(|(_, n)| is_better(n.bar, b.bar)) {
+        Some((n, nb)) => {
             let times = nb.cost_s / b.cost_s;
             let (bar, cost) = (percent(nb.bar), seconds(nb.cost_s));
             format!("; the next better one, {}, reaches {bar} for {cost} ({times:.1} times the cost)", n.label)
-        },
-    );
+        }
+        None if above().next().is_none() => "; none is more expensive".into(),
+        None => format!("; none of the more expensive ones is better by more than {}", percent(BETTER)),
+    };
     format!(
         "{title}: the cheapest setting that meets {} is {}, with an error bar of {} for {}{next}{reference}.",
         percent(tolerance),
@@ -308,14 +310,12 @@ fn about_sizes(cases: &Cases, settings: &[MeshSetting], tolerance: f64) -> Strin
     let of: Vec<&MeshSetting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
     let best = of.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
     best.filter(|s| s.worst > tolerance).map_or(String::new(), |s| {
-        let bar = percent(s.worst);
-        format!(
-            " None of the {} meshes of family {} does: the best, {}, has an error bar of {bar} ({}).",
-            of.len(),
-            family.name,
-            s.label,
-            s.limited_by
-        )
+        let (bar, name) = (percent(s.worst), &family.name);
+        let none = match of.len() {
+            1 => format!("The only mesh of family {name} does not: it"),
+            n => format!("None of the {n} meshes of family {name} does: the best, {},", s.label),
+        };
+        format!(" {none} has an error bar of {bar} ({}).", s.limited_by)
     })
 }
 

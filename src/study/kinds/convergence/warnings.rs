@@ -1,16 +1,16 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::names::title;
-use crate::report::numbers::{capital, percent, space};
+use crate::report::numbers::{capital, minus_signs, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
-use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
+use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, ROUNDING, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
 use crate::study::notes::notes;
 use crate::study::store::record::{Role, StoredCase};
-use crate::wording::{all, count};
+use crate::wording::{all, count, distinct};
 use std::collections::BTreeSet;
 
 /// One sentence each.
@@ -51,11 +51,11 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         }
         if let Some(own) = q.reference.as_ref().and_then(|r| r.independent.as_ref()).filter(|own| !own.overlaps) {
             out.push(format!(
-                "{}: the estimate from the run of {} alone, {:.4e} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
+                "{}: the estimate from the run of {} alone, {} ± {:.1e}{}, does not overlap the reference; the uncertainty of the reference \
                  has grown to reach it.",
                 capital(&q.peak_title()),
                 own.of,
-                own.value,
+                minus_signs(&format!("{:.4e}", own.value)),
                 own.uncertainty,
                 space(&q.quantity.unit)
             ));
@@ -110,14 +110,19 @@ fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
     ))
 }
 
-/// Says that a family of time steps measures no error of theirs, once.
+/// Says that a family of time steps measures no error of theirs, once. Values that are rounding of the largest one in their unit have no digits to differ in.
 fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
-    let steps: Vec<&StepError> = quantities.iter().filter_map(|q| q.step.as_ref()).collect();
-    let idle = steps.iter().find(|s| s.cause == StepCause::Algebraic)?;
-    let largest =
-        quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?))).filter(|(_, s)| s.cause == StepCause::Algebraic);
-    let relative = |s: &StepError| s.error / s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-    let (q, most) = largest.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
+    let steps = quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?)));
+    let idle: Vec<(&ByQuantity<MeshErrors>, &StepError)> =
+        steps.filter(|(_, s)| s.cause == StepCause::Algebraic).collect();
+    let size = |s: &StepError| s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    let relative = |s: &StepError| s.error / size(s);
+    let is_rounding = |q: &ByQuantity<MeshErrors>, s: &StepError| {
+        let of_unit = idle.iter().filter(|(other, _)| other.quantity.unit == q.quantity.unit);
+        of_unit.map(|(_, other)| size(other)).any(|other| size(s) < ROUNDING * other)
+    };
+    let counted = idle.iter().filter(|(q, s)| !is_rounding(q, s));
+    let (q, most) = counted.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
     let differences = match relative(most) {
         0.0 => "Its cases do not differ in any digit.".into(),
         most => format!(
@@ -128,7 +133,7 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     };
     Some(format!(
         "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. {differences}",
-        idle.family
+        idle[0].1.family
     ))
 }
 
@@ -149,32 +154,38 @@ fn without_order(q: &ByQuantity<MeshErrors>) -> Option<String> {
     })
 }
 
-/// The formulations of references whose scatter from mesh to mesh is not known.
+/// The formulations of references whose scatter from mesh to mesh is not known, with the variants where seeds of other variants do not tell it. The best of families
+/// that are all not defensible is no reference.
 fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
-    let mut formulations: Vec<&str> = vec![];
-    for q in quantities {
-        let Some(reference) = &q.reference else { continue };
-        let Some(e) = q.estimate(&reference.family) else { continue };
-        let is_known = e.role == Role::Nested || q.noise.iter().any(|n| n.formulation == e.formulation);
-        if !is_known && !formulations.contains(&e.formulation.as_str()) {
-            formulations.push(&e.formulation);
-        }
-    }
+    let is_seen = |q: &ByQuantity<MeshErrors>, formulation: &str| q.noise.iter().any(|n| n.formulation == formulation);
+    let unknown = |q: &ByQuantity<MeshErrors>| {
+        let e = q.estimate(q.reference.as_ref()?.envelope.first()?)?;
+        let is_known = e.role == Role::Nested || is_seen(q, &e.formulation);
+        (!is_known).then(|| (e.formulation.clone(), q.variant_label.clone()))
+    };
+    let unknown: Vec<(String, String)> = quantities.iter().filter_map(unknown).collect();
     let has_seeds = cases.study.families.iter().any(|f| f.role == Role::Seeds);
-    let of = if has_seeds { "no seeds were run for it" } else { "no seeds were run" };
-    let warn = |formulation: &str| {
+    let warn = |formulation: &String| {
+        let variants = distinct(unknown.iter().filter(|u| u.0 == *formulation).map(|u| &u.1));
+        let of = match quantities.iter().any(|q| is_seen(q, formulation)) {
+            true => format!(" for it in {}", all(&variants)),
+            false if has_seeds => " for it".into(),
+            false => String::new(),
+        };
         format!(
-            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: {of}. Add a family of role \"seeds\".",
+            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: no seeds were run{of}. Add a family of role \"seeds\".",
             title(formulation)
         )
     };
-    formulations.into_iter().map(warn).collect()
+    distinct(unknown.iter().map(|u| &u.0)).into_iter().map(warn).collect()
 }
 
-/// Cases whose states still ask for a correction above a tenth of an error bar.
+/// Cases whose states still ask for a correction above a tenth of what is accepted of a quantity that decides: its error bar, or the tolerance where the bar is smaller.
 fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
+    let tolerance = cases.study.tolerance;
     let least_bar = |id: &str| {
-        let bars = quantities.iter().flat_map(|q| &q.errors).filter(|e| e.id == id).map(|e| e.bar);
+        let deciding = quantities.iter().filter(|q| q.deciding);
+        let bars = deciding.flat_map(|q| &q.errors).filter(|e| e.id == id).map(|e| e.bar.max(tolerance));
         bars.fold(f64::INFINITY, f64::min)
     };
     let records = cases.stored.iter().map(|c| &c.record);
@@ -182,7 +193,7 @@ fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<St
         records.filter(|r| r.solver.algebraic_error > 0.1 * least_bar(&r.id)).map(|r| r.id.as_str()).collect();
     (!found.is_empty()).then(|| {
         format!(
-            "The algebraic error of {} is above a tenth of an error bar. Give numerics.accuracy a smaller value.",
+            "The algebraic error of {} is above a tenth of the tolerance and of the error bar of a quantity that decides. Give numerics.accuracy a smaller value.",
             found.join(", ")
         )
     })

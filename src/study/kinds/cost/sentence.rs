@@ -1,6 +1,6 @@
 //! One sentence per quantity, and the verdict.
 
-use crate::report::numbers::{capital, percent, seconds, space, times, within};
+use crate::report::numbers::{capital, minus_signs, percent, seconds, space, times, within};
 use crate::study::analysis::{ByQuantity, without_result};
 use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
 use crate::study::kinds::cost::line::{How, LevelCost, Line};
@@ -19,7 +19,7 @@ pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
         );
     }
     let (half, unit) = (r.peak_uncertainty * r.scale, space(&q.quantity.unit));
-    let [peak, half] = [r.peak, half].map(|v| within(v, half).replace('-', "−"));
+    let [peak, half] = [r.peak, half].map(|v| minus_signs(&within(v, half)));
     format!(
         "{}: {}; {}. Reference: {} {peak}{unit} ± {half}{unit} {}.",
         capital(&q.title()),

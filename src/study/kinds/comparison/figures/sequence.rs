@@ -82,13 +82,19 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         put(0, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
         put(1, effects.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " "))).collect());
     });
+    Some(Figure { name: format!("sequence-{}", l.variant), svg, caption: caption(study, l) })
+}
+
+/// Costs of a step of the first addition and of the last one.
+fn caption(study: &StudyRecord, l: &Sequence) -> String {
     let (first, last) = (&l.additions[0], &l.additions[l.additions.len() - 1]);
-    let caption = format!(
-        "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
+    let alone = if first.with.is_empty() { " alone" } else { "" };
+    format!(
+        "What a step costs with effects added one by one, {}, in CPU time: {} with {}{alone}, {} with {}. A row has no part of an effect that is not declared in it.",
         l.variant_label,
         milliseconds(first.step_s),
-        study.member(&first.member),
-        milliseconds(last.step_s)
-    );
-    Some(Figure { name: format!("sequence-{}", l.variant), svg, caption })
+        first.words(study),
+        milliseconds(last.step_s),
+        l.extent(study)
+    )
 }

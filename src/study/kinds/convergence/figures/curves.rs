@@ -1,5 +1,4 @@
-//! The deciding quantities (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
-//! difference to the Richardson curve, where the meshes come apart.
+//! The quantities that decide in a variant against time for the sizes, with the Richardson curve and its GCI band; below each, the difference to the Richardson curve, where the meshes come apart.
 
 use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, legend_width, stroke};
@@ -38,7 +37,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         let here = |c: &&StoredCase| c.is_of(variant) && r.cases.contains(&c.record.id);
         cases.extend(store.cases.iter().find(here).filter(|c| !c.is_in(&family.name, variant)));
     }
-    let shown = shown(store, analysis, variant, &cases);
+    let shown = shown(analysis, variant, &cases);
     let more = first_of(shown.len());
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
         .take(PANELS)
@@ -106,23 +105,10 @@ fn entries(cases: &[&StoredCase], sizes: usize, has_limit: bool) -> Vec<(Sample,
     entries
 }
 
-/// The quantities with a panel: those that decide, wherever they are listed; else those that the variant lists.
-fn shown<'a>(
-    store: &'a Results,
-    analysis: &'a ConvergenceFindings,
-    variant: &str,
-    cases: &[&StoredCase],
-) -> Vec<&'a Quantity> {
-    let mut deciding: Vec<&Quantity> = vec![];
-    for q in analysis.quantities.iter().map(|q| &q.quantity).filter(|q| q.deciding || q.headline) {
-        if deciding.iter().all(|known| known.name != q.name) {
-            deciding.push(q);
-        }
-    }
-    let own = store.study.quantities.get(variant).into_iter().flatten();
-    let mut shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
-    shown.retain(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()));
-    shown
+/// The quantities with a panel: those that decide in the variant.
+fn shown<'a>(analysis: &'a ConvergenceFindings, variant: &str, cases: &[&StoredCase]) -> Vec<&'a Quantity> {
+    let deciding = analysis.quantities.iter().filter(|q| q.variant == variant && q.deciding).map(|q| &q.quantity);
+    deciding.filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some())).collect()
 }
 
 /// The order of the curves of every quantity, in a sentence.

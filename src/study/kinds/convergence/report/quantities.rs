@@ -7,11 +7,11 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 
 /// One row per quantity × family.
-pub fn quantities(analysis: &ConvergenceFindings) -> Table {
+pub fn quantities(analysis: &Analysis<ConvergenceFindings>) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
+        let tolerance = q.quantity.tolerance(analysis.tolerance);
         for e in &q.estimates {
-            let chosen = q.reference.as_ref().is_some_and(|r| r.family == e.family);
             let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
             rows.push(vec![
                 q.peak_label(),
@@ -25,15 +25,15 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 optional(e.gci_percent, 2),
                 optional(e.order_of_limit(), 2),
                 format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
-                cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
+                cell(e.uncertainty / tolerance.scale(e.extrapolated), percent_cell),
                 e.method.to_string(),
-                if chosen { "reference".into() } else { overlap(q, &e.family) },
+                cross_check(q, &e.family),
             ]);
         }
     }
     Table {
         name: "quantities",
-        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, order of these three and of the three that are one mesh coarser, GCI of the finest mesh; order p that the limit f* is found with, and f* with its uncertainty.".into(),
+        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, order of these three and of the three that are one mesh coarser, GCI of the finest mesh; order p that the limit f* is found with, and f* with its uncertainty; the share U(f*) is of |f*|, or of the absolute tolerance over the relative one where that is larger.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Control", "", false), ("Family", "", false), ("Role", "", false), ("Class", "", false),
             ("R", "", true), ("p finest", "", true), ("p coarser", "", true), ("GCI", "%", true), ("p", "", true), ("f*", "", true),
@@ -45,9 +45,16 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     }
 }
 
-fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
-    let found = q.reference.iter().flat_map(|r| &r.others).find(|o| o.of == family);
-    found.map_or("–", |o| if o.overlaps { "overlaps" } else { "does not overlap" }).into()
+/// A family as the reference, or next to it.
+fn cross_check(q: &ByQuantity<MeshErrors>, family: &str) -> String {
+    let Some(r) = &q.reference else { return "–".into() };
+    let words = match r.others.iter().find(|o| o.of == family) {
+        Some(o) if o.overlaps => "overlaps",
+        Some(_) => "does not overlap",
+        None if r.envelope.is_empty() => "reference without support",
+        None => "reference",
+    };
+    words.into()
 }
 
 /// One row per quantity and case with an estimate of its own, next to the bar from many meshes.
