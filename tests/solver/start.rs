@@ -276,3 +276,16 @@ fn a_twist_has_its_energy_before_every_stage() {
         assert!((moving[1] / moving[0] - 1.0).abs() < 1e-2, "{formulation:?}: {moving:?}");
     }
 }
+
+/// One layer of cells holds a displacement that is there from the start on, and inverts by one that is longer than it, the sooner, the finer it is: the
+/// remedy is a motion that begins at 0.
+#[test]
+fn a_displacement_that_inverts_cells_at_the_start_is_to_begin_at_zero() {
+    let pressed = STRETCHED.replace("0.1 mm", "-6 mm");
+    for integrator in ["\"bdf2\"", ALPHA] {
+        let more = format!("{INERTIA}{pressed}");
+        let run = run(&held_cube(2, (Order::Linear, "displacement"), &more, [integrator, "0.002 ms", "0.001 ms"]));
+        assert!(matches!(run.status, Status::Inverted { in_full: true, .. }), "{integrator}: {:?}", run.status);
+        assert!(run.status.remedy().contains("let them begin at 0"), "{}", run.status);
+    }
+}
