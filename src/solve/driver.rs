@@ -4,13 +4,14 @@
 use super::arc_length::ArcLengthSteps;
 use super::contact::corrected_steps::CorrectedSteps;
 use super::cut_steps::CutSteps;
+use super::diagnosis;
 use super::limit::Reached;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
 use super::start::initial_acceleration_by;
 use super::step_settings::StepSettings;
 use super::step_solver::StepSolver;
 use super::step_strategy::{StepOutcome, StepStrategy};
-use super::{DriverMemory, Findings, Integrator, NonlinearSolver, Status, TimeSpan, Totals};
+use super::{DriverMemory, Failure, Findings, Integrator, NonlinearSolver, Status, TimeSpan, Totals};
 use crate::math::threads;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
@@ -95,6 +96,9 @@ impl<'a> Driver<'a> {
             match initial_acceleration_by(self.steps.solver.linear.method.clone(), self.steps.system, state) {
                 Ok(a) => state.a = a,
                 Err(why) if why.is_of_memory() => return ControlFlow::Break(Status::stopped(state.t, why, false)),
+                Err(why @ Failure::Eval(_)) => {
+                    return ControlFlow::Break(diagnosis::stopped(self.steps.system, state, state.t, why));
+                }
                 Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why, by_force: false }),
             }
         }

@@ -38,7 +38,7 @@ impl Start {
         let mut mass = assemble(STEEP)?;
         let without = assemble(0.0)?;
         mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
-        // A second field has no mass and starts at rest.
+        // A second field has no mass, and no acceleration at the start.
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
             mass[sums.pattern.on_diagonal(e)] = 1.0;
         }

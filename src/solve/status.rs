@@ -31,6 +31,8 @@ pub enum Status {
     Inverted {
         t: f64,
         why: Failure,
+        /// Whether displacements that are given are there in full before the first step
+        in_full: bool,
     },
     /// Nothing resists some motion of the body, or of a part of it
     Singular {
@@ -109,7 +111,7 @@ impl Status {
     /// The status of a step that no cut could save.
     pub(super) fn stopped(t: f64, why: Failure, by_force: bool) -> Self {
         match why {
-            Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },
+            Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why, in_full: false },
             Failure::Jammed { .. } => Self::ContactJammed { t, why },
             Failure::Linear(LinearError::Singular) => Self::Singular { t, motions: Vec::new() },
             Failure::NotFinite { input } => Self::NotFinite { t, column: input },
@@ -240,6 +242,10 @@ impl Status {
             Self::NoEquilibrium { .. } => {
                 "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the body snaps there although its \
                  motion is given"
+            }
+            Self::Inverted { in_full: true, .. } => {
+                "displacements that are there in full from the start cannot be taken in smaller steps, and before a dynamic stage they are in one layer of \
+                 cells: let them begin at 0, such as by displacement = { kind = \"ramp\", from = \"0 mm\", to = \"10 mm\", end = \"1 s\" }, in this stage or in a static one before it"
             }
             Self::Inverted { .. } => {
                 "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"

@@ -413,6 +413,28 @@ drive = { kind = "pressure", signal = { kind = "ramp", from = "0 Pa", to = "150 
     }
 }
 
+/// A stretch that is there from the start on, in formulations with pressures: those of the start, and the accelerations that follow from them, have
+/// derivatives too.
+#[test]
+fn a_start_under_stretch() {
+    let stretched = r#"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = { kind = "ramp", from = "0.1 mm", to = "0.5 mm", end = "20 ms" }
+"#;
+    for element in ["tet4", "tet10"] {
+        let constraints = stretched.into();
+        Beam { element, formulation: "mixed", constraints, ..Beam::new(&[(ALPHA, 3)]) }.check(&[
+            "laws.rubber.C10",
+            "laws.rubber.nu",
+            "constraint.prescribed.displacement.from",
+            "mesh.grid.size.0",
+        ]);
+    }
+}
+
 /// The radius of a bar through formulas, on a mesh that is never made again.
 #[test]
 fn a_radius_by_a_declared_deformation() {

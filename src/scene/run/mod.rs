@@ -28,7 +28,7 @@ use crate::math::multigrid::Places;
 use crate::math::signal::Clock;
 use crate::math::stopwatch::Spent;
 use crate::math::tensor::Vec3;
-use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals};
+use crate::solve::{Driver, Findings, NewtonSettings, NonlinearSolver, Status, StepSettings, Totals, set_second_field};
 use crate::system::{At, Cost, State};
 use checkpoint::{Checkpoint, Snapshot};
 use energy_growth::EnergyFromNothing;
@@ -133,9 +133,15 @@ impl Scene {
     }
 
     /// A state before the first step, with prescribed nodes in place and in motion where the first stage is dynamic. A static one brings them there.
+    /// The pressures are those that belong to the places of the nodes.
     pub(super) fn in_place(&self, mut state: State) -> State {
-        if self.spans.first().is_some_and(|first| !first.integrator.is_static()) {
+        let is_dynamic = self.spans.first().is_some_and(|first| !first.integrator.is_static());
+        if is_dynamic {
             place_in_motion(&self.system, &mut state);
+        }
+        // Without pressures where a law is not defined, which stops the first step
+        _ = set_second_field(&self.system, &mut state);
+        if is_dynamic {
             self.system.begin(&mut state);
         }
         state

@@ -58,7 +58,9 @@ impl<'a> Sensitivity<'a> {
             Some(scenes) => scenes.start.to_vec(),
         };
         let start = differences.iter().flat_map(start).collect();
-        let solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
+        let mut solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
+        // Without pressures where a law is not defined, which stops the first step
+        _ = solver.set_second_field(&scene.start());
         Ok(Self { scene, solver, differences })
     }
 

@@ -34,7 +34,13 @@ pub(super) fn stopped(system: &System, state: &State, t: f64, why: Failure) -> S
         }
         why => why,
     };
-    Status::stopped(state.t, why, by_force(system, state, t))
+    match Status::stopped(state.t, why, by_force(system, state, t)) {
+        Status::Inverted { t, why, .. } => {
+            let displaced = system.prescribed.iter().any(|p| p.signal.at(state.clock()) != 0.0);
+            Status::Inverted { t, why, in_full: t == 0.0 && displaced }
+        }
+        other => other,
+    }
 }
 
 /// Whether a force, pressure or tension that is given changes from `state` to `t`.

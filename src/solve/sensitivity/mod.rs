@@ -19,6 +19,7 @@ pub(super) mod adjoint;
 
 use super::linear::multipliers::Schur;
 use super::linear::tangent;
+use super::second_field::SecondField;
 use super::start::{Start, before};
 use super::{Failure, Integrator, Step};
 use crate::math::linear::{Factor, LinearError, Method};
@@ -57,31 +58,37 @@ impl<'a> Differentiator<'a> {
         Self { system, parameters, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }
     }
 
+    /// Gives the derivatives of the first state the second field that belongs to those of its displacements.
+    ///
+    /// # Errors
+    ///
+    /// An effect is not defined at the state, or nothing determines the second field.
+    pub fn set_second_field(&mut self, state: &State) -> Result<(), Failure> {
+        let system = self.system;
+        let rests = |x: &[f64]| x.iter().all(|value| *value == 0.0);
+        if rests(&state.x) && self.changes.iter().all(|change| rests(&change.x)) {
+            return Ok(());
+        }
+        let Some(mut rows) = SecondField::new(system, state)? else { return Ok(()) };
+        let at = state.at();
+        let own = equation_changes(&mut self.parameters, system, &at, &state.lambda)?;
+        for (change, EquationChange { residual, .. }) in self.changes.iter_mut().zip(own) {
+            change.x[system.dofs.displacements as usize..].fill(0.0);
+            let sum = change_of_residual(system, &rows.sums, (&at, &state.lambda), change, residual)?;
+            rows.add_correction(system, &sum, &mut change.x)?;
+        }
+        Ok(())
+    }
+
     /// A stage begins at `state`, whose acceleration is that of the start: M a′ is what is left of the change of r.
     pub fn begin(&mut self, integrator: Integrator, state: &State) -> Result<(), Failure> {
         let system = self.system;
         if integrator.needs_initial_acceleration() {
             let mut start = Start::new(self.method.clone(), system, state, &state.a)?;
             let at = before(state, &state.a, Rates::default());
-            let still = vec![0.0; state.x.len()];
             let own = equation_changes(&mut self.parameters, system, &at, &state.lambda)?;
-            for (change, EquationChange { mut residual, .. }) in self.changes.iter_mut().zip(own) {
-                let State { x, v, history, lambda, .. } = &*change;
-                let direction = Perturbation { x, v, a: &still, old: x, history };
-                add_residual_derivative(system, &at, &direction, &mut residual).map_err(Failure::Eval)?;
-                let held = held(system, x);
-                let along = [(&held[..], &vec![0.0; lambda.len()][..])];
-                let mut of_held = [residual];
-                add_products(system, &at, &state.lambda, Rows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
-                let [residual] = of_held;
-                let free = system.restrict(x);
-                let mut sum = vec![0.0; free.len()];
-                start.sums.pattern.multiply(&start.sums.k, &free, &mut sum);
-                start.sums.skew.add_product(&free, &mut sum);
-                sum.iter_mut().zip(system.restrict(&residual)).for_each(|(s, r)| *s += r);
-                for (h, rate) in start.sums.gradient.iter().zip(lambda) {
-                    sum.iter_mut().zip(h).for_each(|(s, h)| *s += rate * h);
-                }
+            for (change, EquationChange { residual, .. }) in self.changes.iter_mut().zip(own) {
+                let sum = change_of_residual(system, &start.sums, (&at, &state.lambda), change, residual)?;
                 change.a = start.solve(system, Some(sum))?;
             }
         }
@@ -193,6 +200,35 @@ fn equation_changes(
         out.extend(parameter.change(system, at, lambda).map_err(Failure::Eval)?);
     }
     Ok(out)
+}
+
+/// \[equations\] the change of the residual at the start of a stage by the change of its state, its acceleration apart, next to that at a fixed state \[unknowns\].
+/// `sums` are those of the state, with the tangent.
+fn change_of_residual(
+    system: &System,
+    sums: &Assembled,
+    (at, lambda): (&At, &[f64]),
+    change: &State,
+    mut residual: Vec<f64>,
+) -> Result<Vec<f64>, Failure> {
+    let State { x, v, history, lambda: rates, .. } = change;
+    let still = vec![0.0; x.len()];
+    let direction = Perturbation { x, v, a: &still, old: x, history };
+    add_residual_derivative(system, at, &direction, &mut residual).map_err(Failure::Eval)?;
+    let held = held(system, x);
+    let along = [(&held[..], &vec![0.0; rates.len()][..])];
+    let mut of_held = [residual];
+    add_products(system, at, lambda, Rows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
+    let [residual] = of_held;
+    let free = system.restrict(x);
+    let mut sum = vec![0.0; free.len()];
+    sums.pattern.multiply(&sums.k, &free, &mut sum);
+    sums.skew.add_product(&free, &mut sum);
+    sum.iter_mut().zip(system.restrict(&residual)).for_each(|(s, r)| *s += r);
+    for (h, rate) in sums.gradient.iter().zip(rates) {
+        sum.iter_mut().zip(h).for_each(|(s, h)| *s += rate * h);
+    }
+    Ok(sum)
 }
 
 /// \[unknowns\] the part of a change that the equations do not contain.

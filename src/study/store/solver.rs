@@ -161,7 +161,7 @@ impl SolverRecord {
             shifted_factorisations: run.shifted_factorisations,
             unstable_steps: run.totals.unstable,
             uncounted_steps: run.totals.uncounted,
-            energy_from_nothing: run.energy_from_nothing.map(EnergyRecord::new),
+            energy_from_nothing: run.energy_from_nothing.map(|found| EnergyRecord::new(found, &scene.spans)),
             collapsed_cavities: run.collapsed.iter().map(Into::into).collect(),
             sunken_facets: run.sunken.iter().map(Into::into).collect(),
             linear: LinearRecord::new(run),
