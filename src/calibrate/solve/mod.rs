@@ -254,11 +254,7 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     let jacobian = jacobian(setting, samples, &found);
     let rounding = residual.norm() <= ROUNDING * size;
     let rows = error_rows(setting, samples, &found);
-    let mut errors = errors::of(&rows.jacobian, &rows.residual, &rows.fitted, &Origin::of(samples), rounding);
-    if setting.loss == Loss::Huber {
-        // The likelihood of the profile is that of the weighted data points
-        errors.plain = errors::directions(&jacobian).plain();
-    }
+    let errors = rows.errors(&jacobian, &Origin::of(samples), rounding);
     let q = setting.slack.len();
     let parameters = [setting.model.parameters(), &vec![OFFSET; q]].concat();
     let values = [found.values.clone(), setting.slack.iter().map(|o| o.strain).collect()].concat();
