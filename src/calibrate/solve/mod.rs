@@ -22,7 +22,7 @@ use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
-use crate::math::statistics::{self, median};
+use crate::math::statistics::median;
 use error_rows::{ErrorRows, unshared};
 use linear::Points;
 use nalgebra::{DMatrix, DVector};
@@ -270,16 +270,10 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     Ok(found)
 }
 
-/// Whether other constants lie within the likelihood of one of the 95 % intervals: S − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, see `judgement::profile`.
+/// Whether other constants lie within the likelihood of one of the 95 % intervals.
 fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &[f64], errors: &Errors) -> bool {
     let square = |values: &[f64]| sum_of_squares(samples, &found.weight, |s| setting.model.at(values, s));
-    // Without a degree of freedom no interval is finite
-    if errors.free == 0 {
-        return false;
-    }
-    let t = statistics::t_quantile(0.95, errors.free);
-    let limit = errors.deviations.iter().zip(&errors.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
-    square(other) - square(&found.values) <= limit.fold(0.0, f64::max).powi(2)
+    errors.rise().is_some_and(|rise| square(other) - square(&found.values) <= rise)
 }
 
 /// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.
