@@ -214,7 +214,7 @@ fn without_slack<'a>(
         if next == rows {
             break;
         }
-        found.offsets = slack::search(&setting, &next, found.offsets)?;
+        found.offsets = slack::search(&setting, &next, found.offsets)?.0;
         rows = next;
     }
     let mut own = experiment.clone();
