@@ -16,6 +16,12 @@ impl Bounded {
         Self { interval: self.interval.map(|end| end.clamp(low, high)), ..self }
     }
 
+    /// The value with an interval that holds another one too.
+    pub(super) fn with(self, other: &Self) -> Self {
+        let ([a, b], [c, d]) = (self.interval, other.interval);
+        Self { interval: [a.min(c), b.max(d)], ..self }
+    }
+
     /// Larger distance of an end from the value.
     pub fn half_width(&self) -> f64 {
         (self.interval[1] - self.value).max(self.value - self.interval[0])

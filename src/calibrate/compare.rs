@@ -4,15 +4,19 @@
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others. The misfit of the fit itself falls with every constant and
 //! decides only between laws that are alike in all of this.
+//!
+//! Each law has the slack of its own fit: the strains of its data points are those without it, also of the data points left out. The stresses, over which the misfits are taken, are the same for all.
 
 use super::constant_format::stretch_text;
-use super::fit::{Choice, choose, headline, read};
+use super::fit::{choose, headline, read, slack_estimates, without_slack};
 use super::judgement::certificate::{certificate, lost};
 use super::judgement::determined::undetermined;
 use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
 use super::solve::{LawSetting, solve};
-use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
+use super::{
+    AuditKind, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, Slack, fittable_laws,
+};
 use crate::storage;
 use serde::Serialize;
 use std::fmt;
@@ -41,6 +45,9 @@ pub struct Compared {
     pub undetermined: Vec<String>,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
     pub lost: Vec<(Mode, f64)>,
+    /// Strain offsets that were fitted with the law
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub slack: Vec<Slack>,
 }
 
 /// Laws, in the order of their predictions.
@@ -53,6 +60,9 @@ pub struct Comparison {
     pub stretch: [f64; 2],
     pub rows: usize,
     pub laws: Vec<Compared>,
+    /// Reasons to doubt the data, in words
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
 }
 
 /// Reads a table and compares all laws with all their numbers of terms; the law and terms of the options do not count.
@@ -68,17 +78,29 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
     for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
         for terms in law.fit.iter().flat_map(|f| f.term_counts) {
             let model = Model::new(law.info.name, Some(*terms)).expect("a number of the list");
-            laws.push(one(experiment, options, &choice, model)?);
+            laws.push(one(experiment, options, model)?);
         }
     }
     laws.sort_by_key(Compared::rank);
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
     let version = env!("CARGO_PKG_VERSION");
-    Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws })
+    let doubts = doubts(experiment, &laws);
+    Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws, doubts })
 }
 
-fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Model) -> Result<Compared, FitError> {
-    let setting = choice.setting(options, model)?;
+/// Those of the table, and slack where it is not fitted with every law.
+fn doubts(experiment: &Experiment, laws: &[Compared]) -> Vec<String> {
+    let slack = (!laws.iter().all(|c| !c.slack.is_empty())).then_some(AuditKind::Slack);
+    let kinds = std::iter::once(AuditKind::Doubt).chain(slack);
+    kinds.flat_map(|kind| experiment.audit.of(kind)).map(|entry| entry.message.clone()).collect()
+}
+
+fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Compared, FitError> {
+    let (experiment, slack) = without_slack(experiment, options, model)?;
+    let choice = choose(&experiment, options)?;
+    // The strains without slack are given to the predictions
+    let given = choice.setting(options, model)?;
+    let setting = LawSetting { slack: slack.offsets, ..given.clone() };
     let whole = solve(&setting, &choice.fitted, None)?;
     let largest = choice.stretch[1].max(1.0 / choice.stretch[0]);
     let stability = certificate(model, &whole.values, whole.modulus, largest);
@@ -91,16 +113,16 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         let [low, high] = ends[s.mode as usize];
         s.stretch.ln() > KEPT * high || s.stretch.ln() < KEPT * low
     };
-    let hold_out = predict(&setting, &choice.fitted, &choice.fitted, &held);
+    let hold_out = predict(&given, &choice.fitted, &choice.fitted, &held);
     let cross_mode = if choice.modes.len() > 1 {
-        let one = |m: &Mode| predict(&setting, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
+        let one = |m: &Mode| predict(&given, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
         choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
     } else {
         let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.stretch)) && s.is_informative();
         let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
-        predict(&setting, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
+        predict(&given, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
     };
-    let (constants, _) = headline(&setting, &choice.fitted, &whole, experiment, options)?;
+    let (constants, _) = headline(&setting, &choice.fitted, &whole, &experiment, options)?;
     let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
     Ok(Compared {
         law: model.name(),
@@ -113,6 +135,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         score,
         lost: lost(&stability, choice.stretch),
         undetermined: undetermined(&constants, &either_sign(&whole, model), &whole, model),
+        slack: slack_estimates(&setting, &choice.fitted, &whole, &experiment, options),
     })
 }
 
@@ -176,7 +199,7 @@ impl fmt::Display for Comparison {
         writeln!(f, "not all determined after those, unstable laws last\n")?;
         writeln!(
             f,
-            "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted; constants that are open",
+            "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted; slack; constants that are open",
             "law", "constants", "fitted", "hold-out", "cross-mode"
         )?;
         let percent = |v: Option<f64>| match v {
@@ -185,8 +208,9 @@ impl fmt::Display for Comparison {
             Some(v) => format!("{:.1}", 100.0 * v),
         };
         for c in &self.laws {
+            let slack = c.slack.iter().map(|s| format!("; slack {:.4} ({})", s.strain, s.mode)).collect::<String>();
             let open = c.undetermined.iter().map(|why| format!("; {why}")).collect::<String>();
-            let mark = format!("  {}{open}", c.stable());
+            let mark = format!("  {}{slack}{open}", c.stable());
             writeln!(
                 f,
                 "{:30} {:>9} {:>8} {:>9} {:>11}{mark}",
@@ -197,6 +221,6 @@ impl fmt::Display for Comparison {
                 percent(c.cross_mode)
             )?;
         }
-        Ok(())
+        self.doubts.iter().try_for_each(|doubt| writeln!(f, "warning: {doubt}"))
     }
 }

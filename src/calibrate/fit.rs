@@ -183,7 +183,7 @@ fn in_use(parameters: &[Estimate], answer: &LawFit) -> Vec<[f64; 2]> {
 }
 
 /// The table with the strains from where the specimens carry load, and their offsets.
-fn without_slack<'a>(
+pub(super) fn without_slack<'a>(
     experiment: &'a Experiment,
     options: &FitOptions,
     model: Model,
@@ -214,7 +214,7 @@ fn without_slack<'a>(
         if next == rows {
             break;
         }
-        found.offsets = slack::search(&setting, &next, found.offsets)?;
+        found.offsets = slack::search(&setting, &next, found.offsets)?.0;
         rows = next;
     }
     let mut own = experiment.clone();
@@ -235,7 +235,7 @@ fn without_slack<'a>(
 const AGAIN: usize = 4;
 
 /// The offsets with their intervals.
-fn slack_estimates(
+pub(super) fn slack_estimates(
     setting: &LawSetting,
     fitted: &[Sample],
     answer: &LawFit,

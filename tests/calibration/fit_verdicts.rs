@@ -4,8 +4,8 @@ use crate::common::Random;
 use crate::common::made::{fitted, options, samples, table};
 use crate::common::tools;
 use durometer::calibrate::{
-    FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange, Weighting, compare,
-    compare_experiment, fit, fit_experiment,
+    AuditKind, FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange, Weighting,
+    compare, compare_experiment, fit, fit_experiment,
 };
 use std::path::{Path, PathBuf};
 
@@ -146,6 +146,33 @@ fn an_unstable_law_does_not_come_first() {
     let unstable: Vec<bool> = table.laws.iter().map(|c| !c.lost.is_empty()).collect();
     assert!(unstable.is_sorted() && unstable.contains(&true) && unstable.contains(&false), "{table}");
     assert!(table.to_string().contains("stable where fitted"), "{table}");
+}
+
+/// A comparison fits slack with each law as its single fit does, whether it was asked for or shows: the true law predicts what was held out. Without it the misfit was 7 %, and a law of more constants was first. A
+/// doubt about the data is in the words of both.
+#[test]
+fn a_comparison_knows_of_slack_and_of_doubts() {
+    let law = model("neo_hookean", 1);
+    let mut noise = Random::seed(5);
+    let rows = (0..100).map(|k| {
+        let stretch = 1.0 + f64::from(k) / 99.0;
+        let stress = law.stress(&[0.1e6], Mode::Uniaxial, (stretch - 0.08).max(1.0)) + 1e3 * noise.normal();
+        Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
+    });
+    let mut experiment = table(rows.collect());
+    experiment.audit.add(AuditKind::Doubt, "the load cell was changed", vec![]);
+    for slack in [SlackChoice::Yes, SlackChoice::Auto] {
+        let asked = FitOptions { slack, ..options(law, &[Mode::Uniaxial]) };
+        let all = compare_experiment(&experiment, &asked).expect("compares");
+        let compared = all.laws.iter().find(|c| c.law == "neo_hookean").expect("listed");
+        let single = fit_experiment(&experiment, &asked).expect("fits");
+        assert!((compared.misfit / single.misfit.rms_relative - 1.0).abs() < 1e-9, "{all}");
+        assert!(compared.slack == single.slack && (compared.slack[0].strain - 0.08).abs() < 0.01, "{all}");
+        assert!(compared.misfit < 0.02 && compared.hold_out.expect("two thirds") < 0.02, "{all}");
+        let words = [all.to_string(), single.to_string()];
+        assert!(words.iter().all(|text| text.contains("warning: the load cell was changed")), "{words:?}");
+        assert!(words[0].contains("slack 0.08") || words[0].contains("slack 0.07"), "{all}");
+    }
 }
 
 /// P = 2(λ − λ⁻²)(C10 + C01/λ) on λ from 1 to 1.04, noise of 1 % of the largest stress: 1/λ changes by 4 %, and the data know C10 + C01/λ̄ alone, which is named; λ̄ lies

@@ -769,10 +769,14 @@ enum Errors {
     Slack,
     /// Independent ones of 5 % of the force
     Proportional,
+    /// Independent ones with Huber's loss
+    Robust,
+    /// Independent ones, every tenth of which is half of the largest force to either side, with Huber's loss
+    Outliers,
 }
 
-/// Draws whose 95 % interval of E holds the truth. The bar is as coarse as it can be, and each draw is a whole search.
-fn covered(errors: Errors, draws: u64) -> u64 {
+/// The truth of E, and its 95 % interval in every draw. The bar is as coarse as it can be, and each draw is a whole search.
+fn intervals(errors: Errors, draws: u64) -> (f64, Vec<[f64; 2]>) {
     let law = example_table("neo_hookean");
     let truth = model(&bar(&law, "3 mm", 4), &["E"], X, Y);
     let slack = if matches!(errors, Errors::Slack) { 6e-5 } else { 0.0 };
@@ -794,16 +798,35 @@ fn covered(errors: Errors, draws: u64) -> u64 {
                 Errors::Proportional => 0.05 * *y * before,
                 _ => 0.01 * largest * before,
             };
+            if matches!(errors, Errors::Outliers) && k % 10 == 5 {
+                *y += 0.5 * largest * (random.unit() - 0.5).signum();
+            }
         }
         let mut start = truth.clone();
         start.unknown[0].start *= 0.8;
         let offsets = if slack > 0.0 { vec![OffsetAxis::Slack] } else { vec![] };
-        let settings = Settings::new(Weighting::Absolute);
+        let loss = if matches!(errors, Errors::Robust | Errors::Outliers) { Loss::Huber } else { Loss::Squares };
+        let settings = Settings { loss, ..Settings::new(Weighting::Absolute) };
         let c = found_with(vec![ObservedCurve { offsets, ..curve(&start, &measured) }], &settings);
-        let [low, high] = c.constants[0].widest().expect("determined");
-        u64::from(low < truth.unknown[0].start && truth.unknown[0].start < high)
+        c.constants[0].widest().expect("determined")
     };
-    (0..draws).map(one).sum()
+    (truth.unknown[0].start, (0..draws).map(one).collect())
+}
+
+/// Draws whose 95 % interval of E holds the truth.
+fn covered(errors: Errors, draws: u64) -> u64 {
+    let (truth, all) = intervals(errors, draws);
+    all.iter().filter(|[low, high]| *low < truth && truth < *high).count() as u64
+}
+
+/// One data point of ten far off, which Huber's loss limits: the intervals are wider by the data points that are lost, in theory by a fifth. Those of weighted residuals, whose limits
+/// looked like correlated errors, were several times as wide.
+#[test]
+fn data_points_far_off_leave_the_interval_of_a_robust_loss() {
+    let width = |errors| intervals(errors, 10).1.iter().map(|[low, high]| high - low).sum::<f64>() / 10.0;
+    let (clean, off) = (width(Errors::Robust), width(Errors::Outliers));
+    println!("interval with data points far off over the one without: {:.3}", off / clean);
+    assert!((1.0..1.5).contains(&(off / clean)), "{off} {clean}");
 }
 
 /// Draws of errors in proportion to the force, of most of which the residuals show that they grow. Intervals of errors of one size held the truth in 89 of 100; of 200 with a probability of 95 % fewer
@@ -828,10 +851,10 @@ fn intervals_know_of_errors_that_grow_with_the_force() {
 }
 
 /// 50 draws for each kind of errors. Of 50 with a probability of 95 %, fewer than 43 hold the truth with a probability of 0.4 %, so that a test of
-/// three rows fails by chance in one of 80 sets of seeds; these are fixed.
+/// four rows fails by chance in one of 60 sets of seeds; these are fixed.
 #[test]
 fn intervals_hold_the_truth_in_95_of_100() {
-    for errors in [Errors::Independent, Errors::Correlated, Errors::Slack] {
+    for errors in [Errors::Independent, Errors::Correlated, Errors::Slack, Errors::Outliers] {
         let held = covered(errors, 50);
         println!("{errors:?}: {held} of 50");
         assert!(held >= 43, "{errors:?}: {held} of 50");

@@ -235,6 +235,31 @@ fn every_volumetric_part_comes_back() {
     }
 }
 
+/// Errors of 4 kPa under pressures of up to 0.6 MPa do not tell the volumetric parts apart, whose moduli differ by more than the interval of one: that of the part with the least misfit alone
+/// held κ in 60 % of the draws. The one that is given holds those of all parts within its errors, in 95 − 4.6 % of 200 draws at least, and names them.
+#[test]
+fn parts_that_the_data_do_not_tell_apart_are_in_the_interval_of_the_bulk_modulus() {
+    let drawn = |seed: u64, kind: VolumetricKind| {
+        let mut random = Random::seed(seed.wrapping_mul(0x9e37_79b9) + 17);
+        let law = Volumetric { kind, kappa: 20e6 };
+        let row = |k: u32| {
+            let j = 1.0 - 0.03 * f64::from(k) / 39.0;
+            [-law.du(j) + 4e3 * random.normal(), 100.0 * (j - 1.0)]
+        };
+        let path = table(&format!("{}-{seed}", kind.name()), "Pressure [Pa],volume change [%]", (0..40).map(row));
+        fit_volume(&request(path, VolumeTest::Bulk)).expect("a fit")
+    };
+    for kind in VolumetricKind::ALL {
+        let all: Vec<VolumeFit> = (1..=200_u64).into_par_iter().map(|seed| drawn(seed, kind)).collect();
+        let holds = |f: &&VolumeFit| f.value.interval[0] <= 20e6 && 20e6 <= f.value.interval[1];
+        let covered = all.iter().filter(holds).count() as f64 / 200.0;
+        println!("coverage of kappa where the part is chosen, {}, 200 draws: {covered:.3}", kind.name());
+        assert!(covered >= 0.95 - 0.046, "{}: {covered}", kind.name());
+        let is_named = |f: &&VolumeFit| f.summary.method[0].contains("too, which the data do not tell from");
+        assert!(all.iter().filter(is_named).count() > 50, "{}", all[0]);
+    }
+}
+
 /// κ = 500 MPa from V/V0 as a number and in percent, and from its change: the name decides, and numbers that contradict it are refused, as is advice with another factor.
 #[test]
 fn the_name_tells_a_ratio_from_a_change() {

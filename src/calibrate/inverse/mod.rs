@@ -35,7 +35,7 @@ pub use search::End;
 pub use unknown::{Bounds, Unknown};
 
 use super::judgement::certificate::{CASES, range};
-use super::judgement::errors::{self, Errors};
+use super::judgement::errors::{Errors, whitened};
 use super::judgement::identify::{self, Identified};
 use super::solve::error_rows::ErrorRows;
 use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Mode, Weighting};
@@ -260,14 +260,14 @@ fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[Bou
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size();
     let (origin, rounding) = (&objective.origin, point.residual.norm() <= ROUNDING * size);
-    let fitted = objective.changes(point);
-    let errors = errors::of(&jacobian, &point.residual, &fitted, origin, rounding);
+    let [weight, share] = [&objective.weights, &objective.shares].map(|rows| rows.concat());
+    let rows = ErrorRows::of(jacobian.clone(), &point.residual, &point.changes(), &weight, &share);
+    let errors = rows.errors(&jacobian, origin, rounding);
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
     let identified =
         identify::identify(&parameters, &values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
-    let rows = ErrorRows { residual: point.residual.clone(), unlimited: point.residual.clone(), jacobian, fitted };
-    let pattern = rows.over(errors.sizes.as_ref()).residual;
+    let pattern = rows.over(errors.sizes.as_ref()).unlimited;
     Judged { errors, identified, places, pattern }
 }
 
@@ -346,7 +346,7 @@ fn fitted(
 
 /// p of the runs test on the signs of the residuals in the order of x, without what the one before explains.
 fn few_runs(residual: &DVector<f64>, rows: &[usize], rho: f64) -> Option<f64> {
-    let left = errors::whitened(residual, std::slice::from_ref(&rows.to_vec()), rho);
+    let left = whitened(residual, std::slice::from_ref(&rows.to_vec()), rho);
     let signs: Vec<bool> = left.iter().filter(|r| **r != 0.0).map(|r| *r > 0.0).collect();
     statistics::few_runs(&signs).map(|(_, p)| p)
 }

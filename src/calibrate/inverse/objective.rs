@@ -53,6 +53,13 @@ pub struct Point {
     pub jacobian: DMatrix<f64>,
 }
 
+impl Point {
+    /// ŷ − ŷ₀ of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
+    pub fn changes(&self) -> Vec<f64> {
+        weights::simulated(&self.answers).concat()
+    }
+}
+
 /// The curves, the weights of their data points, and the forward solves that were made.
 pub struct Objective<'a> {
     pub curves: &'a [ObservedCurve],
@@ -61,6 +68,8 @@ pub struct Objective<'a> {
     pub origin: Origin,
     /// Weights of the data points; 1 before the first answer
     pub weights: Rows,
+    /// √ of the weights of a robust loss in them; 1 without one
+    pub shares: Rows,
     rule: Rule,
     /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest; none before the first answer
     size: Option<f64>,
@@ -79,14 +88,15 @@ impl<'a> Objective<'a> {
     ) -> Result<Self, InverseError> {
         Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured)))?;
         let (origin, rule) = (origin(curves), Rule::new(curves, weighting)?);
-        let weights = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
+        let ones: Rows = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
         Ok(Self {
             curves,
             offsets,
             origin,
-            weights,
+            weights: ones.clone(),
+            shares: ones,
             rule,
             size: None,
             watch,
@@ -183,13 +193,6 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// w(ŷ − ŷ₀) of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
-    pub fn changes(&self, point: &Point) -> DVector<f64> {
-        let one =
-            |(a, w): (&Answer, &Vec<f64>)| a.y.iter().zip(w).map(|(y, w)| w * (y - a.at_rest())).collect::<Vec<_>>();
-        DVector::from_vec(point.answers.iter().zip(&self.weights).flat_map(one).collect())
-    }
-
     /// Refuses a curve that changes against its scene where only constants of laws are unknown, which turn no response.
     pub fn check_signs(&self, point: &Point) -> Result<(), InverseError> {
         for (of, (c, answer)) in self.curves.iter().zip(&point.answers).enumerate() {
@@ -246,11 +249,11 @@ impl<'a> Objective<'a> {
             let b = self.offset(of, OffsetAxis::Zero).map_or(0.0, |k| point.values[p + k]);
             let rows = curve.measured.y.iter().zip(&point.answers[of].y).zip(&base[of]);
             let r: Vec<f64> = rows.map(|((y, f), w)| (w * (y - f - b)).abs()).collect();
-            let shares = match loss {
+            self.shares[of] = match loss {
                 Loss::Squares => vec![1.0; r.len()],
                 Loss::Huber => huber_share(&r, size),
             };
-            for ((w, share), base) in self.weights[of].iter_mut().zip(shares).zip(&base[of]) {
+            for ((w, share), base) in self.weights[of].iter_mut().zip(&self.shares[of]).zip(&base[of]) {
                 change = change.max((base * share - *w).abs() / base);
                 *w = base * share;
             }

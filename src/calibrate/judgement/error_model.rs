@@ -1,6 +1,6 @@
 //! Models of the errors of the data points, and the standard errors of the constants by them.
 
-use crate::math::statistics::extent;
+use crate::math::statistics::{extent, t_quantile};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -104,6 +104,13 @@ impl Errors {
     pub fn wider(&self, size: f64) -> f64 {
         let ratio = |(d, plain): (&f64, &f64)| if *plain > 0.0 && size > 0.0 { d / (size * plain) } else { 1.0 };
         self.deviations.iter().zip(&self.plain).map(ratio).filter(|r| r.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Largest rise of the sum of squares at an end of one of the 95 % intervals, (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, as in profiles; none without a degree of freedom, where no interval is finite.
+    pub fn rise(&self) -> Option<f64> {
+        let t = (self.free > 0).then(|| t_quantile(0.95, self.free))?;
+        let limit = self.deviations.iter().zip(&self.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
+        Some(limit.fold(0.0, f64::max).powi(2))
     }
 
     /// Largest standard deviation of a curve over the smallest one, where they differ \[–\]

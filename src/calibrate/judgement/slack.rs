@@ -5,10 +5,11 @@
 //! with the best constants falls (variable projection). It takes part in the covariance of the constants as a column −∂P/∂e.
 //!
 //! Unless it was asked for, e₀ is fitted only where the table shows slack whatever the law: at least two data points inside it, whose stresses are
-//! below a quarter of those that the law would have there without slack, a scatter that leaves less than this quarter open at 95 %, and e₀ ≠ 0 at 1 %. The part is
+//! below a quarter of those that the law would have there without slack, a scatter that leaves less than this quarter open at 95 %, a fit with it that leaves no more than a quarter of the smooth residual, and e₀ ≠ 0 at 1 % by the errors that the fit with it leaves: what a fit
+//! without it leaves is smooth, the more so the less noise there is, and looks like correlated errors. The part is
 //! c = ΣPP̂/ΣP̂² over these data points, with the sign of the stresses, so that noise does not count as stress; its scatter is √(s²/ΣP̂²), s² the mean square of the
 //! residuals up to twice the slack. Where noise hides the answer, draws that look like slack by chance would have an e₀ that is too large. Any misfit of the law makes an offset significant;
-//! it does not make a rubber stretch without stress. Where one specimen shows slack, the others of its mode were clamped alike, and each has an offset. Where e₀ is significant, a constant without it is outside of its interval with it, and
+//! it does not make a rubber stretch without stress, and of a curve that stiffens more than the law can it leaves the most, with an offset too: that is no slack, and no warning. Where one specimen shows slack, the others of its mode were clamped alike, and each has an offset. Where e₀ is significant, a constant without it is outside of its interval with it, and
 //! no such data points exist, there is a warning.
 //!
 //! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
@@ -17,7 +18,9 @@ use super::errors;
 use super::estimate::Estimate;
 use super::origin::Origin;
 use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
-use crate::calibrate::solve::{LawFit, LawSetting, constants, fitted, jacobian, residual, solve};
+use crate::calibrate::solve::{
+    LawFit, LawSetting, ROUNDING, constants, fitted, jacobian, residual, solve, solve_untested,
+};
 use crate::calibrate::{FitError, Mode, Model, Sample};
 use crate::math::statistics;
 use crate::math::svd::svd;
@@ -40,6 +43,9 @@ pub struct Slack {
 /// Data points inside the slack that show it, and their stress over the one without slack
 const ROWS: usize = 2;
 const PART: f64 = 0.25;
+/// Part of the smooth residual that a fit with the offsets may leave, and the first step to it \[–\]
+const LEFT: f64 = 0.25;
+const LEFT_AT_FIRST: f64 = 0.9;
 /// Standard deviations of that part within which it stays in 95 of 100 tests, on one side
 const SIDE: f64 = 1.645;
 /// Strains up to which residuals tell the scatter at the beginning, over the slack \[–\]
@@ -48,8 +54,12 @@ const STEPS: usize = 60;
 /// Fall of the sum of squares, relative, that ends the search
 const FLAT: f64 = 1e-13;
 
-/// Offsets of the curves of these data points, found with the constants.
-pub fn search(setting: &LawSetting, rows: &[Sample], mut offsets: Vec<Offset>) -> Result<Vec<Offset>, FitError> {
+/// Offsets of the curves of these data points, and the constants that are found with them.
+pub fn search(
+    setting: &LawSetting,
+    rows: &[Sample],
+    mut offsets: Vec<Offset>,
+) -> Result<(Vec<Offset>, LawFit), FitError> {
     let fit = |offsets: &[Offset], near: Option<&LawFit>| {
         let setting = LawSetting { slack: offsets.to_vec(), ..setting.clone() };
         let samples = removed(rows, offsets);
@@ -60,6 +70,10 @@ pub fn search(setting: &LawSetting, rows: &[Sample], mut offsets: Vec<Offset>) -
     let (mut own, mut samples, mut found, mut square) = fit(&offsets, None)?;
     let p = found.values.len();
     for _ in 0..STEPS {
+        // Rounding moves an offset as it does the constants
+        if square.sqrt() <= ROUNDING * fitted(&own, &samples, &found).norm() {
+            break;
+        }
         let j = jacobian(&own, &samples, &found);
         let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
         let scaled = nalgebra::DMatrix::from_fn(j.nrows(), j.ncols(), |i, k| j[(i, k)] / length[k]);
@@ -79,7 +93,7 @@ pub fn search(setting: &LawSetting, rows: &[Sample], mut offsets: Vec<Offset>) -
             break;
         }
     }
-    Ok(offsets)
+    Ok((offsets, found))
 }
 
 /// Strain offsets that a fit takes, and how they compare with none.
@@ -119,23 +133,28 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
         });
     }
     if choice == SlackChoice::Yes {
-        return Ok(Found { offsets: search(setting, rows, curves)?, hint: None });
+        return Ok(Found { offsets: search(setting, rows, curves)?.0, hint: None });
     }
     if !may_matter(setting, rows, &curves)? {
         return Ok(nothing);
     }
-    let Ok(offsets) = search(setting, rows, curves) else { return Ok(nothing) };
-    let (values, estimates) = judged(setting, rows, &offsets)?;
-    let significant = |(e, sigma): &(Estimate, f64)| e.value.abs() > *sigma;
-    let pairs = || offsets.iter().zip(&estimates).filter(|(_, e)| significant(e)).map(|(o, _)| o);
-    let shown: Vec<Mode> = pairs().filter(|o| is_shown(setting.model, &values, rows, o)).map(|o| o.mode).collect();
+    let Ok((offsets, near)) = search(setting, rows, curves) else { return Ok(nothing) };
+    let own = LawSetting { slack: offsets.clone(), ..setting.clone() };
+    let found = solve_untested(&own, &removed(rows, &offsets), &near)?;
+    let limit = |e: &Estimate| e.std_error * statistics::t_quantile(0.99, found.errors.free.max(1));
+    let significant = |e: &Estimate| e.value.abs() > limit(e);
+    let pairs = || offsets.iter().zip(&found.offsets).filter(|(_, e)| significant(e)).map(|(o, _)| o);
+    let Some(largest) = pairs().max_by(|a, b| a.strain.abs().total_cmp(&b.strain.abs())) else { return Ok(nothing) };
+    if !explains(setting, rows, &found)? {
+        return Ok(nothing);
+    }
+    let shown: Vec<Mode> =
+        pairs().filter(|o| is_shown(setting.model, &found.values, rows, o)).map(|o| o.mode).collect();
     let of_shown = offsets.iter().filter(|o| shown.contains(&o.mode));
     let taken: Vec<Offset> = of_shown.map(|o| Offset { strain: 0.0, ..*o }).collect();
     if !taken.is_empty() {
-        return Ok(Found { offsets: search(setting, rows, taken)?, hint: None });
+        return Ok(Found { offsets: search(setting, rows, taken)?.0, hint: None });
     }
-    let Some(largest) = pairs().max_by(|a, b| a.strain.abs().total_cmp(&b.strain.abs())) else { return Ok(nothing) };
-    let own = LawSetting { slack: offsets.clone(), ..setting.clone() };
     let constants = solve(&own, &removed(rows, &offsets), None)?.identified.estimates;
     Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
 }
@@ -153,10 +172,11 @@ fn is_shown(model: Model, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
     inside.len() >= ROWS && part < PART && SIDE * (scatter / size).sqrt() < PART
 }
 
-/// Whether a first step from zero moves an offset by more than chance at 1 % would (a test by the score, without another fit).
+/// Whether a first step from zero explains a part of what the law leaves apart from noise, by more than independent errors do at 1 % (a test without another fit). A step is not the whole way: it leaves more than
+/// the offsets would, of which the part that is smooth is no noise, however little of that there is.
 fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Result<bool, FitError> {
     let own = LawSetting { slack: curves.to_vec(), ..setting.clone() };
-    let found = solve(&own, rows, None)?;
+    let found = constants(&own, rows, None)?;
     let p = found.values.len();
     let j = jacobian(&own, rows, &found);
     let length: Vec<f64> = j.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
@@ -164,19 +184,18 @@ fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Resul
     let all = residual(&own, rows, &found);
     let svd = svd(scaled.clone(), true, true);
     let Ok(step) = svd.solve(&all, 1e-9 * svd.singular_values.max()) else { return Ok(false) };
-    let errors = errors::of(&j, &(all - scaled * &step), &fitted(&own, rows, &found), &Origin::of(rows), false);
-    // A step is not the whole way, and leaves more in the residual than the offset would: half of the bound
-    let limit = 0.5 * statistics::t_quantile(0.99, errors.free.max(1));
-    Ok((p..j.ncols()).any(|k| (step[k] / length[k]).abs() > limit * errors.deviations[k]))
+    let left = &all - scaled * &step;
+    let (stress, origin) = (fitted(&own, rows, &found), Origin::of(rows));
+    let [before, after] = [(j.columns(0, p).into_owned(), &all), (j.clone(), &left)]
+        .map(|(j, residual)| errors::of(&j, residual, &stress, &origin, false));
+    let free = rows.len() - j.ncols();
+    // Half of the bound, for what the step leaves in the residual
+    let limit = 0.5 * statistics::t_quantile(0.99, free) * left.norm() / (free as f64).sqrt();
+    let is_long = |k: usize| (step[k] / length[k]).abs() > limit * after.plain[k];
+    Ok(after.smooth <= LEFT_AT_FIRST * before.smooth && (p..j.ncols()).any(is_long))
 }
 
-/// Constants, and offsets with the bounds of their test.
-type Judged = (Vec<f64>, Vec<(Estimate, f64)>);
-
-/// Constants, and each offset with the smallest size that would be significant at 1 %.
-fn judged(setting: &LawSetting, rows: &[Sample], offsets: &[Offset]) -> Result<Judged, FitError> {
-    let own = LawSetting { slack: offsets.to_vec(), ..setting.clone() };
-    let found = solve(&own, &removed(rows, offsets), None)?;
-    let limit = |e: &Estimate| e.std_error * statistics::t_quantile(0.99, found.errors.free.max(1));
-    Ok((found.values, found.offsets.iter().map(|e| (e.clone(), limit(e))).collect()))
+/// Whether the offsets explain what the law leaves without them, apart from noise.
+fn explains(setting: &LawSetting, rows: &[Sample], with: &LawFit) -> Result<bool, FitError> {
+    Ok(with.errors.smooth <= LEFT * solve_untested(setting, rows, with)?.errors.smooth)
 }

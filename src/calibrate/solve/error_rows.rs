@@ -1,6 +1,8 @@
 //! The rows of a fit from which the errors of its constants follow.
 
+use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::across;
+use crate::calibrate::judgement::origin::Origin;
 use nalgebra::{DMatrix, DVector};
 
 /// Jacobian, residual and stresses of the law, weighted, whose errors are those of the data points.
@@ -33,6 +35,15 @@ impl ErrorRows {
 }
 
 impl ErrorRows {
+    /// The errors of the constants. `weighted`: the Jacobian with the weights of a robust loss, whose sum of squares is the likelihood of a profile; `rounding`: the residual is none.
+    pub fn errors(&self, weighted: &DMatrix<f64>, origin: &Origin, rounding: bool) -> Errors {
+        let found = errors::of(&self.jacobian, &self.residual, &self.fitted, origin, rounding);
+        if *weighted == self.jacobian {
+            return found;
+        }
+        Errors { plain: errors::directions(weighted).plain(), ..found }
+    }
+
     /// The rows over the standard deviations of their errors, with the residual of least squares by these: with equal weights that of a quiet curve is the error of the
     /// constants by a noisy one, which is smooth.
     pub fn over(self, sizes: Option<&DVector<f64>>) -> Self {

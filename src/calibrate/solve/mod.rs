@@ -22,7 +22,7 @@ use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
-use crate::math::statistics::{self, median};
+use crate::math::statistics::median;
 use error_rows::{ErrorRows, unshared};
 use linear::Points;
 use nalgebra::{DMatrix, DVector};
@@ -254,11 +254,7 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     let jacobian = jacobian(setting, samples, &found);
     let rounding = residual.norm() <= ROUNDING * size;
     let rows = error_rows(setting, samples, &found);
-    let mut errors = errors::of(&rows.jacobian, &rows.residual, &rows.fitted, &Origin::of(samples), rounding);
-    if setting.loss == Loss::Huber {
-        // The likelihood of the profile is that of the weighted data points
-        errors.plain = errors::directions(&jacobian).plain();
-    }
+    let errors = rows.errors(&jacobian, &Origin::of(samples), rounding);
     let q = setting.slack.len();
     let parameters = [setting.model.parameters(), &vec![OFFSET; q]].concat();
     let values = [found.values.clone(), setting.slack.iter().map(|o| o.strain).collect()].concat();
@@ -274,16 +270,10 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     Ok(found)
 }
 
-/// Whether other constants lie within the likelihood of one of the 95 % intervals: S − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, see `judgement::profile`.
+/// Whether other constants lie within the likelihood of one of the 95 % intervals.
 fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &[f64], errors: &Errors) -> bool {
     let square = |values: &[f64]| sum_of_squares(samples, &found.weight, |s| setting.model.at(values, s));
-    // Without a degree of freedom no interval is finite
-    if errors.free == 0 {
-        return false;
-    }
-    let t = statistics::t_quantile(0.95, errors.free);
-    let limit = errors.deviations.iter().zip(&errors.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
-    square(other) - square(&found.values) <= limit.fold(0.0, f64::max).powi(2)
+    errors.rise().is_some_and(|rise| square(other) - square(&found.values) <= rise)
 }
 
 /// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.

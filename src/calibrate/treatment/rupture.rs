@@ -5,7 +5,7 @@
 //! where that is less: a single one far above its neighbours is no level from which a piece breaks, and does not carry after a rupture. *Beginning*: the
 //! parabola of least squares through the first data points, up to a strain of 0.3 (or half of the largest one), does not go through zero; a Neo-Hookean curve makes it
 //! miss by 1 % of the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
-//! does so over a fiftieth.
+//! does so over a fiftieth. This stress is the median of a data point and two neighbours on either side.
 //!
 //! Limits: three or more successive data points far above the others are a level.
 
@@ -25,8 +25,7 @@ const BACK: f64 = 0.98;
 pub fn before(samples: &[Sample]) -> usize {
     let all = samples.len();
     let side: Vec<f64> = samples.iter().map(|s| if s.stretch < 1.0 { -s.stress } else { s.stress }).collect();
-    let near = |k: usize| median(&side[k.saturating_sub(NEAR)..(k + NEAR + 1).min(all)]);
-    let medians: Vec<f64> = (0..all).map(near).collect();
+    let medians = levels(&side);
     let [low, high] = extent(medians.iter().copied());
     let carried: Vec<f64> = side.iter().zip(&medians).map(|(own, near)| own.min(*near)).collect();
     let Some(top) = (0..all).max_by(|a, b| carried[*a].total_cmp(&carried[*b])) else { return 0 };
@@ -40,6 +39,12 @@ pub fn before(samples: &[Sample]) -> usize {
     let is_below = |k: &usize, part: f64| side[*k] < part * carried[top] || medians[*k] < BROKEN * carried[top];
     let below = |part: f64| (top..all).rev().take_while(|k| is_below(k, part)).count();
     if below(BROKEN) == 0 { all } else { all - below(WHOLE) }
+}
+
+/// Medians of each stress and its neighbours.
+fn levels(stress: &[f64]) -> Vec<f64> {
+    let near = |k: usize| median(&stress[k.saturating_sub(NEAR)..(k + NEAR + 1).min(stress.len())]);
+    (0..stress.len()).map(near).collect()
 }
 
 /// Strain up to which the beginning is looked at, and data points of it at least
@@ -72,7 +77,10 @@ pub fn beginning(samples: &[Sample], mode: Mode) -> Option<Beginning> {
         return None;
     }
     let size = first.iter().map(|s| s.stress.abs()).fold(0.0, f64::max);
-    let flat: Vec<f64> = first.iter().take_while(|s| s.stress.abs() <= FLAT * size).map(|s| strain(s)).collect();
+    // One noisy data point does not end it
+    let levels = levels(&first.iter().map(|s| s.stress).collect::<Vec<f64>>());
+    let still = first.iter().zip(&levels).take_while(|(_, level)| level.abs() <= FLAT * size);
+    let flat: Vec<f64> = still.map(|(s, _)| strain(s)).collect();
     if let Some(strain) = flat.last().filter(|e| **e > USUAL * end && flat.len() > 2) {
         return Some(Beginning::Slack { strain: *strain, to: end });
     }
@@ -184,6 +192,13 @@ mod tests {
                 panic!("{slack}")
             };
             assert!((strain - slack).abs() < 0.02, "{strain}");
+        }
+        // One noisy data point inside the slack
+        for noisy in 0..8 {
+            let mut rows = curve(up(0).map(|l| (l, law((l - 0.1).max(1.0)))));
+            rows[noisy].stress += 0.05 * law(1.2);
+            let Some(Beginning::Slack { strain, .. }) = of(rows) else { panic!("data point {noisy}") };
+            assert!((strain - 0.1).abs() < 0.02, "{strain}");
         }
         let pressed = curve((0..60).map(|k| 1.0 - 0.01 * f64::from(k)).map(|l| (l, law(l))));
         assert_eq!(beginning(&pressed, Mode::Uniaxial), None);

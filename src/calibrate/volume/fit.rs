@@ -1,9 +1,9 @@
 //! From a request to Poisson's ratio, ln λ_t = c − ν ln λ, or to the bulk modulus, p = c − κ U′(J)/κ.
 
 use super::error::VolumeError;
-use super::line::{Points, line};
+use super::line::{Line, Points, line};
 use super::request::{VolumeRequest, VolumeTest};
-use super::result::{Data, VolumeFit, words};
+use super::result::{Data, Tried, VolumeFit, words};
 use crate::calibrate::StretchRange;
 use crate::calibrate::intake::columns::Sign;
 use crate::calibrate::intake::names::{self, StrainKind, VolumeKind};
@@ -49,7 +49,7 @@ pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
                     format!("the lateral strain grows with the axial one (Poisson's ratio {:.3})", -line.slope.value);
                 return Err(sign(fact, "if contraction counts as positive in the table, give it a minus sign"));
             }
-            Ok(words(data, request.test, None, &points, line))
+            Ok(words(data, request.test, &[], &points, line))
         }
         VolumeTest::Bulk => {
             let one = |kind: &VolumetricKind| {
@@ -60,14 +60,15 @@ pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
             };
             let mut fits: Vec<_> = parts.iter().map(one).collect();
             fits.sort_by(|a, b| a.2.misfit.total_cmp(&b.2.misfit));
-            let others: Vec<(VolumetricKind, f64, f64)> =
-                fits.iter().map(|f| (f.0, -f.2.slope.value, f.2.misfit)).collect();
-            let (_, points, line) = fits.swap_remove(0);
+            let (_, points, best) = &fits[0];
+            let allowed = |f: &&(VolumetricKind, Points, Line)| best.allows(&f.2);
+            let tried: Vec<Tried> = fits.iter().map(|f| Tried::of(f.0, &f.2, allowed(&f))).collect();
+            let line = fits.iter().filter(allowed).fold(best.clone(), |all, f| all.with(&f.2));
             if line.slope.interval[0] > 0.0 {
                 let fact = "the volume grows with the pressure".to_string();
                 return Err(sign(fact, "give a change of volume as negative under pressure, or the ratio V/V0"));
             }
-            Ok(words(data, request.test, Some(others), &points, line))
+            Ok(words(data, request.test, &tried, points, line))
         }
     }
 }

@@ -24,6 +24,7 @@ pub struct Points {
 }
 
 /// A straight line with what is needed to judge it.
+#[derive(Clone)]
 pub struct Line {
     pub slope: Bounded,
     /// Of each specimen
@@ -81,6 +82,21 @@ pub fn line(points: &Points) -> Line {
     let attenuation = if noise > 0.0 { noise / variance } else { 0.0 };
     slope.interval[usize::from(slope.value > 0.0)] /= (1.0 - attenuation).max(0.0);
     Line { slope, offsets, misfit: residual.norm() / of_y, residual, errors, bend, attenuation }
+}
+
+impl Line {
+    /// Whether another line through the same y lies within the likelihood of the intervals of this one.
+    pub fn allows(&self, other: &Self) -> bool {
+        let more = other.residual.norm_squared() - self.residual.norm_squared();
+        self.errors.rise().is_some_and(|rise| more <= rise)
+    }
+
+    /// This line with intervals that hold those of another one.
+    pub fn with(mut self, other: &Self) -> Self {
+        self.slope = self.slope.with(&other.slope);
+        self.offsets.iter_mut().zip(&other.offsets).for_each(|(own, other)| *own = own.with(other));
+        self
+    }
 }
 
 /// Sum of the squared distances of some values to their mean.

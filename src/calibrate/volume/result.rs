@@ -7,6 +7,7 @@ use crate::calibrate::constant_format::stress_text;
 use crate::calibrate::{Bounded, CurveSet, ErrorModel, FitSummary, MeasuredCurves};
 use crate::material::VolumetricKind;
 use crate::storage;
+use crate::wording;
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -20,6 +21,21 @@ pub struct Data {
     /// Of each row, counted from 0
     pub specimen: Vec<usize>,
     pub notes: Vec<String>,
+}
+
+/// A volumetric part that was tried.
+pub struct Tried {
+    kind: VolumetricKind,
+    kappa: f64,
+    misfit: f64,
+    /// Within the errors of the best one, whose interval holds that of this one
+    allowed: bool,
+}
+
+impl Tried {
+    pub fn of(kind: VolumetricKind, line: &Line, allowed: bool) -> Self {
+        Self { kind, kappa: -line.slope.value, misfit: line.misfit, allowed }
+    }
 }
 
 /// A fit of the change of volume.
@@ -121,14 +137,22 @@ fn curves(lateral: bool, data: &Data, Points { x, y, specimen }: &Points, line: 
     }
 }
 
-/// The result in words. `others`: every volumetric part that was tried with κ and misfit, the best first.
-pub fn words(
-    data: Data,
-    test: VolumeTest,
-    others: Option<Vec<(VolumetricKind, f64, f64)>>,
-    points: &Points,
-    line: Line,
-) -> VolumeFit {
+/// The model of the errors, and the volumetric parts whose intervals that of the first one holds.
+fn interval(line: &Line, tried: &[Tried]) -> String {
+    let errors = format!("95 % interval: {}", line.errors.model);
+    let like: Vec<&str> = tried.iter().skip(1).filter(|t| t.allowed).map(|t| t.kind.name()).collect();
+    match tried.first().filter(|_| !like.is_empty()) {
+        Some(best) => format!(
+            "{errors}; it holds that of {} too, which the data do not tell from {}",
+            wording::all(&like),
+            best.kind.name()
+        ),
+        None => errors,
+    }
+}
+
+/// The result in words. `tried`: the volumetric parts, the best first.
+pub fn words(data: Data, test: VolumeTest, tried: &[Tried], points: &Points, line: Line) -> VolumeFit {
     let [low, high] = line.slope.interval;
     let value = Bounded { value: -line.slope.value, interval: [-high, -low] };
     let lateral = test == VolumeTest::Lateral;
@@ -136,13 +160,13 @@ pub fn words(
     let (symbol, unit) = if lateral { ("nu", "–") } else { ("kappa", "Pa") };
     let what = if lateral { "Poisson's ratio" } else { "Bulk modulus" };
     let messages = messages(lateral, bound_only, &value, &line);
-    let mut method = vec![format!("95 % interval: {}", line.errors.model)];
+    let mut method = vec![interval(&line, tried)];
     method.push(if lateral {
         "the logarithmic (Hencky) ratio −d ln λ_t/d ln λ, which is that of small strains at the beginning".into()
     } else {
         "p = −U′(J) of the volumetric part, with an offset of the pressure".into()
     });
-    for (kind, kappa, misfit) in others.iter().flatten() {
+    for Tried { kind, kappa, misfit, .. } in tried {
         method.push(format!("{}: kappa = {}, misfit {:.3} % rms", kind.name(), stress_text(*kappa), 100.0 * misfit));
     }
     let offset_unit = if lateral { "–" } else { "Pa" };
@@ -159,7 +183,7 @@ pub fn words(
     };
     let own = [symbol.to_string(), value.words(unit)];
     let constants = std::iter::once(own).chain(line.offsets.iter().enumerate().map(offset)).collect();
-    let volumetric = others.as_ref().and_then(|o| o.first()).map(|o| o.0.name());
+    let volumetric = tried.first().map(|t| t.kind.name());
     let summary = FitSummary {
         title: format!("{what} from {file}"),
         answer,

@@ -20,6 +20,8 @@ struct Stored {
     stretch: [f64; 2],
     rows: usize,
     laws: Vec<Law>,
+    #[serde(default)]
+    doubts: Vec<String>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -31,6 +33,14 @@ struct Law {
     cross_mode: Option<f64>,
     undetermined: Vec<String>,
     lost: Vec<(String, f64)>,
+    #[serde(default)]
+    slack: Vec<Slack>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct Slack {
+    mode: String,
+    strain: f64,
 }
 
 /// Writes the page of the comparison in `dir`, next to its `compare.json`.
@@ -44,7 +54,8 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
     let [low, high] = stored.stretch.map(stretch_text);
     let modes = stored.modes.join(" + ");
     let about = format!("{} data points ({modes}), stretch {low} to {high}.", stored.rows);
-    let page = format!("<h1>{}</h1>\n<p>{}</p>\n{}", escape(&title), escape(&about), table.html());
+    let notes: String = notes(&stored).map(|note| format!("<p>{}</p>\n", escape(&note))).collect();
+    let page = format!("<h1>{}</h1>\n<p>{}</p>\n{notes}{}", escape(&title), escape(&about), table.html());
     files::write(&dir.join("index.html"), document(&title, &page).as_bytes())?;
     let laws = stored.laws.iter().map(|l| l.label.clone()).collect::<Vec<_>>().join(", ");
     let paper = Paper {
@@ -61,6 +72,18 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
         parts: Parts { title: &title, tables_in: "tables", tables: vec![table.name], figures: vec![] },
     };
     paper.write(&dir.join("paper"))
+}
+
+/// Slack that was fitted, and reasons to doubt the data.
+fn notes(stored: &Stored) -> impl Iterator<Item = String> {
+    let of = |law: &Law| {
+        let all: Vec<String> = law.slack.iter().map(|s| format!("{:.4} ({})", s.strain, s.mode)).collect();
+        (!all.is_empty()).then(|| format!("{} {}", law.label, all.join(", ")))
+    };
+    let slack: Vec<String> = stored.laws.iter().filter_map(of).collect();
+    let slack = (!slack.is_empty()).then(|| format!("Slack of strain, fitted with the law: {}.", slack.join("; ")));
+    let doubts = stored.doubts.iter().map(|doubt| format!("Warning: {doubt}."));
+    slack.into_iter().chain(doubts)
 }
 
 fn table(stored: &Stored) -> Table {
