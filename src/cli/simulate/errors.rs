@@ -51,6 +51,11 @@ pub fn estimate(
 /// The words for an error bar without the error of geometry.
 pub const WITHOUT_FACETS: &str = " (without curved facets, which are not estimated here)";
 
+/// The words for an error bar without the extent of these regions.
+pub fn without_extent(regions: &[String]) -> String {
+    format!(" (without the extent of {})", regions.join(", "))
+}
+
 pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
     for volume in &found.missed_volumes {
         tell!(
@@ -71,10 +76,10 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
             None => WITHOUT_FACETS.into(),
         };
-        let extent = match (&found.cut_regions[..], q.extent) {
+        let extent = match (&q.cut_regions[..], q.extent) {
             ([], 0.0) => String::new(),
             ([], change) => format!(" (of it up to {} by the extent of regions)", five_digits(change.abs())),
-            (regions, _) => format!(" (without the extent of {})", regions.join(", ")),
+            (regions, _) => without_extent(regions),
         };
         say!(
             "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}{extent}",

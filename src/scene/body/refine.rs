@@ -334,6 +334,7 @@ mod tests {
             discretisation: [0.0, 4e-5, 8e-5],
             geometry: None,
             extent: 0.0,
+            cut_regions: vec![],
             corrected: value + 4e-5,
             uncertainty: 4e-5,
             bar: 8e-5,

@@ -7,7 +7,7 @@ use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
+use crate::scene::{CutRegions, Extreme, NamedSkin, Run, Scene, extreme, no_limit_at, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -43,6 +43,7 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
+    let CutRegions { of_all: cut_regions, of_columns: cut_columns } = CutRegions::new(scene);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -112,7 +113,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         one_run: None,
         inputs: vec![],
         events: run.events.clone(),
-        cut_regions: cut_regions(scene),
+        cut_regions,
+        cut_columns,
         no_limit: no_limit_at(scene, &run.peak.x),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
