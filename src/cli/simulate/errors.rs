@@ -59,8 +59,15 @@ pub fn without_extent(regions: &[String]) -> String {
 pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
     for volume in &found.missed_volumes {
         tell!(
-            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface or CAD ({volume}): the error may be \
+            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface, CAD or round grid ({volume}): the error may be \
              several times the bar; use more cells, or a smaller size"
+        );
+    }
+    if let Some(angle) = found.angle_in_row {
+        tell!(
+            "note: flat sides meet at {:.0}° in a row about one axis, and the error bars take them for those of a prism: if the body is round there, the error may be \
+             several times the bar; use more cells around, or cells that are quadratic on the round surface",
+            angle.to_degrees()
         );
     }
     if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {

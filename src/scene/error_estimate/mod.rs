@@ -43,6 +43,7 @@ use super::record::extreme::extreme;
 use super::record::recorder::Energies;
 use super::{Run, Scene};
 use crate::math::cpu_clock::CpuClock;
+use crate::mesh::row_of_sides::angle_in_row;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use crate::wording::all;
@@ -133,6 +134,8 @@ pub struct ErrorEstimate {
     pub quantities: Vec<QuantityError>,
     /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
     pub missed_volumes: Vec<SourceVolume>,
+    /// Angle at which flat sides of one width meet in a row about one axis \[rad\]: a prism has no other surface, and of a round body no bar contains its error
+    pub angle_in_row: Option<f64>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
     pub cells: Vec<CellErrors>,
     /// Equations of the enriched space
@@ -286,6 +289,8 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let missed_volumes = geometry.as_ref().map_or_else(Vec::new, Geometry::missed_volumes);
+        let is_assumed = geometry.is_some() && missed_volumes.is_empty();
+        let angle_in_row = is_assumed.then(|| angle_in_row(&self.scene.body.mesh)).flatten();
         factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
@@ -294,6 +299,7 @@ impl<'a> ErrorEstimator<'a> {
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
             missed_volumes,
+            angle_in_row,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len().max(1),
