@@ -106,7 +106,7 @@ pub use import::starter::starter;
 pub use import::{Import, Imported};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use notes::collapse::CollapsedCavity;
-pub(crate) use notes::cut_regions::cut_regions;
+pub(crate) use notes::cut_regions::CutRegions;
 pub use notes::feedback::growing_feedback;
 pub(crate) use notes::mesh_limits::wall;
 pub use notes::mesh_limits::{limits_of_mesh, limits_of_scene};

@@ -95,6 +95,31 @@ fn a_mesh_of_another_body_is_within_no_tolerance() {
     assert_eq!(said.matches(without).count(), 2, "{said}");
 }
 
+/// A clamp of facets that ends within cells ends so on every mesh: its extent is in no bar, none is within a tolerance, and no second mesh is made.
+#[test]
+fn a_bar_without_the_extent_of_a_region_ends_the_refinement() {
+    if tools::is_missing(has_mesher(), "the mesher (durometer doctor --setup)") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = scene(BLOCK, &format!("{REACTION}, tolerance = \"90 %\"")).replace(
+        "[laws.rubber]",
+        "[mesh.regions]\nclamp = { kind = \"box\", min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"7 mm\", \"11 mm\", \"11 mm\"], \
+         pick = \"facets\", rule = \"all\" }\n[laws.rubber]",
+    );
+    let done = simulate(
+        folder.path(),
+        &text.replace("kind = \"fixed\"\nregion = \"xmin\"", "kind = \"fixed\"\nregion = \"clamp\""),
+    );
+    let [said, told] = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(
+        done.status.code() == Some(3) && told.contains("on every mesh, or without the extent of clamp, and"),
+        "{told}"
+    );
+    assert!(told.contains("let the border of these regions run along edges of the cells"), "{told}");
+    assert_eq!(said.matches("(without the extent of clamp)").count(), 1, "{said}");
+}
+
 /// A position that is zero needs an absolute tolerance.
 #[test]
 fn a_quantity_near_zero_asks_for_an_absolute_tolerance() {

@@ -51,11 +51,23 @@ pub fn estimate(
 /// The words for an error bar without the error of geometry.
 pub const WITHOUT_FACETS: &str = " (without curved facets, which are not estimated here)";
 
+/// The words for an error bar without the extent of these regions.
+pub fn without_extent(regions: &[String]) -> String {
+    format!(" (without the extent of {})", regions.join(", "))
+}
+
 pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
     for volume in &found.missed_volumes {
         tell!(
-            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface or CAD ({volume}): the error may be \
+            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface, CAD or round grid ({volume}): the error may be \
              several times the bar; use more cells, or a smaller size"
+        );
+    }
+    if let Some(angle) = found.angle_in_row {
+        tell!(
+            "note: flat sides meet at {:.0}° in a row about one axis, and the error bars take them for those of a prism: if the body is round there, the error may be \
+             several times the bar; use more cells around, or cells that are quadratic on the round surface",
+            angle.to_degrees()
         );
     }
     if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
@@ -78,10 +90,10 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
             None => WITHOUT_FACETS.into(),
         };
-        let extent = match (&found.cut_regions[..], q.extent) {
+        let extent = match (&q.cut_regions[..], q.extent) {
             ([], 0.0) => String::new(),
             ([], change) => format!(" (of it up to {} by the extent of regions)", five_digits(change.abs())),
-            (regions, _) => format!(" (without the extent of {})", regions.join(", ")),
+            (regions, _) => without_extent(regions),
         };
         say!(
             "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}{extent}",

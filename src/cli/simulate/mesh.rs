@@ -1,7 +1,7 @@
 //! The mesh that `durometer simulate` runs on, refined where the scene asks for it.
 
 use super::args::Args;
-use super::errors::WITHOUT_FACETS;
+use super::errors::{WITHOUT_FACETS, without_extent};
 use crate::bars::Bars;
 use crate::interrupt;
 use durometer::report::numbers::{five_digits, seconds};
@@ -47,11 +47,15 @@ pub fn mesh(
     folder::write(&table, &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
-        let lacks =
-            if found.steps.iter().any(RefinementStep::lacks_surface) { ", or without curved facets," } else { "," };
+        let lacks = found.steps.iter().find_map(|step| step.error.lacks());
+        let lacks = lacks.map_or_else(|| ",".into(), |parts| format!(", or without {parts},"));
+        let is_cut = found.steps.last().is_some_and(|step| !step.error.cut_regions.is_empty());
+        let remedy = match is_cut {
+            true => "let the border of these regions run along edges of the cells, or take regions of the mesh",
+            false => "allow more `meshes`, or more tolerance",
+        };
         tell!(
-            "not complete: the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; allow more `meshes`, or \
-             more tolerance",
+            "not complete: the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; {remedy}",
             found.body.mesh.cell_count()
         );
     }
@@ -60,12 +64,13 @@ pub fn mesh(
 
 fn print_refinement(step: &RefinementStep) {
     let RefinementStep { cells, error, bar, tolerance, .. } = step;
+    let facets = if error.geometry.is_none() { WITHOUT_FACETS } else { "" };
+    let extent = if error.cut_regions.is_empty() { String::new() } else { without_extent(&error.cut_regions) };
     say!(
-        "mesh of {cells} cells: {} = {}, error bar {}{} (tolerance {}), {}",
+        "mesh of {cells} cells: {} = {}, error bar {}{facets}{extent} (tolerance {}), {}",
         error.column,
         five_digits(error.value),
         five_digits(*bar),
-        if step.lacks_surface() { WITHOUT_FACETS } else { "" },
         five_digits(*tolerance),
         seconds(step.spent.cpu_s)
     );

@@ -8,4 +8,5 @@ pub mod flat;
 pub mod interface;
 pub mod pieces;
 pub mod rim;
+pub mod row_of_sides;
 pub mod smooth_surface;

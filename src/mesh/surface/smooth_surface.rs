@@ -39,10 +39,10 @@ const ITERATIONS: usize = 20;
 const CONVERGED: f64 = 1e-13;
 
 /// Angle between the normals of neighbouring facets from which the edge between them is a crease \[rad\]. Flat facets of a circle of nine meet
-/// at less; quadratic ones meet at a few degrees however coarse they are.
-fn crease(order: Order) -> f64 {
+/// at 40°, within rounding; quadratic ones meet at a few degrees however coarse they are.
+pub(super) fn crease(order: Order) -> f64 {
     match order {
-        Order::Linear => 40_f64.to_radians(),
+        Order::Linear => 40.1_f64.to_radians(),
         Order::Quadratic => 15_f64.to_radians(),
     }
 }

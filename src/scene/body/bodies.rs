@@ -39,7 +39,6 @@ impl Body {
             sources.push(base.source.clone());
             notes.extend(base.notes.clone());
             warnings.extend(base.warnings.clone());
-            volumes.extend(base.volumes.clone());
         }
         for part in &spec.parts {
             let (a, b) = placement(file, part)?;
@@ -49,9 +48,9 @@ impl Body {
                 let named = |words: &String| format!("{}: {words}", part.name);
                 notes.extend(own.notes.iter().map(named));
                 warnings.extend(own.warnings.iter().map(named));
-                volumes.extend(own.volumes.clone());
             }
             let body = own.as_ref().or(base.as_ref()).expect("a part without a source has the mesh");
+            volumes.extend(body.volumes.iter().map(|volume| volume.of_part(&part.name)));
             for (path, cable) in &body.paths {
                 paths.insert(format!("{}.{path}", part.name), carried(cable, &a, &b));
             }

@@ -9,6 +9,7 @@ use crate::scene::error::SceneError;
 use crate::scene::text::quantity::Length;
 use crate::storage;
 use sha2::{Digest, Sha256};
+use std::f64::consts::PI;
 use std::path::Path;
 use toml::Value;
 
@@ -97,6 +98,22 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
             refuse(format!("cell {c} is folded"), "go round the corners counter-clockwise, or take more divisions")
         }
         None => Ok(mesh),
+    }
+}
+
+/// Volume of the round body that a grid fills \[m³\]; none where its sides are flat.
+pub fn round_volume(spec: &GridSpec) -> Option<f64> {
+    match spec {
+        GridSpec::Box { .. } | GridSpec::Plate { .. } | GridSpec::Bracket { .. } => None,
+        GridSpec::Octant { inner, outer, .. } => Some(PI / 6.0 * (outer.0.powi(3) - inner.0.powi(3))),
+        GridSpec::Cylinder { radius, length, .. } => Some(PI * radius.0.powi(2) * length.0),
+        GridSpec::Tube { inner, outer, length, .. } => Some(PI * (outer.0.powi(2) - inner.0.powi(2)) * length.0),
+        // Pappus: the middle of the section goes along the arc
+        GridSpec::Bow { radius, bend, angle, .. } => Some(PI * radius.0.powi(2) * bend.0 * angle.0),
+        GridSpec::Hole { radius, half_edge, thickness, .. } => {
+            Some((half_edge.0.powi(2) - PI / 4.0 * radius.0.powi(2)) * thickness.0)
+        }
+        GridSpec::HalfSpace { radius, .. } | GridSpec::HalfSphere { radius, .. } => Some(PI / 6.0 * radius.0.powi(3)),
     }
 }
 
@@ -246,6 +263,31 @@ fn content(file: &Path, place: &str, fact: String, remedy: &str) -> SceneError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::text::quantity::Angle;
+
+    /// Quadratic cells on a round body have its volume, however few they are.
+    #[test]
+    fn round_grids_have_the_volume_of_their_body() {
+        let mm = |x: f64| Length(1e-3 * x);
+        let round = [
+            GridSpec::Octant { inner: mm(5.0), outer: mm(9.0), divisions: [4, 1] },
+            GridSpec::Cylinder { radius: mm(5.0), length: mm(7.0), divisions: [2, 2] },
+            GridSpec::Tube { inner: mm(5.0), outer: mm(9.0), length: mm(7.0), divisions: [1, 12, 1] },
+            GridSpec::Bow { radius: mm(2.0), bend: mm(9.0), angle: Angle(1.5), divisions: [2, 6] },
+            GridSpec::Hole { radius: mm(3.0), half_edge: mm(7.0), thickness: mm(2.0), divisions: [3, 6, 1] },
+            GridSpec::HalfSpace { radius: mm(9.0), fine: mm(2.0), divisions: [2, 2] },
+            GridSpec::HalfSphere { radius: mm(9.0), fine: mm(2.0), divisions: [2, 2] },
+        ];
+        for spec in round {
+            let mesh = grid(Path::new("scene.toml"), &spec, ElementSpec::Tet10).expect("a grid");
+            let share = mesh.volume() / round_volume(&spec).expect("round") - 1.0;
+            println!("{spec:?}: {share}");
+            // Of the half sphere, whose cells grow, 2e-3
+            assert!(share.abs() < 4e-3, "{spec:?}: {share}");
+        }
+        let flat = GridSpec::Bracket { edge: mm(9.0), thickness: mm(2.0), divisions: [2, 1] };
+        assert_eq!(round_volume(&flat), None);
+    }
 
     #[test]
     fn divisions_are_scaled_to_numbers_that_the_grid_takes() {

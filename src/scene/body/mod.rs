@@ -24,7 +24,7 @@ use crate::mesh::generate::{
 use crate::mesh::{self, TetMesh};
 use cut_edges::cut_edges;
 use deform::{Undeformed, deform, formulas_of, is_made_here};
-use grid::{disturb, grid, mesh_hash};
+use grid::{disturb, grid, mesh_hash, round_volume};
 use mesh_file::{content, doubtful_unit, reading, taken_over, volume_mesh};
 use mesh_spec::{DeformSpec, ElementSpec, MeshSpec};
 use request::{check_levels, check_source, given_or_found, request_from};
@@ -49,7 +49,7 @@ pub struct Body {
     pub notes: Vec<String>,
     /// Warnings of a doubtful size, of a volume that the mesh misses, and of edges that it cuts
     pub warnings: Vec<String>,
-    /// Volumes of the surfaces and CAD that were meshed
+    /// Volumes of the surfaces and CAD that were meshed, and of round grids
     pub volumes: Vec<SourceVolume>,
     /// Of a body with `[mesh.deform]`: what it was before
     pub undeformed: Option<Arc<Undeformed>>,
@@ -158,7 +158,8 @@ impl Body {
         if let Some(boxes) = &spec.grid {
             let mesh = grid(file, boxes, spec.element)?;
             let sha256 = mesh_hash(&mesh);
-            return Ok(Self::new(mesh, "grid", sha256));
+            let volumes = SourceVolume::of_grid(round_volume(boxes), &mesh);
+            return Ok(Self { volumes, ..Self::new(mesh, "grid", sha256) });
         }
         if let Some((path, format)) = volume_mesh(file, spec)? {
             let how = reading(file, spec)?;

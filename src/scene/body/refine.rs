@@ -7,7 +7,7 @@
 //! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
 //! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
 //! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets is no measure: the next mesh
-//! follows from that mesh in the same way.
+//! follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
 //!
 //! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
 
@@ -60,16 +60,11 @@ impl RefinementStep {
     pub fn is_within(&self) -> bool {
         is_within(&self.error, [self.bar, self.tolerance])
     }
-
-    /// Whether the error of curved facets is missing in the bar.
-    pub fn lacks_surface(&self) -> bool {
-        self.error.geometry.is_none()
-    }
 }
 
-/// Whether a bar is within a tolerance, with the error of curved facets in it.
+/// Whether a bar is within a tolerance, with no part of it missing.
 fn is_within(error: &QuantityError, [bar, tolerance]: [f64; 2]) -> bool {
-    error.geometry.is_some() && bar <= tolerance
+    error.lacks().is_none() && bar <= tolerance
 }
 
 /// The mesh with the smallest bar so far.
@@ -172,7 +167,7 @@ pub fn refine(
         until = error.t;
         let [bar, tolerance] = wanted.judged(&error)?;
         let is_last = shares.is_none();
-        let is_whole = error.geometry.is_some();
+        let is_whole = error.lacks().is_none();
         let best = match &mut best {
             Some(best) if best.remains(bar, is_whole) => {
                 best.failures += 1;
@@ -207,8 +202,10 @@ fn estimate(
     number: usize,
     watch: &mut RefinementWatch,
 ) -> Result<(QuantityError, Option<Vec<f64>>), RefineError> {
+    // The border of a region runs through the cells of every mesh of the mesher
     let goes_on = |error: &QuantityError| {
-        number < wanted.meshes && wanted.judged(error).is_ok_and(|judged| !is_within(error, judged))
+        let is_above = || wanted.judged(error).is_ok_and(|judged| !is_within(error, judged));
+        number < wanted.meshes && error.cut_regions.is_empty() && is_above()
     };
     let mut estimator = ErrorEstimator::new(scene)?.localised_where(goes_on)?;
     if let Some(stop) = &watch.stop {
@@ -288,6 +285,7 @@ mod tests {
     use super::*;
     use crate::mesh::Order;
     use crate::mesh::structured::block;
+    use crate::scene::error_estimate::GeometryError;
 
     fn cells_of(mesh: &TetMesh, lengths: &[f64]) -> f64 {
         lengths.iter().enumerate().map(|(c, h)| (edge(mesh, c) / h).powi(3)).sum()
@@ -320,10 +318,9 @@ mod tests {
         assert!(cells_of(&mesh, &hasty) <= MOST_GROWTH * mesh.cell_count() as f64 * (1.0 + 1e-6));
     }
 
-    /// A tip that rises by 4 mm, with a bar of 0.08 mm, wherever the origin is; a quantity that does not move asks for an absolute tolerance.
-    #[test]
-    fn a_share_is_one_of_the_change() {
-        let error = |start: f64, value: f64| QuantityError {
+    /// An error of a value with a bar of 0.08 mm.
+    fn error(start: f64, value: f64) -> QuantityError {
+        QuantityError {
             column: "tip_z_m".into(),
             t: 1.0,
             value,
@@ -332,10 +329,16 @@ mod tests {
             discretisation: [0.0, 4e-5, 8e-5],
             geometry: None,
             extent: 0.0,
+            cut_regions: vec![],
             corrected: value + 4e-5,
             uncertainty: 4e-5,
             bar: 8e-5,
-        };
+        }
+    }
+
+    /// A tip that rises by 4 mm, with a bar of 0.08 mm, wherever the origin is; a quantity that does not move asks for an absolute tolerance.
+    #[test]
+    fn a_share_is_one_of_the_change() {
         let wanted =
             RefineSpec { quantity: "tip_z_m".into(), tolerance: Some(0.01), absolute_tolerance: None, meshes: 4 };
         for start in [0.0, 0.5, -3.0] {
@@ -345,6 +348,18 @@ mod tests {
         assert!(matches!(wanted.judged(&error(0.5, 0.5)), Err(RefineError::NearZero { .. })));
         let absolute = RefineSpec { tolerance: None, absolute_tolerance: Some(1e-6), ..wanted };
         assert_eq!(absolute.judged(&error(0.5, 0.5)).expect("given"), [8e-5, 1e-6]);
+    }
+
+    /// A bar without the extent of a region is within no tolerance; a change by extent that is known is a part of the bar.
+    #[test]
+    fn a_bar_without_the_extent_of_a_region_is_within_no_tolerance() {
+        let whole = QuantityError { geometry: Some(GeometryError::default()), ..error(0.0, 4e-3) };
+        let cut = QuantityError { cut_regions: vec!["clamp".into(), "tip".into()], ..whole.clone() };
+        assert!(is_within(&whole, [1.0, 1.0]) && !is_within(&whole, [1.0, 0.9]) && !is_within(&cut, [1.0, 1.0]));
+        assert_eq!(whole.lacks(), None);
+        assert_eq!(cut.lacks().as_deref(), Some("the extent of clamp and tip"));
+        let neither = QuantityError { geometry: None, ..cut };
+        assert_eq!(neither.lacks().as_deref(), Some("curved facets and the extent of clamp and tip"));
     }
 
     /// A bar without the error of curved facets is within no tolerance, whatever it is, and no reason to keep a mesh.

@@ -1,4 +1,4 @@
-//! Volumes of a surface or CAD file and of the mesh that was made of it.
+//! Volumes of a surface or CAD file, or of the round body of a grid, and of the mesh that was made of it.
 
 use crate::math::units::Decimals;
 use crate::mesh::TetMesh;
@@ -12,7 +12,7 @@ const LARGE_OF_STRAIGHTENED: f64 = 0.002;
 /// Share by which the change to a smooth surface may be wrong, as in the bounds of the error of geometry.
 const OF_SMOOTH: f64 = 0.5;
 
-/// The volume that a surface or CAD, or one of its solids, encloses, without its cavities, and that of its mesh \[m³\].
+/// The volume that a surface or CAD, or one of its solids, or a round grid encloses, without its cavities, and that of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceVolume {
     /// Name of the solid; none for all of them together
@@ -35,6 +35,18 @@ impl SourceVolume {
             Some(of(Some(name.clone()), *enclosed, mesh))
         });
         whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
+    }
+
+    /// The volume of a grid whose round body has this one.
+    pub(in crate::scene) fn of_grid(round: Option<f64>, mesh: &TetMesh) -> Vec<Self> {
+        let of = |enclosed| Self { region: None, enclosed, mesh: mesh.volume(), straightened: false };
+        round.map(of).into_iter().collect()
+    }
+
+    /// The same of a body that is a part of a scene of several.
+    pub(in crate::scene) fn of_part(&self, part: &str) -> Self {
+        let region = format!("{part}.{}", self.region.as_deref().unwrap_or("body"));
+        Self { region: Some(region), ..self.clone() }
     }
 
     /// The volume of the mesh over the enclosed one, less one.
@@ -98,6 +110,16 @@ mod tests {
         assert_eq!(meshes.map(|mesh| curved(mesh).is_missed(0.0)), [false, true, true]);
         // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that takes away more is not
         assert_eq!([0.1, 0.08, 0.04, -0.1].map(|gain| of(1.8e-6).is_missed(gain)), [false, false, true, true]);
+    }
+
+    /// Of two bodies of one scene each is compared by the cells of its own.
+    #[test]
+    fn the_volume_of_a_part_is_that_of_its_region() {
+        let whole = SourceVolume { region: None, enclosed: 2e-6, mesh: 1.9e-6, straightened: false };
+        let solid = SourceVolume { region: Some("core".into()), ..whole.clone() };
+        let of_left = |volume: &SourceVolume| volume.of_part("left").region;
+        assert_eq!([of_left(&whole), of_left(&solid)], ["left.body", "left.core"].map(|name| Some(name.into())));
+        assert_eq!(SourceVolume { region: None, ..whole.of_part("left") }, whole);
     }
 
     /// Two halves of a block of 2 mm^3 whose border is shifted by a quarter of it: the whole agrees, and the solids do not.

@@ -3,45 +3,35 @@
 
 use super::enrichment::EnrichedScene;
 use super::kept_state::Solved;
-use crate::mesh::Region;
 use crate::scene::Scene;
-use crate::scene::cut_regions;
+use crate::scene::notes::cut_regions::CutRegions;
 
 /// Bounds of the error of extent over that change: least, likely, most.
 pub(super) const EXTENT: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// The enriched space with wider regions.
-#[derive(Default)]
 pub(super) struct Extent {
+    cut: CutRegions,
     /// With the names of those regions
     wider: Option<(EnrichedScene, Vec<String>)>,
     /// Regions whose border runs through cells, and whose change is not known
-    pub unknown: Vec<String>,
+    unknown: Vec<String>,
     pub factorisations: usize,
 }
 
 impl Extent {
-    /// The extent in a run that is followed whole, whose changes are not known.
-    pub fn unknown(scene: &Scene) -> Self {
-        Self { unknown: cut_regions(scene), ..Self::default() }
-    }
-
-    /// The enriched space with wider regions, if a region of the scene has a border through cells.
-    pub fn new(enriched: &EnrichedScene, scene: &Scene) -> Self {
-        let is_of_nodes = |region: &Region| region.facets.is_empty() && region.cells.is_empty();
-        let (of_nodes, mut unknown): (Vec<String>, Vec<String>) =
-            cut_regions(scene).into_iter().partition(|name| is_of_nodes(&scene.regions[name]));
-        if of_nodes.is_empty() {
-            return Self { unknown, ..Self::default() };
-        }
-        let wider = match enriched.with_wider_regions(scene, &of_nodes) {
-            Some(wider) => Some((wider, of_nodes)),
-            None => {
-                unknown.extend(of_nodes);
-                None
+    /// The extent in a run of `scene`. Without an enriched space, as where the run is followed whole, no change is known.
+    pub fn new(enriched: Option<&EnrichedScene>, scene: &Scene) -> Self {
+        let cut = CutRegions::new(scene);
+        let (of_nodes, mut unknown) = cut.of_nodes_and_others(&scene.regions);
+        let mut wider = None;
+        if !of_nodes.is_empty() {
+            match enriched.and_then(|enriched| enriched.with_wider_regions(scene, &of_nodes)) {
+                Some(found) => wider = Some((found, of_nodes)),
+                None => unknown.extend(of_nodes),
             }
-        };
-        Self { wider, unknown, factorisations: 0 }
+        }
+        Self { cut, wider, unknown, factorisations: 0 }
     }
 
     /// The changes of all columns at a solution in the enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
@@ -55,5 +45,12 @@ impl Extent {
             self.unknown.extend(names);
         }
         vec![0.0; solved.values.len()]
+    }
+
+    /// The regions on which a column depends, and whose change is not known.
+    pub fn unknown(&self, column: &str) -> Vec<String> {
+        let mut own = self.cut.of(column);
+        own.retain(|name| self.unknown.contains(name));
+        own
     }
 }

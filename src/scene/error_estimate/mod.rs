@@ -43,8 +43,10 @@ use super::record::extreme::extreme;
 use super::record::recorder::Energies;
 use super::{Run, Scene};
 use crate::math::stopwatch::{Spent, Stopwatch};
+use crate::mesh::row_of_sides::angle_in_row;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
+use crate::wording::all;
 use enrichment::EnrichedScene;
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
@@ -72,6 +74,8 @@ pub struct QuantityError {
     pub geometry: Option<GeometryError>,
     /// The change where regions of nodes whose border runs through cells reach one layer of cells further; 0 without such a region
     pub extent: f64,
+    /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
+    pub cut_regions: Vec<String>,
     /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
     /// Largest distance of the bounds of the exact value from `corrected`
@@ -110,6 +114,14 @@ impl QuantityError {
     pub fn of_departure(&self) -> ErrorBounds {
         ErrorBounds::new(self.discretisation, self.geometry.map_or(0.0, |g| g.change - g.start), self.extent)
     }
+
+    /// The parts of the error that are missing in the bar, in words; none where it is whole.
+    pub fn lacks(&self) -> Option<String> {
+        let facets = self.geometry.is_none().then(|| "curved facets".to_string());
+        let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
+        let parts: Vec<String> = facets.into_iter().chain(extent).collect();
+        (!parts.is_empty()).then(|| all(&parts))
+    }
 }
 
 /// Errors of quantities of a run, and what it cost to find them.
@@ -119,12 +131,12 @@ pub struct ErrorEstimate {
     /// Whether the whole protocol was run in the enriched space, since the state depends on the path
     pub whole_run: bool,
     pub quantities: Vec<QuantityError>,
-    /// Regions whose border runs through cells: no bar contains the error of their extent
-    pub cut_regions: Vec<String>,
     /// Columns of places in a cell that has a singular edge, which it does not resolve: the bar may be several times too small
     pub unresolved: Vec<String>,
     /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
     pub missed_volumes: Vec<SourceVolume>,
+    /// Angle at which flat sides of one width meet in a row about one axis \[rad\]: a prism has no other surface, and of a round body no bar contains its error
+    pub angle_in_row: Option<f64>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
     pub cells: Vec<CellErrors>,
     /// Equations of the enriched space
@@ -241,22 +253,20 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
+        let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
         if self.whole_run {
             let fine = enriched.run(run, peaks.iter().map(|(row, _)| run.rows[*row][0]))?;
             factorisations += fine.factorisations;
             for (row, columns) in peaks.drain(..) {
                 let t = run.rows[row][0];
                 let values = row_at(&fine.rows, t).ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
-                let of = |&column: &usize| (column, self.error((run, row), column, values[column], None, 0.0));
+                let of =
+                    |&column: &usize| (column, self.error((run, row), column, values[column], None, (0.0, &extent)));
                 quantities.extend(columns.iter().map(of));
             }
         }
         let mut geometry =
             (!self.whole_run).then(|| Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])));
-        let mut extent = match self.whole_run {
-            true => Extent::unknown(self.scene),
-            false => Extent::new(&enriched, self.scene),
-        };
         for (row, columns) in &peaks {
             let solved = self.solve(&mut enriched, run, *row)?;
             factorisations += solved.factorisations;
@@ -264,7 +274,7 @@ impl<'a> ErrorEstimator<'a> {
             let wider = extent.changes(&solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
-                self.error((run, *row), column, solved.values[column], surface, wider[column])
+                self.error((run, *row), column, solved.values[column], surface, (wider[column], &extent))
             };
             let errors: Vec<(usize, QuantityError)> = columns.iter().map(|column| (*column, of(column))).collect();
             let wanted = errors.iter().filter(|(_, error)| (self.localised)(error));
@@ -278,6 +288,8 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let missed_volumes = geometry.as_ref().map_or_else(Vec::new, Geometry::missed_volumes);
+        let is_assumed = geometry.is_some() && missed_volumes.is_empty();
+        let angle_in_row = is_assumed.then(|| angle_in_row(&self.scene.body.mesh)).flatten();
         factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
@@ -287,9 +299,9 @@ impl<'a> ErrorEstimator<'a> {
             enrichment: self.enrichment,
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
-            cut_regions: extent.unknown,
             unresolved,
             missed_volumes,
+            angle_in_row,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len().max(1),
@@ -347,12 +359,12 @@ impl<'a> ErrorEstimator<'a> {
         column: usize,
         enriched: f64,
         geometry: Option<GeometryError>,
-        extent: f64,
+        (wider, extent): (f64, &Extent),
     ) -> QuantityError {
         let value = run.rows[row][column];
         let discretisation =
             self.enrichment.factors(self.scene.body.mesh.order, self.glued).map(|c| c * (enriched - value));
-        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change), extent);
+        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change), wider);
         QuantityError {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
@@ -361,7 +373,8 @@ impl<'a> ErrorEstimator<'a> {
             enriched,
             discretisation,
             geometry,
-            extent,
+            extent: wider,
+            cut_regions: extent.unknown(&run.columns[column]),
             corrected: value + bounds.correction,
             uncertainty: bounds.uncertainty,
             bar: bounds.bar,

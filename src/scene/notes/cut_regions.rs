@@ -1,15 +1,52 @@
-//! Regions that a scene picks by place and whose border runs through cells: an O(h) error of what acts on them.
+//! Regions that a scene picks by place and whose border runs through cells: an O(h) error of what acts on them, and of what is recorded on them.
 
+use crate::mesh::Region;
 use crate::scene::Scene;
+use crate::wording::distinct;
+use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Those that constraints and effects name. The candidates of contact may be any.
-pub fn cut_regions(scene: &Scene) -> Vec<String> {
-    let text: Table = scene.text.parse().unwrap_or_default();
-    let parts = ["constraint", "effect"].map(|key| text.get(key));
-    let is_used = |name: &str| parts.iter().flatten().any(|part| mentions(part, name));
-    let cut = scene.regions.iter().filter(|(_, region)| region.depends_on_mesh);
-    cut.map(|(name, _)| name.clone()).filter(|name| is_used(name)).collect()
+/// Those on which columns depend. The candidates of contact may be any.
+#[derive(Clone, Debug, Default)]
+pub struct CutRegions {
+    /// Those that constraints and effects name, on which all columns depend
+    pub of_all: Vec<String>,
+    /// Column → those that its probe names
+    pub of_columns: BTreeMap<String, Vec<String>>,
+}
+
+impl CutRegions {
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Self {
+        let text: Table = scene.text.parse().unwrap_or_default();
+        let parts = ["constraint", "effect"].map(|key| text.get(key));
+        let is_used = |name: &&String| parts.iter().flatten().any(|part| mentions(part, name));
+        let cut: Vec<&String> =
+            scene.regions.iter().filter(|(_, region)| region.depends_on_mesh).map(|(name, _)| name).collect();
+        let of_all = cut.iter().copied().filter(is_used).cloned().collect();
+        let mut of_columns = BTreeMap::new();
+        // Recorders of probes come first, in the order of the file
+        for (probe, recorder) in scene.spec.probes.iter().zip(&scene.probes) {
+            let named = probe.regions();
+            let own: Vec<String> = cut.iter().copied().filter(|cut| named.contains(&cut.as_str())).cloned().collect();
+            if !own.is_empty() {
+                of_columns.extend(recorder.columns().into_iter().map(|column| (column, own.clone())));
+            }
+        }
+        Self { of_all, of_columns }
+    }
+
+    /// Those on which a column depends.
+    pub fn of(&self, column: &str) -> Vec<String> {
+        distinct(self.of_all.iter().chain(self.of_columns.get(column).into_iter().flatten()).cloned())
+    }
+
+    /// Those that nodes make, and the others.
+    pub fn of_nodes_and_others(&self, regions: &BTreeMap<String, Region>) -> (Vec<String>, Vec<String>) {
+        let is_of_nodes = |name: &String| regions[name].facets.is_empty() && regions[name].cells.is_empty();
+        let all = distinct(self.of_all.iter().chain(self.of_columns.values().flatten()).cloned());
+        all.into_iter().partition(is_of_nodes)
+    }
 }
 
 /// Whether a value of a scene names this region.

@@ -14,6 +14,9 @@ pub struct RefinementRecord {
     pub value: f64,
     pub bar: f64,
     pub tolerance: f64,
+    /// Parts of the error that are missing in the bar, in words
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lacks: Option<String>,
     /// Wall and CPU time of run, estimate and next mesh \[s\]
     pub wall_s: f64,
     pub cpu_s: f64,
@@ -23,7 +26,15 @@ impl RefinementRecord {
     fn new(step: &RefinementStep) -> Self {
         let RefinementStep { cells, error, bar, tolerance, spent, .. } = step;
         let Spent { wall_s, cpu_s } = *spent;
-        Self { cells: *cells, value: error.value, bar: *bar, tolerance: *tolerance, wall_s, cpu_s }
+        Self {
+            cells: *cells,
+            value: error.value,
+            bar: *bar,
+            tolerance: *tolerance,
+            lacks: error.lacks(),
+            wall_s,
+            cpu_s,
+        }
     }
 
     /// The time of run, estimate and next mesh.
@@ -56,7 +67,19 @@ pub fn refined(
 
 /// The note of a case none of whose meshes is within the tolerance.
 pub fn note(steps: &[RefinementRecord]) -> Option<String> {
-    let last = steps.last().filter(|last| last.bar > last.tolerance)?;
+    let last = steps.last()?;
+    if let Some(parts) = &last.lacks {
+        return Some(format!(
+            "the error bar of the last of {} adaptive meshes, {:.3e} with {} cells, is without {parts}, so that none is known to be within its tolerance {:.3e}",
+            steps.len(),
+            last.bar,
+            last.cells,
+            last.tolerance
+        ));
+    }
+    if last.bar <= last.tolerance {
+        return None;
+    }
     let best = steps.iter().min_by(|a, b| a.bar.total_cmp(&b.bar))?;
     Some(format!(
         "the smallest error bar of {} adaptive meshes, {:.3e} with {} cells, is above its tolerance {:.3e}; allow more `meshes`",

@@ -37,7 +37,7 @@ pub fn errors(estimate: &ErrorEstimate) -> String {
     let mut text = "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar,extent,unresolved\n".to_string();
     for q in &estimate.quantities {
         let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
-        let extent = if estimate.cut_regions.is_empty() { q.extent.to_string() } else { String::new() };
+        let extent = if q.cut_regions.is_empty() { q.extent.to_string() } else { String::new() };
         let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
         let (column, unresolved) = (quoted(&q.column), u8::from(estimate.unresolved.contains(&q.column)));
         text += &format!(

@@ -10,7 +10,7 @@ use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::{
-    Extreme, NamedSkin, Run, Scene, column, cut_regions, extreme, extreme_on, no_limit_at, path_dependence, wall,
+    CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, no_limit_at, path_dependence, wall,
 };
 use crate::solve::{TimeSpan, integrator_order};
 use crate::study::case::Case;
@@ -55,6 +55,7 @@ fn integrator(spans: &[TimeSpan]) -> &'static str {
 pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
+    let CutRegions { of_all: cut_regions, of_columns: cut_columns } = CutRegions::new(scene);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -124,7 +125,8 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         one_run: None,
         inputs: vec![],
         events: run.events.clone(),
-        cut_regions: cut_regions(scene),
+        cut_regions,
+        cut_columns,
         no_limit: no_limit_at(scene, &run.peak.x),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },

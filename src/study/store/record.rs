@@ -15,6 +15,7 @@ use crate::study::store::asked::{Asked, Asks};
 use crate::study::store::contact::ContactRecord;
 use crate::study::store::identity::{Build, Identity};
 use crate::study::store::solver::SolverRecord;
+use crate::wording::distinct;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -129,6 +130,9 @@ pub struct CaseRecord {
     /// Regions of constraints and effects whose border, given by place, runs through cells
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cut_regions: Vec<String>,
+    /// Column → regions of its probe whose border, given by place, runs through cells
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub cut_columns: BTreeMap<String, Vec<String>>,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
@@ -139,6 +143,11 @@ pub struct CaseRecord {
 }
 
 impl CaseRecord {
+    /// Regions on which a column depends, and whose border, given by place, runs through cells.
+    pub fn cut_regions_of(&self, column: &str) -> Vec<String> {
+        distinct(self.cut_regions.iter().chain(self.cut_columns.get(column).into_iter().flatten()).cloned())
+    }
+
     /// Whether the computation itself broke: by a panic, a process that died, memory that was not sufficient, or a file that was edited meanwhile.
     pub fn broke(&self) -> bool {
         [PANICKED, CRASHED, OUT_OF_MEMORY, INPUTS_CHANGED].contains(&self.status.as_str())

@@ -44,6 +44,10 @@ impl Probe for BendingAngle {
         Ok(Box::new(Recorded { root, tip, facets, windings }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        vec![&self.root, &self.tip]
+    }
+
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: "bending_angle_deg".into(), label: "bending angle", symbol: "θ", unit: "°" })
     }

@@ -85,6 +85,10 @@ impl Probe for CentreLine {
         Ok(Box::new(Recorded { name: self.name.clone(), line }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        self.from.iter().chain(&self.to).map(String::as_str).collect()
+    }
+
     fn headline(&self) -> Option<Headline> {
         let column = format!("{}_1_curvature_per_m", self.name);
         Some(Headline { column, label: "curvature", symbol: "κ", unit: "1/m" })

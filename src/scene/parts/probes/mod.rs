@@ -48,6 +48,11 @@ pub enum ProbeSpec {
 }
 
 impl ProbeSpec {
+    /// The regions on which it is recorded.
+    pub fn regions(&self) -> Vec<&str> {
+        self.part().regions()
+    }
+
     /// The quantity that represents the probe, if it has one.
     pub fn headline(&self) -> Option<Headline> {
         self.part().headline()

@@ -31,6 +31,10 @@ impl Probe for ReactionMoment {
         Ok(Box::new(Recorded { name: self.region.clone(), nodes, about, middle, rims }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        vec![&self.region]
+    }
+
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: format!("{}_moment_x_Nm", self.region), label: "moment", symbol: "M", unit: "N m" })
     }

@@ -9,6 +9,11 @@ pub(in crate::scene) trait Probe {
     /// The recorder on the mesh of the scene.
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError>;
 
+    /// The regions on which it is recorded.
+    fn regions(&self) -> Vec<&str> {
+        vec![]
+    }
+
     /// The quantity that represents the probe, if it has one.
     fn headline(&self) -> Option<Headline> {
         None

@@ -80,6 +80,10 @@ impl Probe for Pose {
         Ok(Box::new(Recorded { name: self.prefix(), of, reference, points }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        self.region.iter().chain(&self.relative_to).map(String::as_str).collect()
+    }
+
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: format!("{}_pose_x_m", self.prefix()), label: "position", symbol: "x", unit: "m" })
     }

@@ -25,6 +25,10 @@ impl Probe for Position {
         Ok(Box::new(Recorded { name: self.region.clone(), mean }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        vec![&self.region]
+    }
+
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: format!("{}_x_m", self.region), label: "position", symbol: "x", unit: "m" })
     }

@@ -25,6 +25,10 @@ impl Probe for Reaction {
         Ok(Box::new(Recorded { name: self.region.clone(), nodes, rims: builder.gathered.rims.clone() }))
     }
 
+    fn regions(&self) -> Vec<&str> {
+        vec![&self.region]
+    }
+
     fn headline(&self) -> Option<Headline> {
         Some(Headline { column: format!("{}_reaction_x_N", self.region), label: "reaction", symbol: "R", unit: "N" })
     }

@@ -118,7 +118,8 @@ fn families(
         let members = cases.of(f, variant);
         let level = |c: &&StoredCase| {
             let level = Level::of(&c.record, peak(c, quantity)?);
-            let (edge, cut) = (level.edge.filter(|_| f.role != Role::Nested), c.record.cut_regions.clone());
+            let edge = level.edge.filter(|_| f.role != Role::Nested);
+            let cut = c.record.cut_regions_of(quantity);
             Some(Level { edge, cut, ..level })
         };
         let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
