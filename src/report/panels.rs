@@ -42,6 +42,12 @@ impl Panels {
         self.count.div_ceil(self.columns).max(1) as f64
     }
 
+    /// Left, top, right and bottom of panel `k`, which is so `tall`: the first row begins at `top`, and each other one a `row` further down.
+    pub fn frame(&self, k: usize, (top, row): (f64, f64), tall: f64) -> [f64; 4] {
+        let (x, y) = (self.x(k), top + row * self.row(k));
+        [x, y, x + self.each, y + tall]
+    }
+
     /// Height of a panel, see [`row_height`].
     pub fn tall(&self, usual: f64, room: (f64, f64)) -> f64 {
         row_height(usual, self.rows(), room)
@@ -99,6 +105,13 @@ mod tests {
         assert_eq!(heading(letter(0, 1), "Lift"), "Lift");
         assert_eq!(heading(letter(1, 2), "Lift"), "(b)  Lift");
         assert_eq!(letter(90, 91), Some('z'));
+    }
+
+    #[test]
+    fn a_frame_is_in_the_column_and_the_row_of_its_panel() {
+        let p = Panels { count: 5, columns: 2, each: 50.0, left: 15.0, gap: 20.0, right: 5.0 };
+        assert_eq!(p.frame(0, (6.0, 60.0), 40.0), [15.0, 6.0, 65.0, 46.0]);
+        assert_eq!(p.frame(3, (6.0, 60.0), 40.0), [85.0, 66.0, 135.0, 106.0]);
     }
 
     #[test]

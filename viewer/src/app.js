@@ -2,12 +2,11 @@
 
 import { VIEWS, View } from "./camera.js";
 import { MAPS, colour, css } from "./colours.js";
+import { Exporter } from "./export.js";
 import { Pane } from "./pane.js";
 import { button, check, el, field, group, icon, numeric, row, select, slider } from "./panel.js";
-import { compose, gif, png, save, webm } from "./picture.js";
 import { Plot, firstColumn, label } from "./plot.js";
 import { number, read, rounded, scaled, ticks } from "./units.js";
-import { svg } from "./vector.js";
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const KEYS =
@@ -271,13 +270,10 @@ export class App {
   }
 
   #exportGroup() {
-    const o = (this.out = { width: 2400, background: "white" });
-    const width = numeric("Width of the picture", o.width, [200, 8000], (v) => (o.width = Math.round(v)));
-    const paper = select("Background", [["white", "white"], ["dark", "dark"], ["none", "transparent"]], "white", (v) => (o.background = v));
-    this.busy = el("output", { class: "small", "aria-live": "polite" });
-    const movies = this.moves ? [button("GIF", "Motion as GIF", () => this.export("gif")), button("WebM", "Motion as WebM", () => this.export("webm"))] : [];
-    return group("Export", false, row("Width [px]", width), row("Background", paper), el("div", { class: "buttons" }, button("PNG", "This view as PNG", () => this.export("png")),
-      button("SVG", "This view as SVG: lines and text for a paper", () => this.export("svg")), ...movies), this.busy);
+    this.out = new Exporter(this, {
+      update: () => this.#update(), clock: () => this.#clockText(), quantity: () => this.#quantity(), scaled: () => this.#scaled(), arrow: (width, height) => this.#forceArrow(width, height),
+    });
+    return this.out.group();
   }
 
   #numbersGroup() {
@@ -604,84 +600,6 @@ export class App {
     const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, this.#time(c)))} ${unit}`);
     this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);
-  }
-
-  /** The legend of a picture: the bar of the quantity, or the regions by their colours. */
-  #pictureLegend() {
-    const { s } = this;
-    const q = this.#quantity();
-    if (q) {
-      const { unit, factor } = this.#scaled();
-      return { map: s.map, bands: s.bands, range: s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name };
-    }
-    const regions = s.quantity === "regions" ? this.panes.flatMap((p) => p.seen) : [];
-    const entries = new Map(regions.map((r) => [`${r.name} ${css(r.colour)}`, { name: r.name, colour: css(r.colour) }]));
-    return entries.size ? { title: "regions", entries: [...entries.values()] } : null;
-  }
-
-  /** Settings of a picture of the views as they are. */
-  #picture(width, fine) {
-    const { clientWidth: w, clientHeight: h } = this.canvases[0];
-    const ink = this.out.background === "dark" ? "#eee" : "#111";
-    const background = { white: "#fff", dark: "#14181d", none: null }[this.out.background];
-    return {
-      width, background, ink, fine, aspect: w / h, shown: w, size: { width: w, height: h },
-      words: [this.moves ? this.#clockText() : "", this.s.scale === 1 ? "" : `displacements × ${number(this.s.scale)}`].filter(Boolean).join(", "),
-      arrow: (each, high) => this.#forceArrow(each, high), legend: this.#pictureLegend(),
-    };
-  }
-
-  /** A view by itself as the address of a picture. */
-  #alone(pane) {
-    const canvas = document.createElement("canvas");
-    compose(canvas, [pane], this.view, { ...this.#picture(this.out.width, true), background: null, legend: null, arrow: () => null, words: "" });
-    return canvas.toDataURL("image/png");
-  }
-
-  /** Makes a picture, or a movie over all times, and offers it as a file. */
-  async export(kind) {
-    if (this.exporting) return null;
-    this.exporting = true;
-    this.toggle && this.play && this.toggle(false);
-    const canvas = document.createElement("canvas");
-    const [was, time] = [this.s.dark, this.s.time];
-    this.s.dark = this.out.background === "dark";
-    const paint = (t, width) => {
-      this.s.time = t;
-      this.#update();
-      compose(canvas, this.panes, this.view, this.#picture(width, kind === "png"));
-    };
-    let blob = null;
-    try {
-      if (kind === "png") {
-        paint(time, this.out.width);
-        blob = await png(canvas);
-      } else if (kind === "svg") {
-        paint(time, this.out.width);
-        blob = new Blob([svg(this.panes, this.view, this.#picture(this.out.width), (pane) => this.#alone(pane))], { type: "image/svg+xml" });
-      } else {
-        const longest = Math.max(...this.cases.map((c) => c.states));
-        const count = this.s.smooth ? 60 : Math.min(longest, 120);
-        const wait = (1000 * this.s.seconds) / count;
-        const at = (k) => this.times[0] + (count > 1 ? k / (count - 1) : 0) * (this.times[1] - this.times[0]);
-        const width = Math.min(this.out.width, kind === "gif" ? 900 : 1600) & ~1;
-        const frame = async (k) => {
-          this.busy.textContent = `${kind}: picture ${k + 1} of ${count}`;
-          paint(at(k), width);
-        };
-        blob = await (kind === "gif" ? gif : webm)(canvas, count, wait, frame);
-      }
-      const title = this.cases.map((c) => c.title).join("-").replace(/[^\p{L}\p{N}]+/gu, "-").slice(0, 60).replace(/^-|-$/g, "") || "view";
-      save(blob, `${title}.${kind}`);
-      this.busy.textContent = `${title}.${kind}, ${number(blob.size / 1e6, 2)} MB`;
-    } catch (error) {
-      this.busy.textContent = error.message;
-    } finally {
-      [this.s.dark, this.exporting] = [was, false];
-      this.seek(time);
-      this.redraw("all");
-    }
-    return blob;
   }
 }
 

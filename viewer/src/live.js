@@ -118,7 +118,7 @@ export class Live {
     }
     const { follows } = this;
     this.app.grow();
-    if (follows && !this.app.exporting) this.app.seek(this.app.times[1]);
+    if (follows && !this.app.out.running) this.app.seek(this.app.times[1]);
   }
 
   /** Sends a command; of several values of a signal in short order the last one. */

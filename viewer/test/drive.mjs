@@ -163,7 +163,7 @@ async function numbers() {
   for (const [end, text] of [["Upper end", "20,5"], ["Lower end", ""], ["Lower end", "30"], ["Lower end", "abc"], ["Lower end", "0,5"]]) found.typed.push([text, ...(await type(end, text))]);
   found.factors = [];
   for (const text of ["", "2,5"]) found.factors.push((await type("Factor of the displacements", text))[0]);
-  await run("viewer.choose('regions'); await viewer.export('svg')");
+  await run("viewer.choose('regions'); await viewer.out.file('svg')");
   found.words = await run(SVG_WORDS);
   found.colours = await run("return viewer.panes.flatMap((p) => [...p.regions, ...p.sets].map((r) => [r.name, r.colour.join()]))");
   found.floors = await run("return viewer.panes.flatMap((p) => Array.from(p.floors.shown.position))");
@@ -177,21 +177,21 @@ async function numbers() {
 
 async function files() {
   await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
-  await run("viewer.out.width = 800; await viewer.export('png')");
-  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] * 0.55); await viewer.export('svg'); viewer.s.show.ghost = false");
+  await run("viewer.out.width = 800; await viewer.out.file('png')");
+  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] * 0.55); await viewer.out.file('svg'); viewer.s.show.ghost = false");
   found.svg = await run("return await window.last.text()");
   if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
   found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: await run(SVG_WORDS) };
   if (await run("return viewer.moves")) {
-    await run("viewer.s.seconds = 1; await viewer.export('gif')");
+    await run("viewer.s.seconds = 1; await viewer.out.file('gif')");
     found.gif = picturesOf(await made());
-    await run("await viewer.export('webm')");
+    await run("await viewer.out.file('webm')");
     const webm = await made();
     // The header of EBML with the type of the document
     found.webm = webm.readUInt32BE(0) === 0x1a45dfa3 && webm.subarray(0, 64).includes("webm");
   }
   found.saved = await run("return window.saved");
-  found.busy = await run("return viewer.busy.textContent");
+  found.busy = await run("return viewer.out.busy.textContent");
   if (await run("return viewer.moves")) await numbers();
 }
 

@@ -62,11 +62,11 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     let bottom = TOP + STEP * panels.rows() - 6.0;
     let svg = figure(panels.width(), bottom + LINE * legend_lines(&entries, across), "", |area| {
         for (k, w) in windows.iter().enumerate() {
-            let (x, each, top) = (panels.x(k), panels.each, TOP + STEP * panels.row(k));
-            let upper = [mm(x), mm(top), mm(x + each), mm(top + TALL)];
-            let base = top + TALL + BETWEEN;
-            let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
-            column(area, fit, &modes, w, (upper, lower), letter(k, windows.len()));
+            let upper = panels.frame(k, (TOP, STEP), TALL);
+            let [left, _, right, bottom] = upper;
+            let base = bottom + BETWEEN;
+            let lower = [left, base, right, base + LOW];
+            column(area, fit, &modes, w, (upper.map(mm), lower.map(mm)), letter(k, windows.len()));
         }
         // More constants than three would lie on the curves; they are listed in the table
         let shown = if fit.parameters.len() > SHOWN { &[] } else { &fit.parameters[..] };

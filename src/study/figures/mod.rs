@@ -1,7 +1,9 @@
 //! Figures that several kinds of study draw.
 
 pub mod grid;
+pub mod sheet;
 pub mod time;
+pub mod work_precision;
 
 use crate::report::canvas::italic;
 use crate::report::unit::labelled;

@@ -79,20 +79,19 @@ fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below):
             let of = |name: &&str| r.effects.iter().filter(|e| e.name == **name).map(|e| e.wall_s).sum::<f64>();
             effects.iter().map(of).zip(AREAS).collect()
         };
-        let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
-        let frame = |(x, top): (f64, f64)| [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
-        bars(area, frame(place(0)), letter(0, 2), "Phases", rows, &phase);
-        bars(area, frame(place(1)), letter(1, 2), "Evaluation of the effects", rows, &effect);
-        for (x, top) in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
-            names(area, (x, top, x + panels.each), room, rows);
+        let place = |k: usize| panels.frame(k, (TOP, step), tall);
+        bars(area, place(0).map(mm), letter(0, 2), "Phases", rows, &phase);
+        bars(area, place(1).map(mm), letter(1, 2), "Evaluation of the effects", rows, &effect);
+        for [left, top, right, _] in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
+            names(area, (left, top, right), room, rows);
         }
         let put = |number: usize, names: &[&str]| {
-            let (x, top) = place(number);
+            let [x, .., bottom] = place(number);
             for (k, name) in names.iter().enumerate() {
                 let color = if *name == "rest" { REST } else { AREAS[k] };
                 // From the left edge of the page, so that the second name fits into a narrow one
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
-                let at = (mm(left + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));
+                let at = (mm(left + 28.0 * (k % 2) as f64), mm(bottom + 13.5 + LINE * (k / 2) as f64));
                 let words = shortened(&name.replace('_', " "), SMALL, mm(20.5));
                 legend(area, at, &[(Sample::Block(color), words)]);
             }

@@ -28,8 +28,7 @@ pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize,
     let height = below + 5.0 * legend_lines(&entries, wide).max(1.0);
     figure(panels.width(), height, "", |area| {
         for k in 0..count {
-            let (x, y) = (panels.x(k), TOP + panels.row(k) * ROW);
-            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + TALL)]);
+            paint(k, area, panels.frame(k, (TOP, ROW), TALL).map(mm));
         }
         if !entries.is_empty() {
             legend_below(area, (LEFT, below), wide, entries);

@@ -147,8 +147,7 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     let row = tall + BETWEEN;
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, of) in shown.iter().enumerate() {
-            let (left, top) = (panels.x(k), TOP + row * panels.row(k));
-            panel(area, a, q, (of, letter(k, shown.len())), [left, top, left + panels.each, top + tall]);
+            panel(area, a, q, (of, letter(k, shown.len())), panels.frame(k, (TOP, row), tall));
         }
     });
     let places = shown.iter().enumerate().filter_map(|(k, of)| {
@@ -239,13 +238,14 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     let row = tall + BETWEEN + 2.0;
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
-            let (x, top) = (panels.x(k), TOP + row * panels.row(k));
+            let frame = panels.frame(k, (TOP, row), tall);
             let square = (panels.each / first.values.len() as f64, tall / second.values.len() as f64);
             let values = q.points.iter().map(|p| p.value);
             let numbers = MapNumbers::of(values, &q.quantity.unit, (mm(square.0), mm(square.1)));
-            squares(area, q, &numbers, (first, second), [x, top, x + panels.each, top + tall]);
+            squares(area, q, &numbers, (first, second), frame);
             let title = format!("{}{}", peak_name(q), numbers.brackets());
-            headed(area, (mm(x), mm(top)), mm(panels.each), letter(k, maps.len()), &title);
+            let [left, top, ..] = frame.map(mm);
+            headed(area, (left, top), mm(panels.each), letter(k, maps.len()), &title);
         }
     });
     let caption = format!(
@@ -300,7 +300,6 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let bottom = TOP + row * places.rows() - 6.0;
     let svg = figure(places.width(), bottom + legend, "", |area| {
         for (k, q) in panels.iter().enumerate() {
-            let (x, top) = (places.x(k), TOP + row * places.row(k));
             let curves: Vec<(usize, Curve)> = (q.points.iter().filter(|p| kept.has(p)))
                 .filter_map(|p| {
                     let stored = store.cases.iter().find(|c| c.record.id == p.case)?;
@@ -309,7 +308,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
                 .collect();
             let end = curves.iter().flat_map(|(_, c)| c.t.last().copied()).fold(0.0, f64::max);
             let y = Axis::linear(curves.iter().flat_map(|(_, c)| c.f.iter().copied()), &axis_label(&q.quantity, ""));
-            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + tall)];
+            let frame = places.frame(k, (TOP, row), tall).map(mm);
             let plot = Plot { area, frame, x: Axis::exact(0.0, end, &format!("time {} [s]", italic("t"))), y };
             plot.grid();
             curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));

@@ -197,8 +197,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
     let svg = figure(places.width(), bottom + LINE * entries.len() as f64, "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let Some(against) = &q.quantity.against else { continue };
-            let (x, top) = (places.x(k), TOP + row * places.row(k));
-            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + tall)];
+            let frame = places.frame(k, (TOP, row), tall).map(mm);
             let pair = |l: &Look| {
                 let (case, f) = curve(store, q, l.member, &q.quantity.name)?;
                 Some((Curve::of(&case.series, &against.name)?, f))

@@ -38,13 +38,13 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     let rows = effects.len().max(4).div_ceil(2) as f64;
     let step = TOP + tall + 14.0 + LINE * rows;
     let svg = figure(panels.width(), step * panels.rows(), "", |area| {
-        let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
+        let place = |k: usize| panels.frame(k, (TOP, step), tall);
         let panel = |number: usize, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
-            let (x, top) = place(number);
+            let [x, top, ..] = place(number);
             let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
             let longest =
                 Axis::linear([0.0, l.additions.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
-            let frame = [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
+            let frame = place(number).map(mm);
             let plot = Plot { area, frame, x: longest, y: Axis::exact(l.additions.len() as f64, 0.0, "") };
             plot.grid_x();
             for (k, r) in l.additions.iter().enumerate() {
@@ -69,11 +69,11 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         panel(0, "A step by its parts", &whole);
         panel(1, "Evaluation of the effects", &evaluations);
         let put = |number: usize, entries: Vec<(Sample, String)>| {
-            let (x, top) = place(number);
+            let [x, .., bottom] = place(number);
             for (k, entry) in entries.into_iter().enumerate() {
                 // From the left edge of the page, so that the second name fits into a narrow one
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
-                let at = (mm(left + 30.0 * (k % 2) as f64), mm(top + tall + 14.5 + LINE * (k / 2) as f64));
+                let at = (mm(left + 30.0 * (k % 2) as f64), mm(bottom + 14.5 + LINE * (k / 2) as f64));
                 legend(area, at, &[entry]);
             }
         };

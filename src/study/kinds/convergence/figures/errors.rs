@@ -1,29 +1,21 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
-use crate::report::canvas::{Area, At, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines};
+use crate::report::canvas::{Area, At, GREY, INK, SMALL, italic, line, mark, text};
+use crate::report::figure::{Figure, Sample};
 use crate::report::measure::width;
 use crate::report::numbers::capital;
-use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
+use crate::study::figures::sheet::Sheet;
+use crate::study::figures::work_precision::{self, Setting, level_entries, levels};
 use crate::study::figures::{PANELS, first_of};
-use crate::study::kinds::convergence::figures::look::{Look, look};
+use crate::study::kinds::convergence::figures::look::{self, Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
-use plotters::style::Color;
 
-const LEFT: f64 = 14.0;
-const GAP: f64 = 16.0;
-const TOP: f64 = 6.0;
-const TALL: f64 = 46.0;
-const EACH: f64 = 70.0;
-/// Between two rows of panels \[mm\]
-const BETWEEN: f64 = 19.0;
-/// Least width of a panel \[mm\]
-const LEAST: f64 = 42.0;
+const SHEET: Sheet = Sheet { left: 14.0, gap: 16.0, least: 42.0, tall: 46.0, legend: 13.5, foot: 12.5 };
 
 /// Label of the axis of errors
 pub(super) const ERROR: &str = "error [%]";
@@ -72,52 +64,16 @@ fn sheet(
         return None;
     }
     let small: Vec<(String, f64)> = small.iter().filter_map(|(q, dots)| Some((q.title(), below(dots)?))).collect();
-    let panels = Panels::new(shown.len(), (LEFT, GAP, 5.0), (LEAST, EACH));
-    let wide = panels.width();
-    let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
-    used.sort_unstable();
-    used.dedup();
-    let mut entries: Vec<(Sample, String)> = (used.iter())
-        .map(|k| {
-            let f = &store.study.families[*k];
-            let (m, c) = look(*k);
-            (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
-        })
-        .collect();
+    let used = shown.iter().flat_map(|(_, dots)| dots.iter().map(|d| d.family));
+    let mut entries = look::entries(&store.study.families, used);
     entries.extend(extra);
-    let foot = 12.5 + 4.2 * legend_lines(&entries, wide - LEFT);
-    let tall = panels.tall(TALL, (BETWEEN, TOP + foot));
-    let row = tall + BETWEEN;
-    let bottom = TOP + panels.rows() * row - BETWEEN;
-    let svg = figure(wide, bottom + foot, "", |area| {
-        for (k, (q, dots)) in shown.iter().enumerate() {
-            let (x, y) = (panels.x(k), TOP + row * panels.row(k));
-            let frame = [mm(x), mm(y), mm(x + panels.each), mm(y + tall)];
-            panel(area, frame, letter(k, shown.len()), q, dots);
-        }
-        legend_below(area, (LEFT, bottom + 13.5), wide - LEFT, entries);
-    });
+    let svg = SHEET.draw(&shown, entries, |(q, dots), area, frame, letter| panel(area, frame, letter, q, dots));
     Some((svg, without_panel(&small)))
 }
 
-/// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
-pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
-    if let Some(r) = &q.reference {
-        let u = 100.0 * r.uncertainty / r.scale;
-        if u > plot.y.lo {
-            let (a, b) = (plot.at(plot.x.lo, u.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
-            fill(plot.area, &[a, (b.0, a.1), b, (a.0, b.1)], UNRESOLVED.to_rgba());
-        }
-    }
-    plot.grid();
-    dashed(plot.area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
-}
-
-fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
-    for d in dots {
-        let (shape, color) = look(d.family);
-        mark(plot.area, shape, plot.floored(x(d), d.error), 26, color);
-    }
+/// U(f*) \[%\]; none without a reference.
+pub(super) fn uncertainty(q: &ByQuantity<MeshErrors>) -> Option<f64> {
+    q.reference.as_ref().map(|r| 100.0 * r.uncertainty / r.scale)
 }
 
 /// The parts of |y(x)| above the lower edge of a logarithmic axis. Each ends at the edge where the curve goes on below it; y may change its sign.
@@ -225,10 +181,7 @@ fn scatter(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
 
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
-    let mut extra = vec![
-        (Sample::Dashed(INK), "tolerance".into()),
-        (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
-    ];
+    let mut extra = Vec::from(level_entries());
     let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| e.order_of_limit().is_some());
     if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
         extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
@@ -240,10 +193,13 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         let orders = Orders::new(store, q, r - l);
         let y = Axis::of_errors(dots.iter().map(|d| d.error), tolerance, orders.head(b - t), ERROR);
         let plot = Plot { area, frame, x, y };
-        levels(&plot, q, tolerance);
+        levels(&plot, uncertainty(q), tolerance);
         power_laws(&plot, store, q);
         scatter(&plot, store, q);
-        marks(&plot, dots, h);
+        for d in dots {
+            let (shape, color) = look(d.family);
+            mark(area, shape, plot.floored(h(d), d.error), 26, color);
+        }
         plot.axes(true);
         plot.title(letter, &capital(&q.title()));
         orders.draw(area, frame);
@@ -264,39 +220,19 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
 
 pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
-    let extra = vec![
-        (Sample::Line(GREY), "Pareto front".into()),
-        (Sample::Dashed(INK), "tolerance".into()),
-        (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
-    ];
+    // Seeds show the scatter; a lucky one is no setting to choose
+    let is_seed = |d: &ErrorDot| store.study.families[d.family].role == Role::Seeds;
+    let setting = |d: &ErrorDot| {
+        let ErrorDot { cost, error, bar, .. } = *d;
+        Setting { cost, error, bar, look: look(d.family), may_be_chosen: !is_seed(d) }
+    };
+    let extra = work_precision::entries().collect();
     let (svg, small) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), "CPU time [s]");
         let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
         let plot = Plot { area, frame, x, y };
-        levels(&plot, q, tolerance);
-        // Seeds show the scatter; a lucky one is no setting to choose
-        let mut order: Vec<&ErrorDot> =
-            dots.iter().filter(|d| store.study.families[d.family].role != Role::Seeds).collect();
-        order.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut front: Vec<(i32, i32)> = vec![];
-        let mut best = f64::INFINITY;
-        for d in order {
-            if d.error < best {
-                best = d.error;
-                let p = plot.floored(d.cost, d.error);
-                front.extend(front.last().map(|last| (p.0, last.1)));
-                front.push(p);
-            }
-        }
-        front.extend(front.last().map(|last| (frame[2], last.1)));
-        line(area, &front, GREY, 8);
-        // A bar below the axis is not drawn
-        for d in dots.iter().filter(|d| d.bar > plot.y.lo) {
-            let (a, b) = (plot.floored(d.cost, d.error), plot.at(d.cost, d.bar));
-            line(area, &[a, b], look(d.family).1, 4);
-            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], look(d.family).1, 4);
-        }
-        marks(&plot, dots, |d| d.cost);
+        levels(&plot, uncertainty(q), tolerance);
+        work_precision::draw(&plot, &dots.iter().map(setting).collect::<Vec<_>>());
         plot.axes(true);
         plot.title(letter, &capital(&q.title()));
     })?;

@@ -1,13 +1,14 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{INK, Mark, Point, columns, figure, hollow, italic, line, mark, mm, page_width};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines};
+use crate::report::canvas::{INK, Mark, Point, columns, figure, hollow, line, mark, mm, page_width};
+use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::kinds::convergence::figures::errors::{ERROR, levels};
-use crate::study::kinds::convergence::figures::look::look;
+use crate::study::figures::work_precision::{level_entries, levels};
+use crate::study::kinds::convergence::figures::errors::{ERROR, uncertainty};
+use crate::study::kinds::convergence::figures::look::{self, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
@@ -68,21 +69,12 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
         return None;
     }
     let dots = || shown.iter().flat_map(|(_, lines)| lines.iter().flat_map(|l| &l.dots));
-    let mut used: Vec<usize> = shown.iter().flat_map(|(_, lines)| lines.iter().map(|l| l.family)).collect();
-    used.sort_unstable();
-    used.dedup();
-    let mut entries: Vec<(Sample, String)> = (used.iter())
-        .map(|k| {
-            let f = &store.study.families[*k];
-            let (m, c) = look(*k);
-            (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
-        })
-        .collect();
+    let used = shown.iter().flat_map(|(_, lines)| lines.iter().map(|l| l.family));
+    let mut entries = look::entries(&store.study.families, used);
     if dots().any(|d| d.flagged) {
         entries.push((Sample::Hollow(Mark::Circle, INK), "open: locking alarm".into()));
     }
-    entries.push((Sample::Dashed(INK), "tolerance".into()));
-    entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
+    entries.extend(level_entries());
     let y = Axis::of_errors(dots().map(|d| d.error), tolerance, 0.0, ERROR);
     type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
@@ -101,7 +93,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
                 let (left, top) = (LEFT + i as f64 * (each + GAP), TOP + j as f64 * (tall + BETWEEN));
                 let frame = [mm(left), mm(top), mm(left + each), mm(top + tall)];
                 let plot = Plot { area, frame, x: Axis::log(dots().map(x), name), y: y.clone() };
-                levels(&plot, q, tolerance);
+                levels(&plot, uncertainty(q), tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
                 let k = if columns == 1 { j } else { shown.len() * row + column };

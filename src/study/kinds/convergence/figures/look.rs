@@ -1,8 +1,9 @@
-//! Mark and colour of a family and of a formulation, the same in all figures of a report.
+//! Mark and colour of a family and of a formulation, the same in all figures of a report, and the entries of families in a legend.
 
 use crate::report::canvas::{Mark, RGB};
-use crate::report::figure::style;
+use crate::report::figure::{Sample, family_label, style};
 use crate::study::store::study_record::{FamilyRecord, Role};
+use std::collections::BTreeSet;
 
 /// A mark with its colour.
 pub type Look = (Mark, RGB);
@@ -13,7 +14,16 @@ pub fn look(family: usize) -> Look {
     (marks[family % marks.len()], style(family).1)
 }
 
-/// Those of formulations: of the first family of meshes of each, and others than those of the families where a formulation has none.
+/// The legend of families by their numbers, each once and in the order of the study.
+pub fn entries(families: &[FamilyRecord], shown: impl Iterator<Item = usize>) -> Vec<(Sample, String)> {
+    let entry = |k: usize| {
+        let ((mark, color), family) = (look(k), &families[k]);
+        (Sample::Mark(mark, color), family_label(&family.name, &family.formulation))
+    };
+    shown.collect::<BTreeSet<usize>>().into_iter().map(entry).collect()
+}
+
+/// Marks and colours of formulations: those of the first family of meshes of each, and others than those of the families where a formulation has none.
 pub fn looks(families: &[FamilyRecord], formulations: &[&str]) -> Vec<Look> {
     let is_of = |f: &FamilyRecord, formulation: &str| f.formulation == formulation && f.role != Role::TimeStep;
     let first = |formulation: &str| families.iter().position(|f| is_of(f, formulation));

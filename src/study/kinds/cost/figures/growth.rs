@@ -44,8 +44,7 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                 Grows::Time => ("CPU time [s]", "Time of a case"),
                 Grows::Memory => ("largest resident set [MB]", "Memory"),
             };
-            let (left, top) = (panels.x(k), TOP + panels.row(k) * ROW);
-            let frame = [mm(left), mm(top), mm(left + panels.each), mm(top + TALL)];
+            let frame = panels.frame(k, (TOP, ROW), TALL).map(mm);
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
             let value = |l: &GrowthLaw| {
                 l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>()

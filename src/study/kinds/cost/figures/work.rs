@@ -1,28 +1,18 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
-use crate::report::canvas::{
-    Area, At, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
-};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
+use crate::report::canvas::{Area, At, GREY, Mark, RGB, SMALL, italic, mm, text};
+use crate::report::figure::{Figure, Sample, style};
 use crate::report::names;
 use crate::report::numbers::{capital, raised};
-use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::figures::sheet::Sheet;
+use crate::study::figures::work_precision::{self, Setting, levels};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
-use plotters::style::Color;
 
-const LEFT: f64 = 15.0;
-const EACH: f64 = 70.0;
-const GAP: f64 = 18.0;
-const TOP: f64 = 6.0;
-const TALL: f64 = 44.0;
-/// Least width of a panel \[mm\]
-const LEAST: f64 = 60.0;
-/// Between two rows of panels \[mm\]
-const BETWEEN: f64 = 19.0;
+const SHEET: Sheet = Sheet { left: 15.0, gap: 18.0, least: 60.0, tall: 44.0, legend: 13.0, foot: 14.0 };
 
 /// The amount along the x axis.
 struct Amount {
@@ -53,10 +43,8 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
         [] => String::new(),
         some => format!(" Without a reference, so that no error is known: {}.", some.join(", ")),
     };
-    let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
-        let (q, measure) = panels[k];
-        panel(store, a, q, measure, &cost, &name(&panels[k]), area, frame, letter(k, panels.len()));
-    });
+    let panel = panels.iter().map(|p| Panel { q: p.0, measure: p.1, amount: &cost, title: name(p) });
+    let svg = sheet(store, a, &shown, &panel.collect::<Vec<Panel>>());
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
          a case. In the grey zone errors are smaller than the uncertainty of the reference; {BELOW}.{unknown}{}",
@@ -113,9 +101,8 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
     if amounts.is_empty() {
         return None;
     }
-    let svg = sheet(store, &[q], amounts.len(), |k, area, frame| {
-        panel(store, a, q, Measure::Peak, amounts[k], amounts[k].title, area, frame, letter(k, amounts.len()));
-    });
+    let panel = amounts.iter().map(|x| Panel { q, measure: Measure::Peak, amount: x, title: x.title.into() });
+    let svg = sheet(store, a, &[q], &panel.collect::<Vec<Panel>>());
     let over: Vec<&str> = amounts.iter().map(|x| x.words).collect();
     let caption = format!(
         "Error of the peak {}, {}, over what a case consists of: {}.",
@@ -126,12 +113,12 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
     Some(Figure { name: format!("work-amounts-{variant}"), svg, caption })
 }
 
-/// Panels in two columns with the legend of the families below.
+/// The panels, with the legend of the families of all quantities that are shown.
 fn sheet(
     store: &Results,
+    a: &Analysis<CostFindings>,
     shown: &[&ByQuantity<CostOfAccuracy>],
-    count: usize,
-    paint: impl Fn(usize, &Area, [i32; 4]),
+    panels: &[Panel],
 ) -> String {
     let used = |f: &str| shown.iter().any(|q| q.settings.iter().any(|s| s.family == f));
     let mut entries: Vec<(Sample, String)> = (store.study.families.iter())
@@ -141,21 +128,9 @@ fn sheet(
             (Sample::Mark(m, c), names::family(&f.name))
         })
         .collect();
-    entries.push((Sample::Line(GREY), "Pareto front".into()));
-    entries.push((Sample::Dashed(INK), "tolerance".into()));
-    entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
-    let panels = Panels::new(count, (LEFT, GAP, 5.0), (LEAST, EACH));
-    let wide = panels.width();
-    let foot = 14.0 + 4.2 * legend_lines(&entries, wide - LEFT);
-    let tall = panels.tall(TALL, (BETWEEN, TOP + foot));
-    let row = tall + BETWEEN;
-    let below = TOP + panels.rows() * row - BETWEEN;
-    figure(wide, below + foot, "", |area| {
-        for k in 0..count {
-            let (x, y) = (panels.x(k), TOP + panels.row(k) * row);
-            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + tall)]);
-        }
-        legend_below(area, (LEFT, below + 13.0), wide - LEFT, entries);
+    entries.extend(work_precision::entries());
+    SHEET.draw(panels, entries, |panel, area, frame, letter| {
+        panel.draw(store, 100.0 * a.tolerance, area, frame, letter);
     })
 }
 
@@ -168,59 +143,38 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 
-#[expect(clippy::too_many_arguments)]
-fn panel(
-    store: &Results,
-    a: &Analysis<CostFindings>,
-    q: &ByQuantity<CostOfAccuracy>,
+/// Errors of a quantity over an amount.
+struct Panel<'a> {
+    q: &'a ByQuantity<CostOfAccuracy>,
     measure: Measure,
-    amount: &Amount,
-    title: &str,
-    area: &Area,
-    frame: [i32; 4],
-    letter: Option<char>,
-) {
-    let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
-    let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
-    let x = Axis::log(q.settings.iter().filter_map(amount.of), &amount.label);
-    let label = format!("error of the {} [%]", measure.words());
-    let values = q.settings.iter().flat_map(|s| [error(s), error(s) + unknown]);
-    let plot = Plot { area, frame, x, y: Axis::of_errors(values, tolerance, 0.0, &label) };
-    if unknown > plot.y.lo {
-        let (p, r) = (plot.at(plot.x.lo, unknown.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
-        fill(area, &[p, (r.0, p.1), r, (p.0, r.1)], UNRESOLVED.to_rgba());
-    }
-    plot.grid();
-    dashed(area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
-    let placed: Vec<(&CostedCase, f64)> = q.settings.iter().filter_map(|s| Some((s, (amount.of)(s)?))).collect();
-    let mut order = placed.clone();
-    order.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (mut front, mut best): (Vec<(i32, i32)>, f64) = (vec![], f64::INFINITY);
-    for (s, x) in order {
-        if error(s) < best {
-            best = error(s);
-            let p = plot.floored(x, best);
-            front.extend(front.last().map(|last| (p.0, last.1)));
-            front.push(p);
+    amount: &'a Amount,
+    title: String,
+}
+
+impl Panel<'_> {
+    fn draw(&self, store: &Results, tolerance: f64, area: &Area, frame: [i32; 4], letter: Option<char>) {
+        let (q, measure) = (self.q, self.measure);
+        let unknown = 100.0 * q.uncertainty(measure);
+        let ends = |s: &CostedCase| {
+            let error = 100.0 * s.errors[measure as usize];
+            [error, error + unknown]
+        };
+        let setting = |s: &CostedCase| {
+            let (cost, [error, bar]) = ((self.amount.of)(s)?, ends(s));
+            Some(Setting { cost, error, bar, look: look(store, &s.family), may_be_chosen: true })
+        };
+        let placed: Vec<Setting> = q.settings.iter().filter_map(setting).collect();
+        let x = Axis::log(placed.iter().map(|s| s.cost), &self.amount.label);
+        let label = format!("error of the {} [%]", measure.words());
+        let y = Axis::of_errors(q.settings.iter().flat_map(ends), tolerance, 0.0, &label);
+        let plot = Plot { area, frame, x, y };
+        levels(&plot, Some(unknown), tolerance);
+        work_precision::draw(&plot, &placed);
+        plot.axes(true);
+        plot.title(letter, &capital(&self.title));
+        if placed.len() < q.settings.len() {
+            let missing = format!("{} of {} not measured", q.settings.len() - placed.len(), q.settings.len());
+            text(area, &missing, (frame[2] - mm(1.0), frame[1] + mm(2.5)), At::Right, SMALL, GREY);
         }
-    }
-    front.extend(front.last().map(|last| (frame[2], last.1)));
-    line(area, &front, GREY, 8);
-    // A bar below the axis is not drawn
-    for (s, x) in placed.iter().filter(|(s, _)| error(s) + unknown > plot.y.lo) {
-        let color = look(store, &s.family).1;
-        let (p, bar) = (plot.floored(*x, error(s)), plot.at(*x, error(s) + unknown));
-        line(area, &[p, bar], color, 4);
-        line(area, &[(bar.0 - 14, bar.1), (bar.0 + 14, bar.1)], color, 4);
-    }
-    for (s, x) in &placed {
-        let (shape, color) = look(store, &s.family);
-        mark(area, shape, plot.floored(*x, error(s)), 26, color);
-    }
-    plot.axes(true);
-    plot.title(letter, &capital(title));
-    if placed.len() < q.settings.len() {
-        let missing = format!("{} of {} not measured", q.settings.len() - placed.len(), q.settings.len());
-        text(area, &missing, (frame[2] - mm(1.0), frame[1] + mm(2.5)), At::Right, SMALL, GREY);
     }
 }

@@ -27,17 +27,13 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     }
     let panels = Panels::new(shown.len(), (0.0, 4.0, 0.0), (44.0, WIDE));
     let tall = panels.tall(TALL, (8.0, 10.0));
-    let place = |k: usize| (panels.x(k), panels.row(k) * (tall + 8.0));
+    let frame = |k: usize| panels.frame(k, (6.0, tall + 8.0), tall).map(mm);
     let view = View::from(EYE);
     let mut under = String::new();
     for (k, (_, skin)) in shown.iter().enumerate() {
         let moved = skin.points.iter().zip(&skin.displacement);
         let moved: Vec<[f64; 3]> = moved.map(|(x, u)| std::array::from_fn(|i| x[i] + u[i])).collect();
-        let (x, y) = place(k);
-        let fit = Fit::new(
-            extent(moved.iter().map(|p| view.project(*p))),
-            [mm(x), mm(y + 6.0), mm(x + panels.each), mm(y + 6.0 + tall)],
-        );
+        let fit = Fit::new(extent(moved.iter().map(|p| view.project(*p))), frame(k));
         let look = Look {
             color: &|_| RGB(0xdd, 0xe6, 0xee),
             edge: Some((RGB(0x33, 0x44, 0x55), 2.0)),
@@ -48,10 +44,10 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     }
     let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
-            let (x, y) = place(k);
+            let [left, top, ..] = frame(k);
             // There is no margin behind the last panel, into which a heading may reach elsewhere
             let wide = mm(panels.each - 2.0);
-            headed(area, (mm(x), mm(y + 6.0)), wide, None, &format!("{}: {}", case.case, case.status));
+            headed(area, (left, top), wide, None, &format!("{}: {}", case.case, case.status));
         }
     });
     let caption =

@@ -45,9 +45,10 @@ pub fn draw(map: &Map) -> Figure {
     let bottom = TOP + row * panels.rows() - 4.0;
     let svg = figure(panels.width(), bottom + legend, "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
-            let (left, top) = (panels.x(k), TOP + row * panels.row(k));
-            squares(area, map, (panel, &numbers), [left, top, left + panels.each, top + tall], panels.begins_row(k));
-            headed(area, (mm(left), mm(top)), mm(panels.each), letter(k, map.panels.len()), &panel.label);
+            let frame = panels.frame(k, (TOP, row), tall);
+            let [left, top, ..] = frame.map(mm);
+            squares(area, map, (panel, &numbers), frame, panels.begins_row(k));
+            headed(area, (left, top), mm(panels.each), letter(k, map.panels.len()), &panel.label);
         }
         legend_below(area, (LEFT, bottom), across, entries);
         for (k, words) in words.iter().enumerate() {

@@ -1,0 +1,52 @@
+//! A sheet of equal panels in rows, with one legend for all of them below.
+
+use crate::report::canvas::{Area, figure, mm};
+use crate::report::figure::{LINE, Sample, legend_below, legend_lines};
+use crate::report::panels::{Panels, letter};
+
+/// At the right of a row, and above the first one \[mm\]
+const RIGHT: f64 = 5.0;
+const TOP: f64 = 6.0;
+/// Between two rows of panels \[mm\]
+const BETWEEN: f64 = 19.0;
+/// Largest width of a panel \[mm\]
+const EACH: f64 = 70.0;
+
+/// Places on the sheet \[mm\].
+pub struct Sheet {
+    /// At the left of a row
+    pub left: f64,
+    /// Between two panels of a row
+    pub gap: f64,
+    /// Least width of a panel
+    pub least: f64,
+    /// Height of a panel, which is less where a page would not take all rows
+    pub tall: f64,
+    /// From the last row to the first line of the legend
+    pub legend: f64,
+    /// From the last row to the lower edge, without the lines of the legend
+    pub foot: f64,
+}
+
+impl Sheet {
+    /// The figure with a panel for each of `shown`, which `paint` draws into its frame with its letter.
+    pub fn draw<T>(
+        &self,
+        shown: &[T],
+        entries: Vec<(Sample, String)>,
+        paint: impl Fn(&T, &Area, [i32; 4], Option<char>),
+    ) -> String {
+        let panels = Panels::new(shown.len(), (self.left, self.gap, RIGHT), (self.least, EACH));
+        let across = panels.width() - self.left;
+        let foot = self.foot + LINE * legend_lines(&entries, across);
+        let tall = panels.tall(self.tall, (BETWEEN, TOP + foot));
+        let row = tall + BETWEEN;
+        let bottom = TOP + row * panels.rows() - BETWEEN;
+        figure(panels.width(), bottom + foot, "", |area| {
+            for (k, of) in shown.iter().enumerate() {
+                paint(of, area, panels.frame(k, (TOP, row), tall).map(mm), letter(k, shown.len()));
+            }
+            legend_below(area, (self.left, bottom + self.legend), across, entries);
+        })
+    }
+}
