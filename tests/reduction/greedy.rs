@@ -3,6 +3,7 @@
 use crate::bar::{self, Bar, SCENE};
 use crate::common::program::durometer;
 use crate::common::studies::run_folder;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::prelude::write_report;
@@ -43,8 +44,8 @@ fn held_back_error(scene: &Scene, known: &[FullState], others: &[FullState]) -> 
     let training = Training::new(scene, known, &names()).unwrap_or_else(|e| panic!("{e}"));
     let model = training.model(MODES, Some(1e-3), &[]).unwrap_or_else(|e| panic!("{e}"));
     let all = errors(&model, others).expect("a law of the library");
-    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, f64::max);
-    (0..names().len()).map(of).fold(0.0, f64::max)
+    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, larger);
+    (0..names().len()).map(of).fold(0.0, larger)
 }
 
 const MODES: usize = 6;

@@ -1,6 +1,7 @@
 //! A reduced model is judged by changes from rest: where the origin of the coordinates lies decides nothing.
 
 use crate::bar::{Bar, states};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::training::greedy::{Choice, Search};
@@ -38,7 +39,7 @@ fn a_model_does_not_depend_on_the_origin() {
     assert!((1e-4..0.02).contains(&change) && close(change, there.largest_changes[0]), "{change}");
     assert!((there.rest[0] - here.rest[0] - 1.0).abs() < 1e-12, "{:?} {:?}", here.rest, there.rest);
     assert!(close(here.size_at(0, here.rest[0] + 0.1), 0.1) && close(there.size_at(0, there.rest[0] - 0.1), 0.1));
-    let largest = |rows: &[Vec<(f64, f64)>]| rows.iter().map(|row| row[0].0.abs()).fold(0.0, f64::max);
+    let largest = |rows: &[Vec<(f64, f64)>]| rows.iter().map(|row| row[0].0.abs()).fold(0.0, larger);
     assert!(close(largest(&near), largest(&far)), "{:e} {:e}", largest(&near), largest(&far));
     assert!(close(first.largest, other.largest) && first.chosen == other.chosen, "{first:?} {other:?}");
 }

@@ -7,6 +7,7 @@ mod cycles;
 mod dependencies;
 mod docs;
 mod errors;
+mod folds;
 mod gallery;
 mod language;
 mod names;
