@@ -1,6 +1,6 @@
 //! Training states that are chosen where the estimated error is large: how well, and as parts of a study.
 
-use crate::bar::{self, Bar, SCENE};
+use crate::bar::{self, Bar, SCENE, Weight};
 use crate::common::program::durometer;
 use crate::common::studies::run_folder;
 use durometer::math::statistics::larger;
@@ -22,7 +22,7 @@ const DRIVE: &str =
     "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"-12 mm\", \"4 mm\"] } }";
 
 fn bar(points: usize) -> Scene {
-    let bar = Bar { weight: [-10, 10], drive: Some(DRIVE), ..Bar::default() };
+    let bar = Bar { weight: Weight::Input([-10, 10]), drive: Some(DRIVE), ..Bar::default() };
     bar.of_points(block(8, 2, 2, 0.04, 0.01, 0.01, Order::Linear), points)
 }
 

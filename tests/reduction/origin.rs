@@ -1,6 +1,6 @@
 //! A reduced model is judged by changes from rest: where the origin of the coordinates lies decides nothing.
 
-use crate::bar::{Bar, states};
+use crate::bar::{Bar, Weight, states};
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -14,7 +14,8 @@ const LOADS: [f64; 6] = [2.0, 5.0, 9.0, 12.0, 16.0, 20.0];
 fn bar(shift: f64, points: usize) -> Scene {
     let mut mesh = block(8, 1, 1, 0.04, 0.01, 0.01, Order::Linear);
     mesh.points.iter_mut().for_each(|point| point.z += shift);
-    Bar { direction: "[0, 0, -1]", weight: [0, 20], drive: None, ..Bar::default() }.of_points(mesh, points)
+    Bar { direction: "[0, 0, -1]", weight: Weight::Input([0, 20]), drive: None, ..Bar::default() }
+        .of_points(mesh, points)
 }
 
 /// A model of one mode, its errors at its own states, and the states that a search would add.
