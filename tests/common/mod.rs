@@ -7,6 +7,7 @@ pub mod cook;
 pub mod disk;
 pub mod elastic_block;
 pub mod field;
+pub mod files;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
