@@ -100,6 +100,7 @@ fn twist(d: &SignedSvd, i: usize, j: usize) -> Row9 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
     use crate::math::tensor::Vec3;
 
     fn law() -> Corotational {
@@ -123,7 +124,7 @@ mod tests {
         let h = 1e-2 / 400.0;
         let reference = rows(&((central(h / 2.0) * 4.0 - central(h)) / 3.0));
         let a = law().eval(&f, Want::Tangent).expect("defined for every F").a;
-        let size = a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let size = a.as_flattened().iter().fold(0.0, |m, x| larger(m, x.abs()));
         for (row, want) in a.iter().zip(reference) {
             let got: f64 = row.iter().zip(rows(&d)).map(|(x, y)| x * y).sum();
             assert!((got - want).abs() < 1e-8 * size, "{got}, difference {want}");

@@ -96,6 +96,17 @@ pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
+/// The larger of two values; not a number where one of them is none, which `f64::max` leaves out. So `values.fold(0.0, larger)` is within a bound only if every
+/// value is; of no values it is 0.
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// The smaller of two values; not a number where one of them is none, as of [`larger`].
+pub fn smaller(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
+}
+
 /// The middle of the sorted values, or the mean of the two middle ones; not a number where there are no values.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
@@ -116,6 +127,19 @@ mod tests {
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert!(median(&[]).is_nan());
         assert_eq!((mean(&[1.0, 2.0, 6.0]), variance(&[1.0, 2.0, 6.0])), (3.0, 7.0));
+    }
+
+    /// Wherever it is among the values, also as the first one.
+    #[test]
+    fn what_is_not_a_number_is_not_left_out() {
+        for place in 0..3 {
+            let mut values = [1.0, 3.0, 2.0];
+            let ends = |values: [f64; 3]| [values.into_iter().fold(0.0, larger), values.into_iter().fold(9.0, smaller)];
+            assert_eq!(ends(values), [3.0, 1.0]);
+            values[place] = f64::NAN;
+            assert!(ends(values).iter().all(|end| end.is_nan()), "{values:?}");
+        }
+        assert_eq!([larger(f64::INFINITY, 1.0), smaller(1.0, f64::NEG_INFINITY)], [f64::INFINITY, f64::NEG_INFINITY]);
     }
 
     /// Two-sided 95 % points of Student's t. ν = 1 and 2 have closed forms: tan(0.475π) and √(2·0.95²/(1 − 0.95²)); the

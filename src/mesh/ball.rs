@@ -275,6 +275,7 @@ impl Ball<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
     use crate::mesh::made::disturb::distort;
     use crate::mesh::made::structured::block;
 
@@ -330,7 +331,7 @@ mod tests {
             for (i, w) in ball_weights(&linear, center, radius).expect("inside") {
                 left[i as usize] -= w;
             }
-            left.into_iter().fold(0.0, |most: f64, w| most.max(w.abs()))
+            left.into_iter().fold(0.0, |most, w| larger(most, w.abs()))
         };
         let straight = difference(&quadratic);
         assert!(straight < 1e-13, "{straight:e}");

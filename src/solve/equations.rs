@@ -1,8 +1,8 @@
 //! The equations of the current step, assembled: residual, tangent, constraints, and the error of a state.
 
 use super::linear::multipliers;
-use super::linear::multipliers::larger;
 use super::{Failure, Limit, Step};
+use crate::math::statistics::larger;
 use crate::math::vector::norm;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, State, System, Want};
 use std::time::{Duration, Instant};

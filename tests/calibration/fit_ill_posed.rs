@@ -5,6 +5,7 @@ use crate::common::made::{fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
     FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, fit_experiment,
 };
+use durometer::math::statistics::larger;
 
 /// Reference case 21b: two rows and six constants. No standard error is finite, and the directions are named.
 #[test]
@@ -78,8 +79,7 @@ fn outliers_pull_at_squares_and_not_at_huber() {
     assert!(
         said.contains("note: data points far from their neighbours have a limited weight") && said.contains("(5 of ")
     );
-    let off =
-        |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, f64::max);
+    let off = |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, larger);
     assert!(off(&huber) < 0.02 && off(&squares) > 0.1, "{} and {}", off(&huber), off(&squares));
 }
 

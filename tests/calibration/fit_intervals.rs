@@ -5,6 +5,7 @@ use durometer::calibrate::{
     ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Model, Sample,
     SlackChoice, Treatment, fit, fit_experiment,
 };
+use durometer::math::statistics::larger;
 use nalgebra::{DMatrix, DVector};
 
 /// A table of uniaxial rows at evenly spread λ with these errors [Pa].
@@ -148,7 +149,7 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
     };
     let grid: Vec<_> =
         [0.0, 0.5, 1.0].into_iter().flat_map(|power| (0..46).map(move |k| (power, k))).map(one).collect();
-    let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, f64::max);
+    let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, larger);
     let sum: f64 = grid.iter().map(|g| g.1 * (g.2 - most).exp()).sum();
     type AtCorrelation = (f64, f64, f64, DMatrix<f64>);
     let mean_of =

@@ -5,6 +5,7 @@ use crate::common::made::{case, fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
     FitOptions, FitWarning, Mode, Model, Partner, Sample, SolverCheck, Weighting, fit_experiment,
 };
+use durometer::math::statistics::larger;
 use rayon::prelude::*;
 
 /// The stresses that are fitted are those of the scene's law with the same constants, its pressure eliminated from P and not from a closed
@@ -82,7 +83,7 @@ fn noisy_data_give_intervals_that_hold_the_truth() {
         let values = truth(model.name(), model.terms);
         let range = if model.name() == "ogden" { [0.4, 6.0] } else { [0.5, 3.0] };
         let clean = samples(model, &values, &Mode::PULLED, range, 60, |p| p);
-        let top = 0.01 * clean.iter().map(|s| s.stress.abs()).fold(0.0, f64::max) * 0.2;
+        let top = 0.01 * clean.iter().map(|s| s.stress.abs()).fold(0.0, larger) * 0.2;
         let mut noise = Random::seed(seed as u64 + 77);
         let noisy: Vec<Sample> =
             clean.iter().map(|s| Sample { stress: s.stress + top * noise.normal(), ..*s }).collect();
@@ -104,7 +105,7 @@ fn intervals_of_yeoh_cover_the_truth() {
     let model = Model::new("yeoh", Some(3)).expect("registered");
     let values = truth("yeoh", 3);
     let clean = samples(model, &values, &[Mode::Uniaxial], [1.05, 4.0], 12, |p| p);
-    let top = clean.iter().map(|s| s.stress).fold(0.0, f64::max);
+    let top = clean.iter().map(|s| s.stress).fold(0.0, larger);
     let options = FitOptions { ranges: 0, ..options(model, &[Mode::Uniaxial]) };
     let hits = |seed: u64| {
         let mut noise = Random::seed(0xc0ffee + seed);

@@ -7,6 +7,7 @@ use durometer::calibrate::{
     AuditKind, FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange, Weighting,
     compare, compare_experiment, fit, fit_experiment,
 };
+use durometer::math::statistics::larger;
 use std::path::{Path, PathBuf};
 
 fn model(law: &str, terms: usize) -> Model {
@@ -254,7 +255,7 @@ fn the_warning_names_where_the_free_law_fails() {
 /// μ and J_m of the rows up to a stretch, by another way: μ is a quotient of two sums, J_m the minimum over a grid that is refined to rounding.
 fn gent_by_hand(rows: &[(f64, f64)]) -> ([f64; 2], f64) {
     let i1 = |l: f64| l * l + 2.0 / l - 3.0;
-    let reach = rows.iter().map(|r| i1(r.0)).fold(0.0, f64::max);
+    let reach = rows.iter().map(|r| i1(r.0)).fold(0.0, larger);
     let at = |x: f64| {
         let jm = reach * (1.0 + x.exp());
         let shape: Vec<f64> = rows.iter().map(|(l, _)| (l - l.powi(-2)) / (1.0 - i1(*l) / jm)).collect();

@@ -10,6 +10,7 @@ use durometer::calibrate::inverse::{
 };
 use durometer::calibrate::{ErrorModel, Loss, Mode, Model, Weighting};
 use durometer::material::{LAWS, registry};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{ParameterKey, Progress, Scene};
@@ -167,7 +168,7 @@ fn every_law_is_found_again() {
         let off = |(f, u): (&durometer::calibrate::inverse::Found, &durometer::calibrate::inverse::Unknown)| {
             (f.value / u.start - 1.0).abs()
         };
-        let worst = c.constants.iter().zip(&truth.unknown).map(off).fold(0.0, f64::max);
+        let worst = c.constants.iter().zip(&truth.unknown).map(off).fold(0.0, larger);
         println!(
             "{} {keys:?}: {worst:.1e} in {} solves, misfit {:.1e}",
             entry.info.name, c.solves, c.curves[0].rms_relative
@@ -327,7 +328,7 @@ fn the_interval_of_several_specimens_is_that_between_them() {
     let truth = model(&bar(&law, "3 mm", 2), &["E"], X, Y);
     let mean = truth.unknown[0].start;
     let exact = made(&truth, (1..=20).map(|k| 1.5e-4 * f64::from(k)).collect());
-    let largest = exact.y.iter().copied().fold(0.0, f64::max);
+    let largest = exact.y.iter().copied().fold(0.0, larger);
     let draw = |count: usize, seed: u64, specimen: Option<&str>| {
         let mut noise = Random::seed(1 + 7919 * seed);
         let one = |_| {
@@ -427,7 +428,7 @@ fn profiles_of_a_linear_law_are_its_covariance() {
     let keys = ["C10", "C20"];
     let truth = model(&bar(&law, "6 mm", 6), &keys, X, Y);
     let mut measured = made(&truth, (1..=60).map(|k| 1e-4 * f64::from(k)).collect());
-    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let largest = measured.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
     let mut random = common::Random::seed(11);
     measured.y.iter_mut().for_each(|y| *y += 0.01 * largest * random.normal());
     let c = found_with(vec![curve(&truth, &measured)], &Settings { profile: true, ..exact() });
@@ -630,7 +631,7 @@ nu = {nu}
     let truth = of("100 kPa", 0.4);
     let mut measured = made(&truth, (1..=20).map(|k| 0.02 * f64::from(k)).collect());
     let mut random = common::Random::seed(3);
-    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let largest = measured.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
     measured.y.iter_mut().for_each(|y| *y += 0.005 * largest * random.normal());
     let started = of("60 kPa", 0.3);
     let c = found_with(vec![curve(&started, &measured)], &Settings::new(Weighting::Absolute));
@@ -744,7 +745,7 @@ fn a_robust_loss_ignores_what_is_far_off() {
     let law = example_table("neo_hookean");
     let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
     let mut measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
-    let largest = measured.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let largest = measured.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
     let mut random = common::Random::seed(8);
     measured.y.iter_mut().for_each(|y| *y += 0.002 * largest * random.normal());
     for k in [20, 24, 27] {
@@ -783,7 +784,7 @@ fn intervals(errors: Errors, draws: u64) -> (f64, Vec<[f64; 2]>) {
     let x: Vec<f64> = (1..=60).map(|k| 5e-5 * f64::from(k)).collect();
     let y = made(&truth, x.iter().map(|x| (x - slack).max(0.0)).collect()).y;
     let clean = Measured { y, ..made(&truth, x) };
-    let largest = clean.y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let largest = clean.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
     let one = |seed: u64| {
         let (mut random, mut before) = (common::Random::seed(1000 + seed), 0.0);
         (0..20).for_each(|_| _ = random.normal());

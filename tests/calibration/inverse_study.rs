@@ -3,6 +3,7 @@
 
 use crate::common;
 use crate::common::Random;
+use durometer::math::statistics::{larger, smaller};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::study::case::Case;
 use durometer::study::expand::Study;
@@ -103,7 +104,7 @@ fn folder(keys: &str) -> tempfile::TempDir {
     let mut random = Random::seed(21);
     for (name, scene, axis) in [("bend", "scene", "z"), ("pull", "pull", "x")] {
         let rows = truth(axis);
-        let largest = rows.iter().fold(0.0_f64, |m, (_, f)| m.max(f.abs()));
+        let largest = rows.iter().fold(0.0, |m, (_, f)| larger(m, f.abs()));
         let rows = rows.iter().skip(1).flat_map(|row| std::iter::repeat_n(row, 6));
         let rows: String = rows.map(|(u, f)| format!("{u:?},{:?}\n", f + 0.005 * largest * random.normal())).collect();
         write(&format!("{name}.csv"), &format!("u,F\n{rows}"));
@@ -197,8 +198,8 @@ fn dimensions_are_taken_at_their_worst_ends_together() {
     let of = |family: &str| {
         let cases = found["cases"].as_array().expect("a list").iter().filter(|c| c["family"] == family);
         let changes: Vec<f64> = cases.map(|c| c["value"].as_f64().expect("a number") - value).collect();
-        let least = changes.iter().copied().fold(0.0, f64::min);
-        [least, changes.iter().copied().fold(0.0, f64::max)]
+        let least = changes.iter().copied().fold(0.0, smaller);
+        [least, changes.iter().copied().fold(0.0, larger)]
     };
     let (thick, long) = (of("thick"), of("long"));
     let [low, high] = [0, 1].map(|k| found["nuisance"][k].as_f64().expect("a corner"));
@@ -289,7 +290,7 @@ fn corners_of_a_curved_answer_are_named_or_run() {
     let range = run[1] - run[0];
     assert!((estimated[0] - run[0]).abs() < 0.2 * range && (estimated[1] - run[1]).abs() < 0.2 * range);
     let values = || cases.as_array().expect("a list").iter().map(|c| c["value"].as_f64().expect("a number"));
-    let ends = [values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max)];
+    let ends = [values().fold(f64::INFINITY, smaller), values().fold(0.0, larger)];
     assert!((ends[0] - run[0]).abs() < 1e-9 * value && (ends[1] - run[1]).abs() < 1e-9 * value, "{ends:?}");
     let message = |keys: String| {
         let study = folder(&keys);

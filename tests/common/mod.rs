@@ -7,6 +7,7 @@ pub mod cook;
 pub mod disk;
 pub mod elastic_block;
 pub mod field;
+pub mod files;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
@@ -24,6 +25,7 @@ use durometer::material::{Law, registry};
 use durometer::math;
 use durometer::math::random::SplitMix;
 use durometer::math::signal::{Clock, Signal};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::element::{CELL_EDGES, cell_shape, facet_shape};
 use durometer::mesh::structured::block;
@@ -316,7 +318,7 @@ pub fn column(run: &Run, name: &str) -> Vec<f64> {
     run.column(name).unwrap_or_else(|| panic!("no {name} in {:?}", run.columns))
 }
 
-/// Largest absolute value.
+/// Largest absolute value; not a number where one of the values is none.
 pub fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, x| x.abs().max(m))
+    v.iter().fold(0.0, |m, x| larger(m, x.abs()))
 }

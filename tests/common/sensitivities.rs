@@ -5,6 +5,7 @@
 //! add 3·1e-11/1e-3 ≈ 3e-8. Accepted is 1e-6 of the largest value of the same unit.
 
 use durometer::material::registry;
+use durometer::math::statistics::larger;
 use durometer::scene::{ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder, column};
 use durometer::solve::Status;
 use toml::{Table, Value};
@@ -35,7 +36,7 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
         .iter()
         .map(|name| {
             let alike = columns.iter().filter(|c| column::comparable(&run.columns[**c], name));
-            alike.flat_map(|&c| run.rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
+            alike.flat_map(|&c| run.rows.iter().map(move |row| row[c])).fold(0.0, |m, v| larger(m, v.abs()))
         })
         .collect();
     let mut worst = 0.0_f64;

@@ -1,5 +1,6 @@
 //! A made-up convergence study with a known answer, in memory and on disk.
 
+use durometer::math::statistics::larger;
 use durometer::scene::ExtremeKind;
 use durometer::study::store::record::*;
 use durometer::study::store::skin::Skin;
@@ -58,7 +59,7 @@ fn mesh_of(m: &Member) -> MeshRecord {
 /// The record of a column that rises from zero to its largest value at t = 1 s.
 fn probe(f: &[f64]) -> ProbeRecord {
     ProbeRecord {
-        peak: f.iter().copied().fold(0.0, f64::max),
+        peak: f.iter().copied().fold(0.0, larger),
         peak_is: ExtremeKind::Maximum,
         peak_t_s: 1.0,
         last: f[f.len() - 1],

@@ -3,6 +3,7 @@
 use crate::common::{Random, column, run};
 use crate::surface::write;
 use durometer::effect::contact::shape::Shape;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::surface_file::Surface;
 use durometer::scene::{Run, Scene, parse_scene};
@@ -345,7 +346,7 @@ fn difference([one, other]: &[Run; 2], name: &str, label: &str) -> f64 {
     }
     let [one, other] = [one, other].map(|run| column(run, name));
     assert_eq!(one.len(), other.len(), "{label}");
-    one.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    one.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, larger)
 }
 
 const RULES: [&str; 4] = [
@@ -374,7 +375,7 @@ velocity = ["0.3 m/s", "0 m/s", "0 m/s"]"#;
                     Thrown { body, obstacles, response, friction, integrator, seconds: 0.1 }.scene()
                 });
                 let off = ["x", "y", "z"].map(|i| difference(&runs, &format!("body_in_it_{i}_m"), &label));
-                let off = off.into_iter().fold(0.0, f64::max);
+                let off = off.into_iter().fold(0.0, larger);
                 println!("{label}: {off:.1e} m, {:?} iterations", runs.each_ref().map(|run| run.totals.iterations));
                 assert!(off < OFF, "{label}: {off:e}");
             }

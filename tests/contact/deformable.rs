@@ -9,6 +9,7 @@ use durometer::effect::contact::surfaces::friction::SurfaceFriction;
 use durometer::effect::contact::surfaces::pressed::PressedSurfaces;
 use durometer::effect::contact::surfaces::surface::Surface;
 use durometer::effect::contact::surfaces::{Surfaces, Term};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::boundary::boundary_facets;
 use durometer::mesh::element::CELL_FACES;
@@ -104,7 +105,7 @@ fn forces_and_tangents_are_derivatives() {
                 *kinds.entry(kind).or_default() += 1;
             }
             let (_, r, k) = whole(&pressed, &x, Want::Tangent);
-            let (scale, stiff) = (1.0 + largest(&r), k.iter().map(|row| largest(row)).fold(1.0, f64::max));
+            let (scale, stiff) = (1.0 + largest(&r), k.iter().map(|row| largest(row)).fold(1.0, larger));
             let at = |dof: usize, s: f64| {
                 let mut moved = x.clone();
                 moved[dof] += s;
@@ -398,7 +399,7 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
         let even = |name: &str| {
             let nodes = plane(name);
             let mean = nodes.iter().map(|&k| uz(k)).sum::<f64>() / nodes.len() as f64;
-            nodes.iter().map(|&k| (uz(k) - mean).abs()).fold(0.0, f64::max) / size
+            nodes.iter().map(|&k| (uz(k) - mean).abs()).fold(0.0, larger) / size
         };
         let uneven = even("lower.zmax").max(even("upper.zmin"));
         println!(
@@ -520,12 +521,12 @@ fn momentum_stays_and_energy_does_not_grow() {
         assert_eq!(run.status, Status::Converged, "{ratio}");
         assert!(column(&run, "between_points").iter().any(|n| *n > 0.0));
         let first = momentum[0];
-        let drift = momentum.iter().map(|p| (p - first).norm() / first.norm()).fold(0.0, f64::max);
+        let drift = momentum.iter().map(|p| (p - first).norm() / first.norm()).fold(0.0, larger);
         assert!(drift < 1e-8, "{ratio}: {drift:.1e}");
         let [elastic, kinetic] = ["elastic_J", "kinetic_J"].map(|c| column(&run, c));
         // ½ m v² of the upper block, whose volume is 1 cm³.
         let whole = 0.5e-3 * ratio * (1.0 + 0.1f64.powi(2) + 0.05f64.powi(2));
-        let worst = elastic.iter().zip(&kinetic).map(|(e, k)| (e + k) / whole).fold(0.0, f64::max);
+        let worst = elastic.iter().zip(&kinetic).map(|(e, k)| (e + k) / whole).fold(0.0, larger);
         assert!(worst < 1.0 + 1e-8, "{ratio}: {worst}");
         println!("mass ratio {ratio}: momentum {drift:.1e}, energy {worst:.6}, {} iterations", run.totals.iterations);
         assert_eq!(crossings(&scene.body.mesh, &run.last.x, true), 0);

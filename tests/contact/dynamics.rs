@@ -3,6 +3,7 @@
 use crate::common::renumbered::renumbered;
 use crate::common::{Random, column, run, run_with_states, scene};
 use crate::setup::{CUBE, RESPONSES, SLOPE, cube_on_slope, last};
+use durometer::math::statistics::{larger, smaller};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -85,7 +86,7 @@ tolerance = 1e-10
         assert_eq!(run.status, Status::Converged, "{speed} m/s");
         // Implicit Euler: M (v' − v)/Δt is the force, to the tolerance of the equilibrium, 1e-10 of the sum of all forces.
         let force = column(&run, "wall_force_x_N");
-        let off = (1..momenta.len()).map(|k| (momenta[k] - momenta[k - 1] - 0.01 * force[k]).abs()).fold(0.0, f64::max);
+        let off = (1..momenta.len()).map(|k| (momenta[k] - momenta[k - 1] - 0.01 * force[k]).abs()).fold(0.0, larger);
         println!("{speed} m/s: {} iterations, momentum {:.1e}", run.totals.iterations, off / momenta[0]);
         assert!(off < 1e-8 * momenta[0], "{speed} m/s: {off:.1e} of {:.1e}", momenta[0]);
         let (kinetic, elastic) = (column(&run, "kinetic_J"), column(&run, "elastic_J"));
@@ -163,7 +164,7 @@ max_iterations = 200
             let pressed: Vec<f64> =
                 t.iter().zip(&force).filter(|(t, _)| (0.0115..0.0145).contains(*t)).map(|(_, f)| *f).collect();
             let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
-            let most = energy.iter().fold(0.0, |m: f64, e| m.max(*e)) / energy[0];
+            let most = energy.iter().fold(0.0, |m, e| larger(m, *e)) / energy[0];
             println!("{integrator} {response} {dt} ms: {} of the force, {most} of the energy", mean / plateau);
             assert!((mean / plateau - 1.0).abs() < 0.02, "{integrator} {response} {dt} ms: {mean} N for {plateau} N");
             assert!(most < 1.0 + 1e-3, "{integrator} {response} {dt} ms: energy times {most}");
@@ -214,7 +215,7 @@ fn small_block() -> TetMesh {
 /// Largest energy in addition to that at the start, as a share of the work of the weight.
 fn created(run: &Run) -> f64 {
     let (energy, work) = (energies(run), column(run, "work_J"));
-    let most = |values: &[f64], from: f64| values.iter().fold(0.0, |m: f64, value| m.max(value - from));
+    let most = |values: &[f64], from: f64| values.iter().fold(0.0, |m, value| larger(m, value - from));
     most(&energy, energy[0]) / most(&work, 0.0)
 }
 
@@ -240,7 +241,7 @@ fn a_ball_that_falls_comes_to_rest() {
             let run = fall(small_block(), &ball, &floor(response, 0.3), &stage);
             let (z, force) = (column(&run, "thing_z_m"), column(&run, "contact_force_z_N"));
             let hit = force.iter().position(|f| *f > 0.0).expect("it falls on the floor");
-            let rebound = z[hit..].iter().fold(0.0, |m: f64, z| m.max(z - 0.01)) / (1e-3 * height);
+            let rebound = z[hit..].iter().fold(0.0, |m, z| larger(m, z - 0.01)) / (1e-3 * height);
             let (created, pressed) = (created(&run), resting_force(&run, 3) / weight);
             let case = format!("{integrator} {response} {height} mm");
             println!("{case}: rebound {rebound}, energy {created}, rests with {pressed} of its weight");
@@ -317,7 +318,7 @@ fn falls_from_any_height_are_inelastic() {
             let stage = format!("integrator = \"bdf2\"\nduration = \"0.06 s\"\ndt = \"{dt} s\"");
             let z = column(&fall(small_block(), &ball, &floor("multiplier", 0.0), &stage), "thing_z_m");
             let hit = z.iter().position(|z| *z < 0.01 + 1e-6).expect("it falls on the floor");
-            let rebound = z[hit..].iter().fold(0.0, |m: f64, z| m.max(z - 0.01)) / height;
+            let rebound = z[hit..].iter().fold(0.0, |m, z| larger(m, z - 0.01)) / height;
             assert!(rebound < 1e-4, "{dt} s, {height} m: {rebound} of the height");
         }
     }
@@ -358,7 +359,7 @@ fn rebound(ball: &str, contact: &str) -> f64 {
     let run = fall(block(3, 3, 2, 0.04, 0.04, 0.01, Order::Linear), ball, contact, stage);
     let z = column(&run, "thing_z_m");
     let lowest = (0..z.len()).min_by(|a, b| z[*a].total_cmp(&z[*b])).expect("rows");
-    z[lowest..].iter().fold(0.0, |m: f64, other| m.max(other - z[lowest]))
+    z[lowest..].iter().fold(0.0, |m, other| larger(m, other - z[lowest]))
 }
 
 /// An impact is told by the velocity towards the obstacle: a ball that flies across it fast does not rebound either, whatever the direction.
@@ -495,7 +496,7 @@ max_iterations = 200
     let scene = scene(mesh, &text);
     let mut least = f64::INFINITY;
     let run = run_with_states(&scene, &mut |state| {
-        least = least.min(scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
+        least = smaller(least, scene.contacts[0].points().expect("points").deepest(&state.x).expect("points").1);
     });
     (run.status, least)
 }

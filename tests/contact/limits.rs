@@ -5,6 +5,7 @@ use crate::setup::{CUBE, last};
 use durometer::effect::contact::placement::Obstacle;
 use durometer::effect::contact::shape::Shape;
 use durometer::effect::contact::{Contact, Counts, SurfacePoint};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::curved::octant;
@@ -185,7 +186,7 @@ dt = "0.125 s"
         assert!((0.375..=0.5).contains(&t), "{friction}: the floor is there at 0.5 s: {t}");
         let node = run.status.culprit().node.expect("it names one") as usize;
         assert_eq!((scene.points[node].x, scene.points[node].z), (0.0, 0.0), "{friction}");
-        let most = column(&run, "plate_force_z_N").into_iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+        let most = column(&run, "plate_force_z_N").into_iter().fold(0.0, |m, f| larger(m, f.abs()));
         assert!(most < 1e-6, "{friction}: {most:.1e} N");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common::{largest, run};
 use crate::setup::{RESPONSES, last, soft_block};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::solve::Status;
 use nalgebra::{Rotation3, Unit};
@@ -68,7 +69,7 @@ displacement = {{ kind = "ramp", from = "0 mm", to = "1.1 mm", end = "1 s" }}
     for response in RESPONSES {
         let (still, turned) = (roller(response, 0.0, ""), roller(response, 0.0, turn));
         let apart = still.last.x.iter().zip(&turned.last.x).take(3 * 7 * 7 * 4).map(|(a, b)| (a - b).abs());
-        let (apart, size) = (apart.fold(0.0, f64::max), largest(&still.last.x[..3 * 7 * 7 * 4]));
+        let (apart, size) = (apart.fold(0.0, larger), largest(&still.last.x[..3 * 7 * 7 * 4]));
         assert!(apart < 1e-6 * size, "{response}: {apart} of {size}");
         let rough = roller(response, 0.3, turn);
         let tangential = last(&rough, "roller_force_x_N") - last(&rough, "roller_normal_x_N");

@@ -2,6 +2,7 @@
 
 use crate::common::{ORDERS, largest, run, scene};
 use crate::setup::{RESPONSES, last, soft_block};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
@@ -79,7 +80,7 @@ fn a_uniform_pressure_comes_out_uniform() {
             let total: f64 = forces.chunks(3).map(|f| f[2]).sum();
             let area: f64 = areas.iter().map(|a| a.1).sum();
             let worst = areas.iter().map(|&(n, a)| (forces[3 * n as usize + 2] - total * a / area).abs());
-            let worst = worst.fold(0.0, f64::max) / (total / areas.len() as f64);
+            let worst = worst.fold(0.0, larger) / (total / areas.len() as f64);
             let bound = if order == Order::Quadratic && response == "barrier" { 2e-4 } else { 1e-6 };
             assert!(worst < bound, "{order:?} {response}: {worst:.1e}");
             let balance = last(&run, "floor_force_z_N") / -last(&run, "zmax_reaction_z_N") - 1.0;

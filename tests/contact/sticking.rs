@@ -9,6 +9,7 @@ use durometer::effect::contact::pressed::Pressed;
 use durometer::effect::contact::shape::Shape;
 use durometer::effect::contact::{Contact, SurfacePoint};
 use durometer::material::Want;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -205,7 +206,7 @@ fn a_dynamic_stage_goes_on_from_a_static_one() {
             let run = run(&sheared(response, "[[0, 0], [1, 0], [2, 0.5], [4, 0.5]]", 5, &stage));
             assert_eq!(run.status, Status::Converged, "{integrator}, {response}");
             let force = &column(&run, "floor_force_x_N")[20..];
-            let change = force.iter().fold(0.0, |m: f64, f| m.max((f / force[0] - 1.0).abs()));
+            let change = force.iter().fold(0.0, |m, f| larger(m, (f / force[0] - 1.0).abs()));
             println!("{integrator}, {response}: {} N, changes by {change:e}", force[0]);
             assert!(change < 1e-4, "{integrator}, {response}: the force changes by {change:e}");
         }

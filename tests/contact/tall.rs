@@ -2,6 +2,7 @@
 
 use crate::common::{column, run, scene};
 use crate::setup::CUBE;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
@@ -106,7 +107,7 @@ fn tall_boxes_are_not_thrown_up_by_generalised_alpha() {
         for dt in [5e-4, 1e-3, 2e-3, 5e-3] {
             let run = tower.run(ALPHA, dt, 0.3);
             let z = column(&run, "tower_z_m");
-            let highest = z.iter().fold(0.0, |m: f64, z| m.max(*z));
+            let highest = z.iter().fold(0.0, |m, z| larger(m, *z));
             println!("{tower:?}, {dt} s: {highest} m, {} iterations", run.tried_iterations);
             assert!(run.energy_from_nothing.is_none() && highest < z[0] + 5e-6, "{tower:?}, {dt} s: {highest} m");
         }

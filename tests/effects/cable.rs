@@ -6,6 +6,7 @@ use durometer::effect::{Cable, CableLength, CableTension, Guide};
 use durometer::math::linear::Factor;
 use durometer::math::low_rank::{LowRank, Pattern};
 use durometer::math::signal::Signal;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::math::vector::norm;
 use durometer::mesh::ball::ball_weights;
@@ -127,7 +128,7 @@ fn a_released_cable_is_slack_and_never_pushes() {
     let (all, status) = states(&mesh, &system, 1e-8, 30);
     assert_eq!(status, Status::Converged);
     let rest = length(&cable, &vec![0.0; 3 * mesh.points.len()]);
-    let strongest = all.iter().map(|s| s.lambda[0]).fold(0.0, f64::max);
+    let strongest = all.iter().map(|s| s.lambda[0]).fold(0.0, larger);
     let (mut slack, mut taut) = (0, 0);
     for state in &all {
         let (tension, pull) = (state.lambda[0], shortening.at(state.t));
@@ -240,10 +241,10 @@ kind = "energy"
         let result = run(&scene);
         assert_eq!(result.status, Status::Converged);
         let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
-        let peak = elastic.iter().copied().fold(0.0, f64::max);
+        let peak = elastic.iter().copied().fold(0.0, larger);
         let tension = column(&result, "cable_tension_N");
         assert!(elastic.last().unwrap().abs() <= 1e-8 * peak && tension.last().unwrap().abs() < 1e-6, "back at rest");
-        let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, f64::max) / peak;
+        let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, larger) / peak;
         println!("cable work, dt = {dt}: peak {peak:.4e} J, mismatch {worst:.1e}");
         worst
     };
@@ -376,9 +377,9 @@ fn the_stretch_of_a_cable_is_stored() {
     let result = run(&beam_scene("EA = \"8 N\"", drive, "0.025 s"));
     assert_eq!(result.status, Status::Converged);
     let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
-    let peak = elastic.iter().copied().fold(0.0, f64::max);
-    let own = column(&result, "tendon_tension_N").iter().map(|t| 0.5 * t * t * 0.105 / 8.0).fold(0.0, f64::max);
-    let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, f64::max) / peak;
+    let peak = elastic.iter().copied().fold(0.0, larger);
+    let own = column(&result, "tendon_tension_N").iter().map(|t| 0.5 * t * t * 0.105 / 8.0).fold(0.0, larger);
+    let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, larger) / peak;
     println!("stored in the cable {:.1} % of the peak, mismatch {worst:.1e}", 100.0 * own / peak);
     assert!(own > 0.02 * peak && worst <= 1e-3, "{worst:e}");
     assert!(elastic[elastic.len() - 1].abs() <= 1e-8 * peak, "all of it comes back");
@@ -413,8 +414,8 @@ fn a_limited_drive_yields_and_follows_again() {
     assert!(yielding > 5 && yielding < 35);
     assert_eq!(&kinds[..2], ["yielding", "taut"]);
     let (elastic, work) = (column(&result, "elastic_J"), column(&result, "work_J"));
-    let peak = elastic.iter().copied().fold(0.0, f64::max);
-    let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, f64::max) / peak;
+    let peak = elastic.iter().copied().fold(0.0, larger);
+    let worst = elastic.iter().zip(&work).map(|(e, w)| (e - w).abs()).fold(0.0, larger) / peak;
     assert!(worst <= 1e-3, "work and energy differ by {worst:e} of the peak");
 }
 

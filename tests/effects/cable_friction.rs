@@ -3,6 +3,7 @@
 
 use crate::common;
 use crate::common::{Random, column, newton, run, scene};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Run, Scene};
@@ -126,7 +127,7 @@ fn over_rings_the_tension_grows_by_the_capstan_law() {
         let (first, last) =
             (column(&result, "cable_tension_1_N"), column(&result, &format!("cable_tension_{}_N", turns + 1)));
         let (time, exact) = (column(&result, "t_s"), (friction * angle).exp());
-        let strongest = first.iter().copied().fold(0.0, f64::max);
+        let strongest = first.iter().copied().fold(0.0, larger);
         let (mut seen, mut worst) = ([0, 0], 0.0_f64);
         for (k, t) in time.iter().enumerate().skip(1) {
             if last[k] < 1e-6 * strongest {
@@ -136,7 +137,7 @@ fn over_rings_the_tension_grows_by_the_capstan_law() {
             let expected = if pulled { exact } else { 1.0 / exact };
             seen[usize::from(pulled)] += 1;
             let error = (first[k] / last[k] / expected - 1.0).abs();
-            worst = worst.max(error);
+            worst = larger(worst, error);
             assert!(error <= 1e-6, "μ = {friction}, t = {t}: {}", first[k] / last[k]);
         }
         println!(
@@ -174,14 +175,14 @@ fn without_friction_it_is_the_plain_cable() {
         let rows = ended(&beam(&[bent(&format!("{extra}\nfriction = 1e-12"), RAISED)], "0.1 s", Order::Linear));
         for name in ["cable_tension_N", "cable_length_m", "xmax_z_m", "elastic_J", "work_J"] {
             let (a, b) = (column(&plain, name), column(&rows, name));
-            let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size;
+            let size = a.iter().fold(0.0, |m, v| larger(m, v.abs()));
+            let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, larger) / size;
             assert!(worst <= 1e-6, "{extra}: {name} differs by {worst:e}");
         }
         let (first, end) = (column(&rows, "cable_tension_N"), column(&rows, "cable_end_tension_N"));
         assert!(first.iter().zip(&end).all(|(a, b)| (a - b).abs() <= 1e-8 * a), "{extra}: one tension everywhere");
-        let lost = column(&rows, "dissipated_J").iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let peak = column(&rows, "elastic_J").iter().copied().fold(0.0, f64::max);
+        let lost = column(&rows, "dissipated_J").iter().fold(0.0, |m, v| larger(m, v.abs()));
+        let peak = column(&rows, "elastic_J").iter().copied().fold(0.0, larger);
         assert!(lost <= 1e-7 * peak, "{extra}: {lost:e} J lost without friction");
     }
 }
@@ -200,7 +201,7 @@ fn a_cycle_loses_the_area_of_its_loop() {
         let n = 4;
         let tension: Vec<_> = (1..=n).map(|s| column(&result, &format!("cable_tension_{s}_N"))).collect();
         let slip: Vec<_> = (1..n).map(|k| column(&result, &format!("cable_slip_{k}_m"))).collect();
-        let most = tension[0].iter().copied().fold(0.0, f64::max);
+        let most = tension[0].iter().copied().fold(0.0, larger);
         let mut turned = vec![None; n - 1];
         for (step, line) in lines.iter().enumerate().skip(1) {
             for (k, beta) in angles(line).into_iter().enumerate() {
@@ -229,7 +230,7 @@ fn a_cycle_loses_the_area_of_its_loop() {
         let area: f64 =
             (1..drawn.len()).map(|k| 0.5 * (tension[0][k] + tension[0][k - 1]) * (drawn[k] - drawn[k - 1])).sum();
         let (work, elastic) = (column(&result, "work_J"), column(&result, "elastic_J"));
-        let (last, peak) = (lost.len() - 1, elastic.iter().copied().fold(0.0, f64::max));
+        let (last, peak) = (lost.len() - 1, elastic.iter().copied().fold(0.0, larger));
         println!(
             "cycle dt = {dt}: loop {area:.4e} J, lost {:.4e} J, peak {peak:.3e} J, guides turn at {turned:?}",
             lost[last]
@@ -283,8 +284,8 @@ fn two_mirrored_cables_answer_alike() {
     for (a, b) in [("left_tension_N", "right_tension_N"), ("left_slip_1_m", "right_slip_1_m"), ("xmax_y_m", "xmax_z_m")]
     {
         let (a, b) = (column(&result, a), column(&result, b));
-        let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size;
+        let size = a.iter().fold(0.0, |m, v| larger(m, v.abs()));
+        let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, larger) / size;
         println!("mirror: {worst:.1e} of {size:.3e}");
         assert!(worst <= 1e-8, "{worst:e}");
     }

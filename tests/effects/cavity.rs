@@ -6,6 +6,7 @@ use crate::common::formulation::{Formulation, formulated};
 use crate::common::mapped::surface_nodes;
 use crate::common::{Random, distorted_cube, hold, law, newton, ramp};
 use durometer::effect::{Cavity, CavityPressure, CavityVolume, VolumeField};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::curved::octant;
 use durometer::mesh::structured::block;
@@ -151,7 +152,7 @@ fn balloon(ratio: f64, mesh: [usize; 2], limit: (f64, f64)) {
         curve.push((stretch, state.lambda[0]));
     });
     assert_eq!(status, Status::Converged);
-    let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, f64::max);
+    let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, larger);
     let top = curve.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
     println!("B/A = {ratio}: worst {worst:.1e}, highest P/μ {:.5} at λ_a = {:.3}, closed form {limit:?}", top.1, top.0);
     assert!(worst < 0.01, "{curve:?}");
@@ -184,7 +185,7 @@ fn traced(ratio: f64, limit: (f64, f64)) {
         curve.last().is_some_and(|c| c.0 < 2.2)
     });
     assert!(matches!(status, Status::Interrupted { .. }), "{status}");
-    let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, f64::max);
+    let worst = curve.iter().map(|(l, p)| (p / pressure(*l, ratio) - 1.0).abs()).fold(0.0, larger);
     let top = 1.2 * driver.findings.turning_points.first().expect("a limit point").t;
     println!("B/A = {ratio} by arc length: {} points, worst {worst:.1e}, limit {:.5}", curve.len(), top * limit.1);
     assert!(worst < 0.01 && (top - 1.0).abs() < 0.01, "{worst:e} {top}");
@@ -270,9 +271,8 @@ fn the_tangent_is_the_derivative_of_the_forces() {
         };
         let (ahead, behind) = (at(0.1, Want::Residual).0, at(-0.1, Want::Residual).0);
         let exact = at(0.0, Want::Tangent).1;
-        let off =
-            ahead.iter().zip(&behind).zip(&exact).map(|((a, b), k)| ((a - b) / 0.2 - k).abs()).fold(0.0, f64::max);
-        let size = exact.iter().fold(0.0, |m: f64, k| m.max(k.abs()));
+        let off = ahead.iter().zip(&behind).zip(&exact).map(|((a, b), k)| ((a - b) / 0.2 - k).abs()).fold(0.0, larger);
+        let size = exact.iter().fold(0.0, |m, k| larger(m, k.abs()));
         assert!(size > 0.1 && off < 1e-12 * size, "{order:?}, {closed:?}: {off:e} of {size:e}");
     }
 }
@@ -424,7 +424,7 @@ fn what_holds_a_rim_balances_the_pressure() {
             let expected = [0.0, 0.0, force, 0.025 * force, -0.02 * force, 0.0];
             let found = ["reaction_x_N", "reaction_y_N", "reaction_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"]
                 .map(|name| last(&format!("body_{name}")));
-            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
             assert!(off < 1e-8 * force.abs(), "{order:?}, {kind}: {found:?} against {expected:?}");
         }
     }

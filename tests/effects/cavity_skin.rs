@@ -4,6 +4,7 @@ use crate::common::tools;
 use durometer::effect::{Cavity, CavityPressure, VolumeField};
 use durometer::math::random::SplitMix;
 use durometer::math::signal::Signal;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::attach::attach;
 use durometer::mesh::boundary::boundary_facets;
@@ -225,7 +226,7 @@ fn volume_force_and_tangent_are_dual() {
         }
         let (plus, minus) = (gradient(&moved(0.5)), gradient(&moved(-0.5)));
         // The gradient is quadratic: central differences of it are exact
-        let scale = product.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
+        let scale = product.iter().fold(0.0, |s, v| larger(s, v.abs()));
         for k in 0..n {
             let difference = -2.0 * (plus[k] - minus[k]);
             assert!((product[k] - difference).abs() < 1e-10 * scale, "{order:?} {k}: {} {difference}", product[k]);

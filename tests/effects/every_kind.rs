@@ -11,6 +11,7 @@ use crate::common;
 use crate::common::{Random, distorted_cube, scene};
 use durometer::effect::{Cavity, VolumeField};
 use durometer::material::{LAWS, Want};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
 use durometer::scene::Scene;
@@ -338,7 +339,7 @@ fn difference(g: impl Fn(f64) -> Vec<f64>) -> (Vec<f64>, f64) {
     let (s, mut size) = (1e-3, 0.0_f64);
     let [d1, d2, d4] = [s, s / 2.0, s / 4.0].map(|s| {
         let (plus, minus) = (g(s), g(-s));
-        size = size.max(common::largest(&plus)).max(common::largest(&minus));
+        size = [&plus, &minus].into_iter().map(|g| common::largest(g)).fold(size, larger);
         plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * s)).collect::<Vec<_>>()
     });
     let d: Vec<f64> = (0..d1.len()).map(|i| (64.0 * d4[i] - 20.0 * d2[i] + d1[i]) / 45.0).collect();
@@ -516,7 +517,7 @@ fn energy_belongs_to_the_residual() {
                             };
                             let (slope, error) = difference(|h| vec![at(s + h, Want::Energy).energy]);
                             let now = at(s, Want::Residual);
-                            size = size.max(error).max(now.dissipated.abs());
+                            size = [error, now.dissipated.abs()].into_iter().fold(size, larger);
                             now.dissipated - 0.5 * s * (dot(&now.r, &local) - slope[0])
                         };
                         let (half, whole) = (of_the_start(0.5), of_the_start(1.0));

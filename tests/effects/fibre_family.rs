@@ -3,6 +3,7 @@
 use crate::common::{Random, column, run, scene};
 use durometer::material::Want;
 use durometer::material::fibre_family::FibreFamily;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::curved::tube;
@@ -37,7 +38,7 @@ fn stress_and_tangent_are_derivatives() {
             let f = taut + Mat3::from_fn(|_, _| random.around(0.05));
             let at = |f: &Mat3| family.eval(&a, f, Want::Tangent).expect("defined");
             let r = at(&f);
-            let size = r.a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let size = r.a.as_flattened().iter().fold(0.0, |m, x| larger(m, x.abs()));
             assert!(r.psi > 0.0 && size > 0.0);
             for column in 0..9 {
                 let moved = |h: f64| {

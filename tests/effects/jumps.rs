@@ -1,5 +1,6 @@
 //! What is given exactly and jumps in a dynamic stage: an impact without a limit as Δt → 0, which is noted.
 
+use durometer::math::statistics::larger;
 use durometer::scene::{Run, Scene, parse_scene};
 
 /// A clamped bar with mass under this constraint.
@@ -90,7 +91,7 @@ fn the_impact_of_a_jump_has_no_limit() {
     let peak = |signal: &str, dt: f64| {
         let run: Run = bar(&cable("", "length", signal), dt).run();
         let tension = run.column("cable_tension_N").expect("recorded");
-        tension.into_iter().fold(0.0, f64::max)
+        tension.into_iter().fold(0.0, larger)
     };
     let [jump, smooth] =
         ["\"2 mm\"".to_string(), ramp("2 mm", 0.0, 8.0)].map(|signal| peak(&signal, 0.25) / peak(&signal, 1.0));

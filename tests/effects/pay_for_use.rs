@@ -3,6 +3,7 @@
 
 use crate::common::{changed_scene, tools};
 use durometer::material::LAWS;
+use durometer::math::statistics::larger;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Run, Scene};
 use durometer::solve::Status;
@@ -170,8 +171,8 @@ fn a_cable_of_no_tension_changes_rounding_only() {
             run.rows.iter().map(|row| row[k]).collect::<Vec<_>>()
         };
         let (a, b) = (column(&base), column(&with));
-        let largest = a.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let off = a.iter().zip(&b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        let largest = a.iter().fold(0.0, |m, v| larger(m, v.abs()));
+        let off = a.iter().zip(&b).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
         assert!(off <= 1e-6 * largest, "{name}: off by {off:e} of {largest:e}");
     }
 }

@@ -1,5 +1,6 @@
 //! Probes on motions that are known: rotations over several turns, forwards and back, saved in the middle; lines bent to arcs; derivatives.
 
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::scene::{Checkpoint, Energies, Moment, Run, RunOptions, Scene, parse_scene};
 use durometer::solve::Status;
@@ -31,7 +32,7 @@ fn bending(axis: &str) -> String {
 
 fn largest(run: &Run, column: &str, exact: impl Fn(f64) -> f64) -> f64 {
     let (t, found) = (run.column("t_s").expect("a time"), run.column(column).expect(column));
-    t.iter().zip(found).map(|(t, found)| (found - exact(*t)).abs()).fold(0.0, f64::max)
+    t.iter().zip(found).map(|(t, found)| (found - exact(*t)).abs()).fold(0.0, larger)
 }
 
 /// A body that turns as a whole bends by the angle of the turn. Newton's method leaves 1e-6 of a displacement at most, some 1e-4 degrees.
@@ -335,7 +336,7 @@ fn poses_and_lines_have_exact_derivatives() {
             let (above, below) = (at(1e-7), at(-1e-7));
             for (c, gradient) in gradients.iter().enumerate() {
                 let (exact, difference) = (gradient.along(&change, &none), (above[c] - below[c]) / 2e-7);
-                let size: f64 = gradient.x.iter().map(|(_, w)| w.abs()).fold(0.0, f64::max);
+                let size: f64 = gradient.x.iter().map(|(_, w)| w.abs()).fold(0.0, larger);
                 let name = &columns[c + 1];
                 assert!(
                     (exact - difference).abs() < 1e-5 * (size + exact.abs()),
@@ -470,7 +471,7 @@ fn a_cell_with_several_effects_has_its_stretch_once() {
     ] {
         let (both, at_nodes) = run(more);
         let pairs = alone.iter().chain(&alone_at_nodes).zip(both.iter().chain(&at_nodes));
-        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, larger);
         assert!(off < 1e-6, "{off:e}: {alone:?} {both:?} with {more}");
     }
 }

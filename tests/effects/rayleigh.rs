@@ -8,6 +8,7 @@ use durometer::effect::{
 };
 use durometer::material::Law;
 use durometer::math::signal::Signal;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -279,7 +280,7 @@ kind = "energy"
             let size = common::largest(&w);
             let share = d.last().unwrap() / size;
             assert!(share > 0.05, "the damping matters: {share}");
-            (0..w.len()).map(|i| (e[i] + k[i] + d[i] - w[i]).abs()).fold(0.0, f64::max) / size
+            (0..w.len()).map(|i| (e[i] + k[i] + d[i] - w[i]).abs()).fold(0.0, larger) / size
         };
         let (coarse, fine) = (mismatch(0.001), mismatch(0.0005));
         println!("energy balance, {body:?}, {damping:?}: {coarse:.2e} of the work at 1 ms, {fine:.2e} at 0.5 ms");

@@ -1,5 +1,6 @@
 //! Prescribed rotations: exact positions at every time, a rigid rotation without energy, and torsion of a cylinder.
 
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::scene::{Body, Run, RunOptions, Scene, SceneSpec};
 use durometer::solve::Status;
@@ -70,14 +71,14 @@ fn a_rigid_rotation_stores_no_energy() {
         let turn =
             nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_unchecked(axis), state.t * 150_f64.to_radians());
         for (x, now) in scene.body.mesh.points.iter().zip(scene.positions(&state.x)) {
-            worst = worst.max((center + turn * (x - center) - now).norm());
+            worst = larger(worst, (center + turn * (x - center) - now).norm());
         }
     };
     let run = scene.run_with(RunOptions { on_state: Some(&mut each), ..RunOptions::default() });
     assert_eq!(run.status, Status::Converged);
     let energy = run.column("elastic_J").unwrap_or_else(|| panic!("{:?}", run.columns));
     let scale = 1e6 * scene.body.mesh.volume();
-    let most = energy.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let most = energy.iter().fold(0.0, |m, e| larger(m, e.abs()));
     println!("off by {worst:e} m, energy {:e} of E V", most / scale);
     // Forces are solved to 1e-10 of the largest: an energy of (1e-10)², and positions of 1e-10 of 10 mm; the arm is four times that.
     assert!(worst < 1e-11 && most < 1e-15 * scale);

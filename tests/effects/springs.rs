@@ -5,6 +5,7 @@ use crate::common::{
     Random, body, distorted_cube, hold, move_to, newton, nodes, ramp, reaction, run, scene, statics, surface,
 };
 use durometer::effect::{EdgeDampers, EdgeSprings};
+use durometer::math::statistics::{larger, smaller};
 use durometer::math::stopwatch::Spent;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
@@ -96,7 +97,7 @@ fn block_of_equal_springs_by_hand() {
     let held = move_to(&mesh, &surface(&mesh), |p| gradient * p);
     let system = System::new(mesh.points.len(), vec![springs], vec![], held).unwrap();
     let (state, sums) = statics(&mesh, &system, 1e-12, 4);
-    let moved = state.x.iter().zip(affine(&mesh, &gradient)).map(|(x, u)| (x - u).abs()).fold(0.0, f64::max);
+    let moved = state.x.iter().zip(affine(&mesh, &gradient)).map(|(x, u)| (x - u).abs()).fold(0.0, larger);
     assert!(moved <= 1e-11 * a, "the inner nodes follow: {moved:e} m");
     let (mut total, mut pull) = (0.0, Vec3::zeros());
     for corner in 1..8 {
@@ -202,7 +203,7 @@ fn young_modulus_of_a_lattice() {
     assert!(error[0] <= 1e-3 && error[0] > error[1] && error[1] > error[2], "{error:?}");
     let mut random = Random::seed(12);
     let all: Vec<f64> = (0..20_000).map(|_| modulus(Vec3::from_fn(|_, _| random.around(1.0)).normalize())).collect();
-    let (low, high) = all.iter().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), m| (l.min(*m), h.max(*m)));
+    let (low, high) = all.iter().fold((f64::INFINITY, 0.0), |(l, h), m| (smaller(l, *m), larger(h, *m)));
     println!("over all directions {low:.3} to {high:.3}");
     assert!(low < 1.0 && high > 1.0 && high / low > 1.2, "{low} to {high}");
 }
@@ -230,7 +231,7 @@ fn two_bar_truss_snaps_through() {
     assert_eq!(status, Status::Converged);
     let rest = a.hypot(h);
     let by_hand = |w: f64| 2.0 * k * rest * (h - w) * (1.0 / a.hypot(h - w) - 1.0 / rest);
-    let largest = curve.iter().map(|(w, _)| by_hand(*w)).fold(0.0, f64::max);
+    let largest = curve.iter().map(|(w, _)| by_hand(*w)).fold(0.0, larger);
     assert_eq!(curve.len(), 40);
     for (w, p) in &curve {
         assert!((p - by_hand(*w)).abs() <= 1e-9 * largest, "P({w}) = {p} N, by hand {}", by_hand(*w));
@@ -288,11 +289,11 @@ fn springs_and_dampers_relax_as_one_edge_does() {
         let l = (mesh.points[3] - mesh.points[0] + Vec3::from_column_slice(&now.x[9..])
             - Vec3::from_column_slice(&now.x[..3]))
         .norm();
-        worst = worst.max((l - a - next).abs() / elongation);
+        worst = larger(worst, (l - a - next).abs() / elongation);
         let stored = 6.0 * 0.5 * k * next * next;
         let lost = 6.0 * c * (next - elongation).powi(2) / (now.t - past.t);
-        worst = worst.max((sums.energy[0] - stored).abs() / stored);
-        worst = worst.max((sums.energy[1] - lost).abs() / lost);
+        worst = larger(worst, (sums.energy[0] - stored).abs() / stored);
+        worst = larger(worst, (sums.energy[1] - lost).abs() / lost);
         elongation = next;
         true
     });

@@ -3,6 +3,7 @@
 
 use crate::common::{Random, body, distorted_cube, largest, law};
 use durometer::effect::{EdgeDampers, Elastic, Stiffness, StiffnessDamping, ViscousDamping};
+use durometer::math::statistics::larger;
 use durometer::mesh::{Order, TetMesh};
 use durometer::system::{At, BlockValues, Effect, Perturbation, Rates, Want};
 use std::sync::Arc;
@@ -61,7 +62,7 @@ fn dampers_begin_with_the_velocities() {
     for (name, effect) in dampers(&mesh) {
         let (begun, short) = (forces(&*effect, &start(&x, &v)), forces(&*effect, &step));
         let size = largest(&short);
-        let off = begun.iter().zip(&short).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let off = begun.iter().zip(&short).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
         assert!(size > 0.0 && off <= 1e-4 * size, "{name}: off by {off:e} of {size:e} N");
         let still = forces(&*effect, &start(&x, &vec![0.0; n]));
         assert_eq!(largest(&still), 0.0, "{name}: nothing moves");
@@ -86,7 +87,7 @@ fn forces_at_the_start_have_their_derivatives() {
             let (at, past) = (start(&x, &v), effect.capabilities().past.expect("it has one"));
             let direction = Perturbation { x: &dx, v: &dv, a: &still, old: &dx, history: &[] };
             let found = sum(&*effect, n, |b, out| past.along(&at, &direction, b, out).expect("defined"));
-            let off = found.iter().zip(&slope).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = found.iter().zip(&slope).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
             assert!(off <= 1e-6 * largest(&slope), "{name}, {order:?}: off by {off:e} of {:e}", largest(&slope));
         }
     }

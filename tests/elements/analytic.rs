@@ -3,6 +3,7 @@
 use crate::common;
 use crate::common::{DeadLoad, ORDERS, elastic, hold, law, nodes, ramp, reaction, statics};
 use durometer::effect::{Elastic, Gravity};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
@@ -55,7 +56,7 @@ fn uniaxial_block_meets_the_closed_form() {
             let force = reaction(&sums, &end).x / mu;
             let error = (force / p - 1.0).abs();
             let side: f64 =
-                nodes(&mesh, "ymax").iter().map(|&n| state.x[3 * n as usize + 1] + 1.0 - l).fold(0.0, f64::max);
+                nodes(&mesh, "ymax").iter().map(|&n| state.x[3 * n as usize + 1] + 1.0 - l).fold(0.0, larger);
             println!("uniaxial nu {nu}, stretch {s}, {order:?}: stress {error:.1e}, side {side:.1e}");
             assert!(error <= 1e-8, "nu {nu}, stretch {s}, {order:?}: P/μ = {force}, closed form {p}");
             assert!(side.abs() <= 1e-8, "nu {nu}, stretch {s}, {order:?}: lateral stretch off by {side:e}");
@@ -189,7 +190,7 @@ fn stiffness_ratio_leaves_the_series_bar_exact() {
             let (state, _) = statics(&mesh, &system, 1e-8, 1);
             let wanted = force.x / 0.01 * (0.2 / e + 0.2 / (e * ratio));
             let error = |&n: &u32| (state.x[3 * n as usize] / wanted - 1.0).abs();
-            let worst = nodes(&mesh, "xmax").iter().map(error).fold(0.0, f64::max);
+            let worst = nodes(&mesh, "xmax").iter().map(error).fold(0.0, larger);
             println!("stiffness ratio {ratio:.0e} {order:?}, stiff half at the clamp {stiff_first}: {worst:.1e}");
             assert!(worst <= 1e-6, "ratio {ratio:e}, {order:?}, stiff half at the clamp {stiff_first}: {worst:e}");
         }

@@ -8,6 +8,7 @@
 
 use crate::common::tools;
 use crate::common::{DeadLoad, ORDERS, elastic, hold, law, nodes, ramp, statics};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
@@ -110,13 +111,13 @@ fn compare(mesh: &TetMesh, load: DeadLoad, constants: (f64, f64)) -> f64 {
     let (state, sums) = statics(mesh, &system, 1e-10, 5);
     let vector = |v: &[f64], k: usize| Vec3::from_column_slice(&v[3 * k..][..3]);
     let worst = |ours: &[f64], theirs: &[Vec3], nodes: &[u32]| {
-        let size = nodes.iter().map(|&k| theirs[k as usize].norm()).fold(0.0, f64::max);
+        let size = nodes.iter().map(|&k| theirs[k as usize].norm()).fold(0.0, larger);
         let error = |&k: &u32| (vector(ours, k as usize) - theirs[k as usize]).norm() / size;
-        nodes.iter().map(error).fold(0.0, f64::max)
+        nodes.iter().map(error).fold(0.0, larger)
     };
     let all: Vec<u32> = (0..mesh.points.len() as u32).collect();
     let (displacement, reaction) = (worst(&state.x, &u, &all), worst(&sums.r, &rf, &held));
-    let largest = u.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let largest = u.iter().map(|u| u.norm()).fold(0.0, larger);
     let order = mesh.order;
     println!(
         "calculix {order:?}: largest displacement {:.3} mm, displacements {displacement:.1e}, reactions {reaction:.1e}",

@@ -6,6 +6,7 @@
 use crate::common::formulation::{Formulation, LOCKING_FREE, label, solid};
 use crate::common::mapped::surface_nodes;
 use crate::common::{hold, law, move_to, newton, nodes};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::curved::{cylinder, mapped_block, octant};
 use durometer::mesh::validate::min_det;
@@ -190,7 +191,7 @@ fn bending(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
     for (x, wanted) in [(-0.5 * h, inner), (0.5 * h, outer)] {
         for k in surface_nodes(&mesh, |p| (p.x - x).abs() < 1e-9 && (p.y - 0.5 * length).abs() < 1e-9) {
             let at = place(&mesh, &state.x, k);
-            radii = radii.max((at.x.hypot(at.y) / wanted - 1.0).abs());
+            radii = larger(radii, (at.x.hypot(at.y) / wanted - 1.0).abs());
         }
     }
     [got / (moment * width) - 1.0, radii]

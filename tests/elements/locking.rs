@@ -4,6 +4,7 @@ use crate::common::cook::{bent, rubber, tip};
 use crate::common::formulation::{Formulation, formulated, solid, stressed};
 use crate::common::*;
 use durometer::effect::pressure_scatter::pressure_scatter;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -148,7 +149,7 @@ fn affine_fields_are_exact() {
             assert!(error.norm() < 1e-10, "{order:?}: node {k} is off by {}", error.norm());
         }
         let pressures = &state.x[3 * mesh.points.len()..];
-        let spread = pressures.iter().map(|p| (p - pressures[0]).abs()).fold(0.0, f64::max);
+        let spread = pressures.iter().map(|p| (p - pressures[0]).abs()).fold(0.0, larger);
         assert!(spread < 1e-8 * pressures[0].abs(), "{order:?}: pressures scatter by {spread}");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common;
 use crate::common::{distorted_cube, scene};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::curved::mapped_block;
 use durometer::mesh::{Order, TetMesh};
@@ -75,8 +76,8 @@ fn linear_stress_is_exact_at_the_surface() {
             2.0 * mu * e + Mat3::identity() * (lambda * e.trace())
         };
         let points = &scene.body.mesh.points;
-        let size = points.iter().map(|p| exact(p).norm()).fold(0.0, f64::max);
-        let off = points.iter().zip(&nodes).map(|(p, s)| (s - exact(p)).norm()).fold(0.0, f64::max);
+        let size = points.iter().map(|p| exact(p).norm()).fold(0.0, larger);
+        let off = points.iter().zip(&nodes).map(|(p, s)| (s - exact(p)).norm()).fold(0.0, larger);
         println!("{order:?}: {off:e} of {size:e}");
         assert!(off < 1e-6 * size, "{order:?}: {off:e} of {size:e}");
     }

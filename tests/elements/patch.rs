@@ -7,6 +7,7 @@ use crate::common;
 use crate::common::{DeadLoad, ORDERS, body, distorted_cube, example, law, move_to, ramp, statics, surface};
 use durometer::effect::{Elastic, PointStress};
 use durometer::material::{LAWS, Want};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::{Order, TetMesh};
 use durometer::system::System;
@@ -17,9 +18,9 @@ fn inner_error(mesh: &TetMesh, x: &[f64], u: impl Fn(Vec3) -> Vec3) -> f64 {
     let on = surface(mesh);
     let inner: Vec<usize> = (0..mesh.points.len()).filter(|k| on.binary_search(&(*k as u32)).is_err()).collect();
     assert!(!inner.is_empty(), "a patch without an inner node tests nothing");
-    let size = mesh.points.iter().map(|p| u(*p).norm()).fold(0.0, f64::max);
+    let size = mesh.points.iter().map(|p| u(*p).norm()).fold(0.0, larger);
     let error = |k: usize| (Vec3::from_column_slice(&x[3 * k..3 * k + 3]) - u(mesh.points[k])).norm();
-    inner.into_iter().map(error).fold(0.0, f64::max) / size
+    inner.into_iter().map(error).fold(0.0, larger) / size
 }
 
 /// u = H X on the surface: u = H X inside, F = I + H and P(F) at every point, and reactions with Σ X ⊗ r = P V

@@ -1,6 +1,7 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use crate::common::synthetic::{SIZES, size, store, study};
+use durometer::math::statistics::larger;
 use durometer::report::numbers::{percent, percent_cell};
 use durometer::study::analysis::{Analysis, ByQuantity};
 use durometer::study::curve::{Curve, peak};
@@ -166,7 +167,7 @@ fn curves_give_one_order_their_limit_and_their_lag() {
 fn what_does_not_start_at_zero_is_judged_by_its_change() {
     let (_, mut cases) = study();
     let wave = cases[0].series.columns["bending_angle_deg"].clone();
-    let top = wave.iter().copied().fold(0.0, f64::max);
+    let top = wave.iter().copied().fold(0.0, larger);
     let length = wave.iter().map(|w| 0.1 - 0.016 * w / top).collect();
     cases[0].series.columns.insert("cable_length_m".into(), length);
     let change = peak(&cases[0], "cable_length_m").expect("column");
@@ -727,7 +728,7 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
     let a = analyse(&study, &cases);
     let step =
         |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").step.clone().expect("family");
-    let most = |values: &[f64]| values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let most = |values: &[f64]| values.iter().fold(0.0, |m, v| larger(m, v.abs()));
     assert_eq!(step(&before).cause, StepCause::Algebraic);
     assert!((step(&a).error - step(&before).error - 0.05).abs() < 1e-9 && !step(&a).negligible, "{:?}", step(&a));
     assert!(a.warnings.iter().any(|w| w.contains("nothing depends on the time steps")), "{:?}", a.warnings);

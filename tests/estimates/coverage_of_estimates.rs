@@ -1,6 +1,7 @@
 //! How often f* ± U(f*) of one family of meshes, and of the reference from several, contains the limit, over sequences whose limit is known.
 
 use durometer::math::random::SplitMix;
+use durometer::math::statistics::{larger, smaller};
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::method::Method;
 use durometer::study::estimate::reference::choose;
@@ -18,7 +19,7 @@ trait Draws {
     /// max − min of normal draws.
     fn range(&mut self, count: usize) -> f64 {
         let draws: Vec<f64> = (0..count).map(|_| self.random().normal()).collect();
-        draws.iter().copied().fold(f64::MIN, f64::max) - draws.iter().copied().fold(f64::MAX, f64::min)
+        draws.iter().copied().fold(f64::MIN, larger) - draws.iter().copied().fold(f64::MAX, smaller)
     }
 }
 

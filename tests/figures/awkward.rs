@@ -2,6 +2,7 @@
 
 use crate::common::synthetic;
 use crate::{LONGEST, attribute, drawings, faults};
+use durometer::math::statistics::larger;
 use durometer::report::figure::Drawn;
 use durometer::report::style::{Style, within};
 use durometer::study::analysis::Analysis;
@@ -238,7 +239,7 @@ fn a_matrix_of_many_cases_takes_several_pages() {
     for of in STYLES {
         let sheets = within(style(of), || matrix::draw(&results, &found));
         assert!(sheets.len() > 2);
-        let tall = sheets.iter().flatten().map(|f| attribute(&f.svg, "height")).fold(0.0, f64::max);
+        let tall = sheets.iter().flatten().map(|f| attribute(&f.svg, "height")).fold(0.0, larger);
         assert!(tall <= LONGEST, "{of}: {tall} mm");
         let wrong = drawn_in(sheets, of, "matrix");
         assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));

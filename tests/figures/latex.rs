@@ -1,5 +1,6 @@
 //! What a paper takes compiles with pdflatex and xelatex as it is, and text is text whatever it holds.
 
+use crate::common::files::files_below;
 use crate::common::synthetic;
 use crate::common::tools;
 use durometer::material::laws;
@@ -55,21 +56,15 @@ fn text() -> impl Strategy<Value = String> {
 fn texts() -> Vec<String> {
     let mut runner = TestRunner::deterministic();
     let mut all: Vec<String> = vec![];
-    for entry in walk(Path::new("src")) {
-        let source = std::fs::read_to_string(&entry).expect("a source file");
+    let sources = files_below(Path::new("src"));
+    for entry in sources.iter().filter(|path| path.extension().is_some_and(|x| x == "rs")) {
+        let source = std::fs::read_to_string(entry).expect("a source file");
         all.extend(source.chars().filter(|c| !c.is_ascii()).map(String::from));
     }
     all.sort();
     all.dedup();
     all.extend((0..300).map(|_| text().new_tree(&mut runner).expect("a text").current()));
     all
-}
-
-fn walk(dir: &Path) -> Vec<std::path::PathBuf> {
-    let entries = std::fs::read_dir(dir).expect("a folder").map(|e| e.expect("an entry").path());
-    let (folders, files): (Vec<_>, Vec<_>) = entries.partition(|p| p.is_dir());
-    let rust = files.into_iter().filter(|p| p.extension().is_some_and(|e| e == "rs"));
-    folders.iter().flat_map(|f| walk(f)).chain(rust).collect()
 }
 
 proptest! {

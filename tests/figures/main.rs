@@ -253,21 +253,15 @@ fn every_figure_has_type_of_the_chosen_size_within_its_sheet() {
 #[test]
 fn every_source_of_figures_is_tested() {
     let mut sources = BTreeSet::new();
-    let mut folders = vec![Path::new(ROOT).join("src")];
-    while let Some(folder) = folders.pop() {
-        for path in std::fs::read_dir(folder).expect("a folder").flatten().map(|e| e.path()) {
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let text = std::fs::read_to_string(&path).unwrap_or_default();
-            if text
-                .lines()
-                .any(|l| [" figure(", "(figure("].iter().any(|call| l.contains(call) && !l.contains("fn figure(")))
-            {
-                let name = path.strip_prefix(Path::new(ROOT).join("src")).expect("a source");
-                sources.insert(name.to_string_lossy().replace('\\', "/"));
-            }
+    let folder = Path::new(ROOT).join("src");
+    for path in common::files::files_below(&folder) {
+        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        if text
+            .lines()
+            .any(|l| [" figure(", "(figure("].iter().any(|call| l.contains(call) && !l.contains("fn figure(")))
+        {
+            let name = path.strip_prefix(&folder).expect("a source");
+            sources.insert(name.to_string_lossy().replace('\\', "/"));
         }
     }
     let known: BTreeSet<String> = DRAWN.into_iter().chain(OVERLAYS).map(|(source, _)| source.to_string()).collect();

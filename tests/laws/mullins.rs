@@ -7,6 +7,7 @@ use durometer::calibrate::{Bounded, FitRequest, Mode};
 use durometer::effect::{Elastic, Mullins};
 use durometer::material::{Law, Softening, Want};
 use durometer::math::signal::Signal;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -38,7 +39,7 @@ fn by_hand(law: &dyn Law, path: &[f64]) -> Vec<f64> {
             let w = part.eval(&isochoric(*l), Want::Residual).expect("regular");
             let x = (peak - w.psi) / (SOFT.m + SOFT.beta * peak);
             let eta = if w.psi < peak { 1.0 - libm::erf(x) / SOFT.r } else { 1.0 };
-            peak = peak.max(w.psi);
+            peak = larger(peak, w.psi);
             eta * w.p[(0, 0)]
         })
         .collect()
@@ -115,7 +116,7 @@ fn the_loop_is_what_is_dissipated() {
     let mut peak = 0.0_f64;
     let stress = |l: f64, peak: &mut f64| {
         let w = part.eval(&isochoric(l), Want::Residual).expect("regular");
-        *peak = peak.max(w.psi);
+        *peak = larger(*peak, w.psi);
         SOFT.at(w.psi, *peak).eta * w.p
     };
     let p: Vec<Mat3> = path.iter().map(|l| stress(*l, &mut peak)).collect();
@@ -193,7 +194,7 @@ fn scenes_soften_in_every_formulation() {
             );
             let third = force.len() - 1;
             assert!(force[third].abs() < 1e-6 * common::largest(&force), "{formulation}: no set");
-            (0..w.len()).map(|i| (e[i] + d[i] - w[i]).abs()).fold(0.0, f64::max) / common::largest(&w)
+            (0..w.len()).map(|i| (e[i] + d[i] - w[i]).abs()).fold(0.0, larger) / common::largest(&w)
         };
         let (coarse, fine) = (off(0.025), off(0.0125));
         println!("{element:?} {formulation}: balance open by {coarse:.1e}, then {fine:.1e} of the work");
@@ -316,7 +317,7 @@ fn cyclic_table_with(peaks: &[f64], [up, down]: [i32; 2], set: f64, noise: f64, 
     let mut peak = 1.0_f64;
     let energy = |l: f64| part.eval(&isochoric(l), Want::Residual).expect("regular");
     let row = |l: f64| {
-        peak = peak.max(l);
+        peak = larger(peak, l);
         let elastic = if l < peak { ((l.ln() - set * peak.ln()) / (1.0 - set)).max(0.0).exp() } else { l };
         let w = energy(elastic);
         let p = w.p[(0, 0)] - elastic.powf(-1.5) * w.p[(1, 1)];

@@ -4,14 +4,15 @@ use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
 use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
 use durometer::material::check::check_property;
-use durometer::material::isochoric::{InvariantEnergy, Parametric, Partials};
+use durometer::material::isochoric::{self, InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
 use durometer::material::split::{Isochoric, Part, Split, fitted_parameters, law_parameters, required};
 use durometer::material::volumetric::CHOICES;
 use durometer::material::{
-    Chosen, FitForm, FitTerms, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter, Response, ShapedTerm,
-    Values, Volumetric, Want, check_law, derivative, law_from_table, moduli, register,
+    Chosen, FitForm, FitTerms, LaneResponse, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter,
+    Response, ShapedTerm, Values, Volumetric, Want, check_law, derivative, law_from_table, moduli, register,
 };
+use durometer::math::lanes::Lanes;
 use durometer::math::tensor::Mat3;
 use durometer::math::units::Dimension;
 use durometer::mesh::Order;
@@ -149,7 +150,7 @@ fn it_is_checked() {
     assert!(violation.to_string().contains("differences of the energy give"), "{violation}");
 }
 
-/// Demiray's law with one of four mistakes.
+/// Demiray's law with one of five mistakes.
 #[derive(Clone, Copy, Debug)]
 struct Mistaken<const MISTAKE: usize>(Demiray);
 
@@ -161,6 +162,8 @@ const ACCEPTS: usize = 1;
 const REFUSES: usize = 2;
 /// The tangent is 0.1 % too stiff
 const STIFF: usize = 3;
+/// An entry of the tangents of several gradients is not a number
+const BLANK: usize = 4;
 
 impl<const MISTAKE: usize> Part for Mistaken<MISTAKE> {
     const INFO: &'static LawInfo = &INFO;
@@ -193,6 +196,20 @@ impl<const MISTAKE: usize> Part for Mistaken<MISTAKE> {
         Ok(found)
     }
 
+    fn lanes(
+        &self,
+        u: &Volumetric,
+        f: &[Lanes; 9],
+        want: Want,
+        out: &mut LaneResponse,
+    ) -> Result<(), (usize, LawError)> {
+        isochoric::lanes(&self.0, u, f, want, out)?;
+        if MISTAKE == BLANK {
+            out.a[4][2].0[1] = f64::NAN;
+        }
+        Ok(())
+    }
+
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         self.0.response_along(rates, u, f, want)
     }
@@ -216,6 +233,9 @@ fn a_failure_names_constants_state_and_one_remedy() {
     assert!(said.starts_with("law `demiray` fails the check RepeatedStretches: with kappa = "), "{said}");
     assert!(said.contains(" at the stretches [0.9, 0.9, 1.2]: A["), "{said}");
     assert!(said.ends_with("; let the tangent be ∂P/∂F where principal stretches coincide, too"), "{said}");
+
+    let said = told(Split::<Mistaken<BLANK>>::entry(KEYS, SAMPLE), LawProperty::Lanes);
+    assert!(said.contains("lane 1 differs from the evaluation of one gradient; "), "{said}");
 
     let inverted = |entry: LawEntry, fact: &str| {
         let said = told(entry, LawProperty::Inversion);

@@ -6,6 +6,7 @@
 
 use crate::common::{Random, example_table};
 use durometer::material::{LAWS, Law, LawSpecError, Moduli, Response, Want, derivative, law_from_table};
+use durometer::math::statistics::larger;
 use durometer::math::tensor::Mat3;
 use durometer::math::units::{self, Dimension};
 use toml::{Table, Value};
@@ -48,12 +49,12 @@ fn check(table: &Table, key: &str, read: impl Fn(&dyn Law) -> Vec<f64>) {
             read(law.as_ref())
         };
         let (plus, minus) = (at(h), at(-h));
-        size = plus.iter().fold(size, |m, x| m.max(x.abs()));
+        size = plus.iter().fold(size, |m, x| larger(m, x.abs()));
         plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * h * theta)).collect()
     };
     let (d1, d2, d4) = (difference(1e-2), difference(5e-3), difference(2.5e-3));
     let got = read(derivative(table, key).unwrap_or_else(|e| panic!("{key}: {e}")).as_ref());
-    let largest = got.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let largest = got.iter().fold(0.0, |m, x| larger(m, x.abs()));
     for (k, got) in got.iter().enumerate() {
         let expected = (64.0 * d4[k] - 20.0 * d2[k] + d1[k]) / 45.0;
         let bound = BOUND * (size / theta.abs() + largest);

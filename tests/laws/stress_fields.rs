@@ -1,6 +1,7 @@
 //! Stress fields of materials with a history: they carry the reactions.
 
 use crate::common::{column, run_with_states, scene};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::output::FieldSpec;
@@ -97,7 +98,7 @@ fn check(label: &str, effects: &str, integrator: &str) {
     let mut fields = Vec::new();
     let run = run_with_states(&scene, &mut |state: &State| fields.push(scene.fields(state, &[FieldSpec::Stress])));
     let forces = column(&run, "zmax_reaction_x_N");
-    let most = forces.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+    let most = forces.iter().fold(0.0, |most, force| larger(most, force.abs()));
     assert_eq!((forces.len(), fields.len()), (21, 21), "{label}");
     for (force, fields) in forces.iter().zip(&fields) {
         let cells = scene.body.mesh.cell_count();

@@ -12,6 +12,14 @@ pub const SOFT: &str = "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.45";
 pub const BY_LENGTH: &str =
     "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"0 mm\", \"4 mm\"] } }";
 
+/// The weight of a bar over its mass \[m/s²\].
+#[derive(Clone, Copy)]
+pub enum Weight {
+    /// An input with this range
+    Input([i32; 2]),
+    Given(f64),
+}
+
 /// A bar of 40 mm along x that is held at one end and bent by its weight, and by a cable if it has one.
 pub struct Bar<'a> {
     pub law: &'a str,
@@ -19,8 +27,7 @@ pub struct Bar<'a> {
     /// Tables of its effects by rates
     pub rates: &'a str,
     pub direction: &'a str,
-    /// Range of the weight \[m/s²\], an input
-    pub weight: [i32; 2],
+    pub weight: Weight,
     /// Drive of the cable
     pub drive: Option<&'a str>,
     /// Integrator, duration and step
@@ -34,7 +41,7 @@ impl Default for Bar<'_> {
             formulation: "displacement",
             rates: "",
             direction: "[0, 1, 0]",
-            weight: [-20, 20],
+            weight: Weight::Input([-20, 20]),
             drive: Some(BY_LENGTH),
             stage: "",
         }
@@ -49,7 +56,13 @@ impl Bar<'_> {
     }
 
     pub fn scene(&self, mesh: TetMesh) -> Scene {
-        let Self { law, formulation, rates, direction, weight: [least, most], drive, stage } = self;
+        let Self { law, formulation, rates, direction, weight, drive, stage } = self;
+        let acceleration = match weight {
+            Weight::Input([least, most]) => {
+                format!(r#"{{ kind = "controlled", initial = "0 m/s^2", range = ["{least} m/s^2", "{most} m/s^2"] }}"#)
+            }
+            Weight::Given(value) => format!("\"{value} m/s^2\""),
+        };
         let cable = drive.map_or_else(String::new, |drive| {
             format!(
                 r#"
@@ -79,7 +92,7 @@ kind = "gravity"
 region = "body"
 density = "1100 kg/m^3"
 direction = {direction}
-acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["{least} m/s^2", "{most} m/s^2"] }}
+acceleration = {acceleration}
 [[constraint]]
 kind = "fixed"
 region = "xmin"
@@ -172,3 +185,9 @@ dt = "1 s"
 kind = "position"
 region = "xmax"
 "#;
+
+/// The same without the cable.
+pub fn without_cable() -> String {
+    let (before, cable) = SCENE.split_once("[[constraint]]\nkind = \"cable\"\n").expect("a cable");
+    format!("{before}{}", &cable[cable.find("[[effect]]").expect("a load")..])
+}

@@ -1,6 +1,7 @@
 //! Constants of laws as inputs of reduced models: equal to the full model where nothing is left out, with derivatives and bars.
 
-use crate::common::{Random, scene};
+use crate::bar::{Bar, Weight};
+use crate::common::Random;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::{
@@ -13,50 +14,15 @@ use std::sync::OnceLock;
 /// Weight across a bar, μ and ν.
 const RANGES: [[f64; 2]; 3] = [[-15.0, 15.0], [40e3, 90e3], [0.45, 0.495]];
 
-/// The bar at these constants; its weight is left to a controller, or given.
-fn bar(order: Order, formulation: &str, weight: Option<f64>, [mu, nu]: [f64; 2]) -> Scene {
-    let acceleration = match weight {
-        Some(value) => format!("\"{value} m/s^2\""),
-        None => "{ kind = \"controlled\", initial = \"0 m/s^2\", range = [\"-15 m/s^2\", \"15 m/s^2\"] }".into(),
-    };
-    let text = format!(
-        r#"
-[mesh]
-body = "block"
-[laws.rubber]
-law = "neo_hookean"
-mu = "{mu} Pa"
-nu = {nu}
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-formulation = "{formulation}"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 1, 0]
-acceleration = {acceleration}
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "cable"
-guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
-pull_point = ["-10 mm", "5 mm", "2 mm"]
-guide_radius = "5 mm"
-drive = {{ kind = "length", signal = "3 mm" }}
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#
-    );
-    scene(block(8, 2, 2, 0.04, 0.01, 0.01, order), &text)
+/// The weight as an input with its range.
+const WEIGHT: Weight = Weight::Input([-15, 15]);
+
+/// The bar at these constants, with 3 mm of its cable drawn in.
+fn bar(order: Order, formulation: &str, weight: Weight, [mu, nu]: [f64; 2]) -> Scene {
+    let law = format!("law = \"neo_hookean\"\nmu = \"{mu} Pa\"\nnu = {nu}");
+    let drive = Some("{ kind = \"length\", signal = \"3 mm\" }");
+    Bar { law: &law, formulation, weight, drive, ..Bar::default() }
+        .of_points(block(8, 2, 2, 0.04, 0.01, 0.01, order), 1)
 }
 
 fn names() -> Vec<String> {
@@ -65,7 +31,7 @@ fn names() -> Vec<String> {
 
 /// The full state at these inputs.
 fn state(order: Order, formulation: &str, u: &[f64]) -> FullState {
-    let run = bar(order, formulation, Some(u[0]), [u[1], u[2]]).run();
+    let run = bar(order, formulation, Weight::Given(u[0]), [u[1], u[2]]).run();
     assert_eq!(run.status, Status::Converged);
     let value = |name: &String| *run.column(name).expect("it is recorded").last().expect("a row");
     FullState {
@@ -88,7 +54,7 @@ fn with_constants<T>(
     work: impl FnOnce(&Scene, &ConstantInputs) -> T,
 ) -> T {
     let middle = [65e3, 0.47];
-    let build = |values: &[f64]| Ok::<_, ReductionError>(bar(order, formulation, None, [values[0], values[1]]));
+    let build = |values: &[f64]| Ok::<_, ReductionError>(bar(order, formulation, WEIGHT, [values[0], values[1]]));
     let constants = ConstantInputs {
         keys: keys.iter().map(|key| key.parse().expect("a path")).collect(),
         inputs: ["rubber_mu_Pa", "rubber_nu"]
@@ -98,7 +64,7 @@ fn with_constants<T>(
             .collect(),
         build: &build,
     };
-    work(&bar(order, formulation, None, middle), &constants)
+    work(&bar(order, formulation, WEIGHT, middle), &constants)
 }
 
 const KEYS: [&str; 2] = ["laws.rubber.mu", "laws.rubber.nu"];

@@ -2,6 +2,7 @@
 
 use crate::bar::{self, BY_LENGTH, Bar};
 use crate::common::{self, Random};
+use durometer::math::statistics::{larger, smaller};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::model::TimeEstimate;
@@ -105,7 +106,7 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
             row.iter()
                 .zip(&model.largest_changes)
                 .zip(&mut worst)
-                .for_each(|(((e, _), size), w)| *w = w.max(e.abs() / size));
+                .for_each(|(((e, _), size), w)| *w = larger(*w, e.abs() / size));
         }
         println!("{formulation} {integrator} {parts:.40?}: {worst:?}");
         assert!(worst.iter().all(|w| *w < 1e-6), "{formulation} {integrator} {parts}: {worst:?}");
@@ -147,13 +148,13 @@ fn energy_is_kept_without_damping_and_falls_with_it() {
         (0..run).map(one).collect::<Vec<f64>>()
     };
     let kept = after("", 400);
-    let (low, high) = kept.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), e| (l.min(*e), h.max(*e)));
+    let (low, high) = kept.iter().fold((f64::INFINITY, 0.0), |(l, h), e| (smaller(l, *e), larger(h, *e)));
     println!("undamped: {:e} to {:e}", low, high);
     assert!(low > 0.0 && high / low - 1.0 < 1e-2, "{low:e} to {high:e}");
     for parts in [MASS_DAMPING, STIFFNESS_DAMPING] {
         let damped = after(parts, 400);
         let rises = damped.windows(2).filter(|w| w[0] > 1e-9 * damped[0]);
-        let worst = rises.map(|w| w[1] / w[0]).fold(0.0, f64::max);
+        let worst = rises.map(|w| w[1] / w[0]).fold(0.0, larger);
         println!("{parts:.40?}: {:e} to {:e}, worst growth {worst}", damped[0], damped[399]);
         assert!(worst < 1.0 + 1e-6 && damped[399] < 0.02 * damped[0], "{worst} {:e} {:e}", damped[0], damped[399]);
     }

@@ -1,5 +1,6 @@
 //! The full model behind a reduced one: it answers where the bar is above the tolerance, and only its own scene is accepted.
 
+use crate::bar::without_cable;
 use crate::common::program::{Ended, durometer, durometer_with};
 use durometer::reduction::running::fallback::By;
 use durometer::reduction::training::full_model::FullModelError;
@@ -7,38 +8,6 @@ use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
 use durometer::scene::{Body, changed_scene, mesh_sha256, read_scene};
 use serde_json::Value;
 use std::path::Path;
-
-/// A bar that is bent by its weight, of a law whose constant is an input.
-const SCENE: &str = r#"
-[mesh.grid]
-kind = "box"
-size = ["40 mm", "10 mm", "10 mm"]
-divisions = [8, 2, 2]
-[laws.rubber]
-law = "neo_hookean"
-mu = "60 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1100 kg/m^3"
-direction = [0, 0, -1]
-acceleration = "9.81 m/s^2"
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "1 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#;
 
 const STUDY: &str = r#"
 kind = "reduction"
@@ -89,7 +58,7 @@ fn plain(folder: &Path, weight: f64, mu: f64) -> f64 {
 fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    std::fs::write(at.join("scene.toml"), SCENE).expect("room");
+    std::fs::write(at.join("scene.toml"), without_cable()).expect("room");
     std::fs::write(at.join("study.toml"), STUDY).expect("room");
     let Ended { code, out, err } = durometer(at, &["run", "study.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{out}{err}");
@@ -198,7 +167,8 @@ fn in_the_library(at: &Path, file: &str) {
 }
 
 fn others_are_refused(at: &Path, file: &str) {
-    let (_, after) = SCENE.split_once("fixed").expect("a constraint");
+    let scene = without_cable();
+    let (_, after) = scene.split_once("fixed").expect("a constraint");
     let gravity = &after[after.find("[[effect]]").expect("a load")..after.find("[[stage]]").expect("a stage")];
     for (from, to, words) in [
         ("nu = 0.45", "nu = 0.4", "laws.rubber.nu differs"),
@@ -206,7 +176,7 @@ fn others_are_refused(at: &Path, file: &str) {
         ("density = \"1100 kg/m^3\"", "density = \"1000 kg/m^3\"", "density differs"),
         (gravity, "", "effect.gravity.acceleration differs or is missing; give"),
     ] {
-        std::fs::write(at.join("other.toml"), SCENE.replacen(from, to, 1)).expect("room");
+        std::fs::write(at.join("other.toml"), scene.replacen(from, to, 1)).expect("room");
         let Ended { code, err, .. } = durometer(at, &["twin", file, "--tolerance", "1%", "--full", "other.toml"]);
         assert_eq!(code, Some(2), "{to}: {err}");
         assert!(err.contains(words) && err.contains("other.toml"), "{to}: {err}");

@@ -1,8 +1,9 @@
 //! Training states that are chosen where the estimated error is large: how well, and as parts of a study.
 
-use crate::bar::{self, Bar, SCENE};
+use crate::bar::{self, Bar, SCENE, Weight};
 use crate::common::program::durometer;
 use crate::common::studies::run_folder;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::prelude::write_report;
@@ -21,7 +22,7 @@ const DRIVE: &str =
     "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"-12 mm\", \"4 mm\"] } }";
 
 fn bar(points: usize) -> Scene {
-    let bar = Bar { weight: [-10, 10], drive: Some(DRIVE), ..Bar::default() };
+    let bar = Bar { weight: Weight::Input([-10, 10]), drive: Some(DRIVE), ..Bar::default() };
     bar.of_points(block(8, 2, 2, 0.04, 0.01, 0.01, Order::Linear), points)
 }
 
@@ -43,8 +44,8 @@ fn held_back_error(scene: &Scene, known: &[FullState], others: &[FullState]) -> 
     let training = Training::new(scene, known, &names()).unwrap_or_else(|e| panic!("{e}"));
     let model = training.model(MODES, Some(1e-3), &[]).unwrap_or_else(|e| panic!("{e}"));
     let all = errors(&model, others).expect("a law of the library");
-    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, f64::max);
-    (0..names().len()).map(of).fold(0.0, f64::max)
+    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, larger);
+    (0..names().len()).map(of).fold(0.0, larger)
 }
 
 const MODES: usize = 6;

@@ -1,6 +1,7 @@
 //! A reduced model is judged by changes from rest: where the origin of the coordinates lies decides nothing.
 
-use crate::bar::{Bar, states};
+use crate::bar::{Bar, Weight, states};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::training::greedy::{Choice, Search};
@@ -13,7 +14,8 @@ const LOADS: [f64; 6] = [2.0, 5.0, 9.0, 12.0, 16.0, 20.0];
 fn bar(shift: f64, points: usize) -> Scene {
     let mut mesh = block(8, 1, 1, 0.04, 0.01, 0.01, Order::Linear);
     mesh.points.iter_mut().for_each(|point| point.z += shift);
-    Bar { direction: "[0, 0, -1]", weight: [0, 20], drive: None, ..Bar::default() }.of_points(mesh, points)
+    Bar { direction: "[0, 0, -1]", weight: Weight::Input([0, 20]), drive: None, ..Bar::default() }
+        .of_points(mesh, points)
 }
 
 /// A model of one mode, its errors at its own states, and the states that a search would add.
@@ -38,7 +40,7 @@ fn a_model_does_not_depend_on_the_origin() {
     assert!((1e-4..0.02).contains(&change) && close(change, there.largest_changes[0]), "{change}");
     assert!((there.rest[0] - here.rest[0] - 1.0).abs() < 1e-12, "{:?} {:?}", here.rest, there.rest);
     assert!(close(here.size_at(0, here.rest[0] + 0.1), 0.1) && close(there.size_at(0, there.rest[0] - 0.1), 0.1));
-    let largest = |rows: &[Vec<(f64, f64)>]| rows.iter().map(|row| row[0].0.abs()).fold(0.0, f64::max);
+    let largest = |rows: &[Vec<(f64, f64)>]| rows.iter().map(|row| row[0].0.abs()).fold(0.0, larger);
     assert!(close(largest(&near), largest(&far)), "{:e} {:e}", largest(&near), largest(&far));
     assert!(close(first.largest, other.largest) && first.chosen == other.chosen, "{first:?} {other:?}");
 }

@@ -2,6 +2,7 @@
 
 use crate::bar::{self, Bar, SOFT};
 use crate::common::{Random, scene};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::running::inverse::{Target, reach};
@@ -176,8 +177,8 @@ fn errors_fall_with_modes_and_points() {
         let model = training.model(modes, Some(sampling), &[]).unwrap_or_else(|e| panic!("{e}"));
         let points: usize = model.points.iter().map(|p| p.weights.len()).sum();
         let all = errors(&model, others).expect("a law of the library");
-        let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, f64::max);
-        ((0..names().len()).map(of).fold(0.0, f64::max), points)
+        let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, larger);
+        ((0..names().len()).map(of).fold(0.0, larger), points)
     };
     let [(coarse, few), (fine, more)] = [largest(3, 1e-2), largest(8, 1e-3)];
     println!("3 modes, {few} points: {coarse:.1e}; 8 modes, {more} points: {fine:.1e}");
@@ -191,7 +192,7 @@ fn pressures_neither_lock_nor_are_lost() {
     let (_, _, others, model) = trained();
     assert!(model.sizes.pressures > 0 && model.sizes.displacements >= 2 * model.sizes.pressures);
     let all = errors(model, others).expect("a law of the library");
-    let angle = all.iter().map(|row| row[1].0.abs()).fold(0.0, f64::max);
+    let angle = all.iter().map(|row| row[1].0.abs()).fold(0.0, larger);
     assert!(angle < 0.01 * model.largest_changes[1], "{angle} of {}", model.largest_changes[1]);
 }
 
@@ -434,7 +435,7 @@ fn adjoint_solutions_are_of_the_recorded_half_turn() {
     let found = adjoint_solutions((&scene, &points), (None, 1), &[turned, folded], &names);
     let found = found.unwrap_or_else(|e| panic!("{e}")).solutions;
     let [turned, folded] = &found[0][..] else { panic!("two states") };
-    let largest = |of: &mut dyn Iterator<Item = f64>| of.map(f64::abs).fold(0.0, f64::max);
+    let largest = |of: &mut dyn Iterator<Item = f64>| of.map(f64::abs).fold(0.0, larger);
     let size = largest(&mut turned.iter().copied());
     let sum = largest(&mut turned.iter().zip(folded).map(|(a, b)| a + b));
     assert!(size > 0.0 && sum < 1e-9 * size, "{sum} of {size}");

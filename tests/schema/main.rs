@@ -1,6 +1,8 @@
 //! The JSON Schemas say what the program reads and writes: shipped files are valid, refused keys are not, and the keys of a schema are exactly
 //! those of the reader.
 
+#[path = "../common/files.rs"]
+mod files;
 mod parts;
 mod walk;
 
@@ -9,6 +11,7 @@ use durometer::scene::{SceneError, SceneSpec};
 use durometer::study::kind::{COMMON_KEYS, Extent};
 use durometer::study::schema;
 use durometer::study::study_file;
+use files::files_below;
 use jsonschema::Validator;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -25,20 +28,7 @@ fn validator(schema: &Value) -> Validator {
 
 /// All files below a folder that end so.
 fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
-    fn walk(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
-        for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                walk(&path, ending, found);
-            } else if path.to_string_lossy().ends_with(ending) {
-                found.push(path);
-            }
-        }
-    }
-    let mut found = Vec::new();
-    walk(&root().join(folder), ending, &mut found);
-    found.sort();
-    found
+    files_below(&root().join(folder)).into_iter().filter(|path| path.to_string_lossy().ends_with(ending)).collect()
 }
 
 /// The content of a TOML file as JSON; none of a file that is no TOML.

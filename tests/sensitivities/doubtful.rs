@@ -1,5 +1,6 @@
 //! Which derivatives are called doubtful: those of a scene with a kink, and none that is zero but for rounding; which keys change nothing.
 
+use durometer::math::statistics::larger;
 use durometer::math::stopwatch::Spent;
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder, parse_scene};
 use durometer::solve::Failure;
@@ -74,7 +75,7 @@ fn a_derivative_that_is_rounding_is_not_doubtful() {
     // The error is as large as the derivative there, and both are far below the terms that cancel
     let c = found.columns.iter().position(|name| name == "body_reaction_x_N").expect("recorded");
     for (k, path) in paths.iter().enumerate() {
-        let largest = found.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);
+        let largest = found.rows.iter().map(|row| row[c][k].abs()).fold(0.0, larger);
         let terms = found.terms[c][k];
         assert!(largest < 1e-9 * terms && found.errors[c][k] < 1e-10 * terms, "{path}: {largest:e} of {terms:e}");
     }

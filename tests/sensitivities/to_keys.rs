@@ -5,6 +5,7 @@
 //! `common/sensitivities.rs`: truncation 4e-8 of the value with poles 0.05 θ away, rounding of the runs 3e-8. Accepted is 1e-6 of the
 //! largest value of the same unit. A key that is zero is moved by a size of its own.
 
+use durometer::math::statistics::larger;
 use durometer::scene::overrides::apply;
 use durometer::scene::{
     ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityError, SensitivityRecorder, check_scalar, column,
@@ -465,7 +466,7 @@ fn differences_agree_with_exact_derivatives() {
             for k in 0..keys.len() {
                 // A constant on which a column hardly depends is known to the rounding of the column
                 let theta = keys[k].value(&beam.table()).expect("a number").si();
-                let largest = exact.rows.iter().map(|row| row[c][k].abs()).fold(1e-3 * sizes[c] / theta, f64::max);
+                let largest = exact.rows.iter().map(|row| row[c][k].abs()).fold(1e-3 * sizes[c] / theta, larger);
                 for (a, b) in exact.rows.iter().zip(&found.rows) {
                     let error = (a[c][k] - b[c][k]).abs();
                     // The estimate bounds the error, but for what rounds in the solution itself
@@ -505,7 +506,7 @@ fn a_slender_beam_keeps_its_digits() {
     let found = differentiated(&scene(&table), &keys(&["mesh.grid.size.0", "mesh.grid.size.2"])).1;
     for (c, column) in found.columns.iter().enumerate().filter(|(_, name)| name.ends_with("_z_m")) {
         for k in 0..2 {
-            let largest = found.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);
+            let largest = found.rows.iter().map(|row| row[c][k].abs()).fold(0.0, larger);
             println!("{column} by {}: {largest:.3e}, error {:.1e}", found.keys[k], found.errors[c][k] / largest);
             assert!(found.errors[c][k] < 1e-7 * largest, "{column}: {:e} of {largest:e}", found.errors[c][k]);
         }

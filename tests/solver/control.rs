@@ -3,6 +3,7 @@
 use crate::common::tools;
 use crate::common::{column, run, scene};
 use durometer::material::law_from_table;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
@@ -299,7 +300,7 @@ impl Recorder for Lift {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        vec![now.state.x.iter().skip(2).step_by(3).fold(0.0, |most, z| z.max(most))]
+        vec![now.state.x.iter().skip(2).step_by(3).fold(0.0, |most, z| larger(most, *z))]
     }
 }
 

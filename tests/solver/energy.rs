@@ -1,6 +1,7 @@
 //! Energy from nothing: stated where an integrator makes it up, and nowhere else.
 
 use crate::common::{column, run, scene};
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Checkpoint, EnergyFromNothing, RunOptions, Scene};
@@ -62,7 +63,7 @@ fn a_spinning_body_grows_with_a_warning_or_not_at_all() {
         let run = run(&spinning(integrator, *dt));
         assert_eq!(run.status, Status::Converged, "{integrator}, {dt} ms");
         let kinetic = column(&run, "kinetic_J");
-        let most = kinetic.iter().fold(0.0_f64, |most, k| most.max(*k));
+        let most = kinetic.iter().fold(0.0, |most, k| larger(most, *k));
         (most / kinetic[0], run.energy_from_nothing.map_or(0.0, |found| found.share()))
     };
     for case in &grown {

@@ -6,6 +6,7 @@ use crate::common::{ORDERS, Random, column, distorted_cube, law, shipped_scene};
 use durometer::effect::{Elastic, Inertia, Lumping, Mass, ViscousDamping};
 use durometer::material::{LAWS, Want};
 use durometer::math::lanes::LANES;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Checkpoint, Run, RunOptions};
@@ -113,8 +114,8 @@ fn a_lagged_factor_leads_to_the_same_states() {
     for (study, changes) in SCENES {
         let fast = run(study, &[changes, &[TIGHT, KEEP]].concat());
         let slow = run(study, &[changes, &[TIGHT, FRESH]].concat());
-        let size = slow.peak.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let apart = fast.last.x.iter().zip(&slow.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let size = slow.peak.x.iter().fold(0.0, |m, x| larger(m, x.abs()));
+        let apart = fast.last.x.iter().zip(&slow.last.x).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
         assert!(apart <= 1e-6 * size, "{study}: {apart:e} m of {size:e} m");
         for (a, b) in fast.last.lambda.iter().zip(&slow.last.lambda) {
             assert!((a - b).abs() <= 1e-6 * b.abs().max(1e-3), "{study}: λ = {a} and {b}");
@@ -166,8 +167,8 @@ tolerance = 1e-11
         run
     };
     let (kept, fresh) = (run("reuse_threshold = 0"), run("reuse_factor = false"));
-    let size = fresh.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    let apart = kept.last.x.iter().zip(&fresh.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let size = fresh.last.x.iter().fold(0.0, |m, x| larger(m, x.abs()));
+    let apart = kept.last.x.iter().zip(&fresh.last.x).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
     println!("{apart:e} m of {size:e} m, {} of {} factorisations", kept.factorisations, fresh.factorisations);
     assert!(size > 0.02, "it bends: {size} m");
     assert!(apart <= 1e-6 * size, "{apart:e} m of {size:e} m");
@@ -235,9 +236,9 @@ tolerance = 1e-11
     let (kept, replaced, fresh) =
         (run("reuse_threshold = 0"), run("reuse_threshold = 1e9"), run("reuse_factor = false"));
     assert!(column(&fresh, "top_force_z_N").iter().any(|f| *f < -0.01), "they met");
-    let size = fresh.last.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let size = fresh.last.x.iter().fold(0.0, |m, x| larger(m, x.abs()));
     for other in [&kept, &replaced] {
-        let apart = other.last.x.iter().zip(&fresh.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        let apart = other.last.x.iter().zip(&fresh.last.x).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
         println!("{apart:e} m of {size:e} m, {} of {} factorisations", other.factorisations, fresh.factorisations);
         assert!(apart <= 1e-6 * size, "{apart:e} m of {size:e} m");
     }

@@ -3,6 +3,7 @@
 use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
 use durometer::math::random::SplitMix;
+use durometer::math::statistics::larger;
 use durometer::math::units::{self, Dimension};
 use durometer::scene::{Body, Run, Scene, SceneSpec, column};
 use durometer::solve::Status;
@@ -75,7 +76,7 @@ fn the_fast_path_gives_what_the_slow_one_does() {
         kept += usize::from(a.work.factorisations < b.work.factorisations);
         for (name, p) in a.probes.iter().filter(|(name, _)| *name != "newton_iterations") {
             let alike = b.probes.iter().filter(|(other, _)| column::comparable(other, name));
-            let size = alike.map(|(_, other)| other.peak.abs()).fold(0.0, f64::max);
+            let size = alike.map(|(_, other)| other.peak.abs()).fold(0.0, larger);
             let q = b.probes[name].last;
             assert!((p.last - q).abs() <= 1e-5 * size, "{}: {name} = {:e} and {q:e}", a.id, p.last);
         }
@@ -134,7 +135,7 @@ fn difference(a: &Run, b: &Run, factor: impl Fn(&str) -> f64) -> f64 {
             let off = (x[k] - y[k] / factor(&a.columns[k])).abs();
             if off == 0.0 { 0.0 } else { off / size }
         })
-        .fold(0.0, f64::max)
+        .fold(0.0, larger)
 }
 
 /// Two solutions to 1e-8 of the forces differ by that times the condition of the problem, the ratio of stiffnesses in length

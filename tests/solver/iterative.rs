@@ -2,6 +2,7 @@
 
 use crate::common::{self, shipped_scene};
 use durometer::math::linear::GradientCounts;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::{Checkpoint, Run, RunOptions, Scene};
@@ -34,8 +35,8 @@ fn scenes_have_the_same_states_on_both_paths() {
         let direct = go(&shipped_scene(study, &tight));
         for keep in ["numerics.reuse_threshold=0", "numerics.reuse_threshold=1e9"] {
             let iterative = go(&shipped_scene(study, &[&tight[..], &[ITERATIVE, keep]].concat()));
-            let size = direct.peak.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            let apart = iterative.last.x.iter().zip(&direct.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+            let size = direct.peak.x.iter().fold(0.0, |m, x| larger(m, x.abs()));
+            let apart = iterative.last.x.iter().zip(&direct.last.x).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
             println!("{study}, {keep}: {apart:e} m of {size:e} m, {:?}", iterative.linear);
             assert!(apart <= 1e-6 * size, "{study}: {apart:e} m of {size:e} m");
             for (a, b) in iterative.last.lambda.iter().zip(&direct.last.lambda) {
@@ -239,7 +240,7 @@ tip = "xmax"
     let direct = go(&arm(""));
     let iterative = go(&arm("factor_memory = \"0.5 MB\""));
     let size = common::largest(&direct.last.x);
-    let apart = iterative.last.x.iter().zip(&direct.last.x).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let apart = iterative.last.x.iter().zip(&direct.last.x).fold(0.0, |m, (a, b)| larger(m, (a - b).abs()));
     println!("{apart:e} m of {size:e} m, {:?}", iterative.linear);
     assert!(apart <= 1e-5 * size, "{apart:e} m of {size:e} m");
     assert_eq!((iterative.linear.fallbacks, iterative.shifted_factorisations), (0, 0));

@@ -5,6 +5,7 @@ use crate::common;
 use crate::common::{DeadLoad, elastic, hold, law, newton, nodes, ramp, scene};
 use durometer::effect::EdgeSprings;
 use durometer::math::signal::Signal;
+use durometer::math::statistics::larger;
 use durometer::math::stopwatch::Spent;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
@@ -154,7 +155,7 @@ fn arc_length_follows_the_truss_through_its_snap() {
         true
     });
     assert_eq!(status, Status::Converged);
-    let off = curve.iter().map(|(w, p)| (p - by_hand(*w)).abs() / top).fold(0.0, f64::max);
+    let off = curve.iter().map(|(w, p)| (p - by_hand(*w)).abs() / top).fold(0.0, larger);
     let turns = &driver.findings.turning_points;
     let found: Vec<f64> = turns.iter().map(|p| load * p.t / top).collect();
     println!("truss: {} points, off by {off:.1e}, limit loads over the exact ones {found:?}", curve.len());
@@ -277,7 +278,8 @@ fn left_over(start: &str, numerics: &str) -> f64 {
     if run.status != Status::Converged {
         return f64::INFINITY;
     }
-    run.last.x.iter().fold(0.0, |m: f64, x| if x.is_nan() { f64::INFINITY } else { m.max(x.abs()) })
+    let most = common::largest(&run.last.x);
+    if most.is_nan() { f64::INFINITY } else { most }
 }
 
 /// Reference 9: 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L. At
@@ -442,7 +444,7 @@ fn a_stage_by_arc_length_ends_where_the_loads_do() {
     let (plain, steps, _) = run("");
     let (traced, arcs, name) = run("continuation = \"arc_length\"");
     assert!(steps == 6 && arcs > 2 && name == "arc_length", "{steps} {arcs} {name}");
-    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
     assert!(off < 1e-6 * common::largest(&plain), "{off:e} of {}", common::largest(&plain));
 }
 
@@ -459,6 +461,6 @@ fn a_path_begins_in_balance_with_the_loads_of_its_start() {
         run.last.x
     };
     let (plain, traced) = (run(""), run("continuation = \"arc_length\""));
-    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
     assert!(off < 1e-6 * common::largest(&plain), "{off:e} of {}", common::largest(&plain));
 }

@@ -1,11 +1,12 @@
 //! Language of the sources, of the documentation and of the messages: terms that this project does not use, each with
 //! the field's word, and the form of doc comments.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use regex::{Regex, RegexBuilder};
 
+use crate::files::files_below;
 use crate::source::root;
 
 /// A phrase that is not used, as a regular expression without regard to case, and what is written instead. Where the
@@ -75,20 +76,10 @@ const ENDINGS: &[&str] = &["rs", "md", "toml", "py"];
 
 /// Names below the root and texts of all files below `folders` with one of the endings.
 fn texts(folders: &[&str], endings: &[&str]) -> Vec<(String, String)> {
-    fn walk(path: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
-        if path.is_dir() {
-            for entry in std::fs::read_dir(path).into_iter().flatten().flatten() {
-                walk(&entry.path(), endings, found);
-            }
-        } else if path.extension().is_some_and(|x| endings.iter().any(|ending| x == *ending)) {
-            found.push(path.to_path_buf());
-        }
-    }
     let root = root();
-    let mut files = Vec::new();
-    for folder in folders {
-        walk(&root.join(folder), endings, &mut files);
-    }
+    let is_text = |path: &PathBuf| path.extension().is_some_and(|x| endings.iter().any(|ending| x == *ending));
+    let mut files: Vec<PathBuf> =
+        folders.iter().flat_map(|folder| files_below(&root.join(folder))).filter(is_text).collect();
     files.sort();
     let read = |path: PathBuf| {
         let name = path.strip_prefix(&root).expect("a path below the root").to_string_lossy().into_owned();

@@ -7,6 +7,9 @@ mod cycles;
 mod dependencies;
 mod docs;
 mod errors;
+#[path = "../common/files.rs"]
+mod files;
+mod folds;
 mod gallery;
 mod language;
 mod names;

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use syn::spanned::Spanned;
 
+use crate::files::kept_below;
+
 /// The packages below `src` whose files use each other.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Package {
@@ -64,28 +66,14 @@ pub fn root() -> PathBuf {
 /// All files with the ending `.rs` below a folder of the repository, in order of their names.
 pub fn rust_files(folder: &str) -> Vec<Source> {
     let root = root();
-    let mut files = Vec::new();
-    walk(&root.join(folder), &mut files);
-    files.sort();
+    // Build scripts and packages that use nothing of the library are apart
+    let is_package = |path: &Path| path.join("Cargo.toml").exists() && !path.ends_with("src/cli");
+    let files = kept_below(&root.join(folder), &|path| !is_package(path) && !path.ends_with("src/build.rs"));
     let read = |path: &PathBuf| {
         let name = path.strip_prefix(&root).expect("a path below the root").to_string_lossy().into_owned();
         Source::new(&name, &std::fs::read_to_string(path).expect("a readable source file"))
     };
-    files.iter().map(read).collect()
-}
-
-fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        let path = entry.path();
-        // Build scripts and packages that use nothing of the library are apart
-        let is_package = path.join("Cargo.toml").exists() && !path.ends_with("src/cli");
-        let is_apart = is_package || path.ends_with("src/build.rs");
-        if path.is_dir() && !is_apart {
-            walk(&path, found);
-        } else if !is_apart && path.extension().is_some_and(|x| x == "rs") {
-            found.push(path);
-        }
-    }
+    files.iter().filter(|path| path.extension().is_some_and(|x| x == "rs")).map(read).collect()
 }
 
 fn drop_tests(items: &mut Vec<syn::Item>) {

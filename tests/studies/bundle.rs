@@ -1,5 +1,6 @@
 //! A study with a measured curve: the report lays it over the recorded ones, and the bundle runs again elsewhere.
 
+use crate::common::files::files_below;
 use crate::common::program::{Ended, ROOT, ended, program};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -208,8 +209,8 @@ fn check_crate(bundle: &Path) {
         listed.insert(name.into());
     }
     listed.extend(["ro-crate-metadata.json", "manifest-sha256.txt"].map(String::from));
-    let mut found = BTreeSet::new();
-    walk(bundle, bundle, &mut found);
+    let name = |path: PathBuf| path.strip_prefix(bundle).expect("inside").display().to_string();
+    let found: BTreeSet<String> = files_below(bundle).into_iter().map(name).collect();
     assert_eq!(found, listed);
     for name in [
         "home/bar/study.toml",
@@ -219,16 +220,6 @@ fn check_crate(bundle: &Path) {
         "results/paper/methods.md",
     ] {
         assert!(found.contains(name), "{name}");
-    }
-}
-
-fn walk(root: &Path, dir: &Path, out: &mut BTreeSet<String>) {
-    for path in std::fs::read_dir(dir).expect("a folder").map(|e| e.expect("an entry").path()) {
-        if path.is_dir() {
-            walk(root, &path, out);
-        } else {
-            out.insert(path.strip_prefix(root).expect("inside").display().to_string());
-        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Time steps of stages, of variants and of families: whose error is known, and what is said where it is not.
 
 use crate::common::synthetic;
+use durometer::math::statistics::larger;
 use durometer::study::analysis::Analysis;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
@@ -16,7 +17,7 @@ fn with_stages(cases: &[StoredCase], stages: impl Fn(&StoredCase) -> Vec<f64>) -
     let mut all = cases.to_vec();
     for c in &mut all {
         c.record.stage_dt_s = stages(c);
-        c.record.dt_s = c.record.stage_dt_s.iter().copied().fold(0.0, f64::max);
+        c.record.dt_s = c.record.stage_dt_s.iter().copied().fold(0.0, larger);
     }
     all
 }

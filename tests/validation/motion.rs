@@ -5,6 +5,7 @@
 //! 52 g (Soft Robotics Lab, ETH Zurich, 2021; MIT, LICENSE.txt next to them).
 
 use durometer::math::random::SplitMix;
+use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::motion::body::{Pose, pose, twist};
 use durometer::motion::plateau::{Plateau, PlateauRule, held_and_final, plateaus};
@@ -309,7 +310,7 @@ fn rows_of_means_have_the_deviation_of_their_values() {
     let z = drop_of(&beam("gravity_a"));
     let [_, end] = both(&z, &PlateauRule::default());
     let rows = z.window(end.window_s);
-    let farthest = rows.value.iter().map(|v| (v - end.mean.value).abs()).fold(0.0, f64::max);
+    let farthest = rows.value.iter().map(|v| (v - end.mean.value).abs()).fold(0.0, larger);
     println!("deviation {:.3e}, farthest {farthest:.3e}", end.deviation);
     assert!(end.deviation < farthest && end.deviation < PlateauRule::default().tolerance_of(&z), "{end:?}");
 }

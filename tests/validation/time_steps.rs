@@ -1,6 +1,7 @@
 //! The error of the time steps of a prediction, where a stage before the movement has a step of its own.
 
 use crate::beam::{LOADS, by_formula, drop, found};
+use durometer::math::statistics::larger;
 use durometer::study::kinds::validation::plan::FamilyPlan;
 use durometer::study::store::record::{CaseRecord, FamilyRecord, Role, Series, StoredCase};
 
@@ -17,7 +18,7 @@ fn predicted(stages: impl Fn(f64) -> Vec<f64>) -> String {
         }
         for dt in STEPS {
             let stage_dt_s = stages(dt);
-            let dt_s = stage_dt_s.iter().copied().fold(0.0, f64::max);
+            let dt_s = stage_dt_s.iter().copied().fold(0.0, larger);
             let (id, variant) = (format!("steps-{name}-{dt}"), name.to_string());
             ids.push(id.clone());
             let status = "Converged".into();

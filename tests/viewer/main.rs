@@ -8,6 +8,7 @@ mod studies;
 
 use crate::common::program::{ROOT, durometer, ended};
 use crate::common::tools;
+use durometer::math::statistics::larger;
 use durometer::mesh::grid_file::{Grid, read_collection, read_grid};
 use durometer::report::viewer::film::Film;
 use durometer::report::viewer::footage::About;
@@ -138,7 +139,7 @@ fn the_page_of_a_run_has_the_positions_and_stresses_of_its_vtu_to_the_stated_err
         for (own, s) in numbers.history(&stress["modes"], k).iter().zip(of_vtu.values.chunks_exact(9)) {
             let s = [s[0], s[4], s[8], s[1], s[5], s[2]];
             let off = own.iter().zip(s).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-            (largest, size) = (largest.max(off), size.max(s.iter().fold(0.0, |m, v| m.max(v.abs()))));
+            (largest, size) = (larger(largest, off), s.iter().fold(size, |m, v| larger(m, v.abs())));
         }
     }
     let stated = stress["modes"]["error"].as_f64().expect("a number");

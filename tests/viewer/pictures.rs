@@ -2,6 +2,7 @@
 
 use crate::common::program::{ROOT, durometer};
 use crate::driven;
+use durometer::math::statistics::{larger, smaller};
 use durometer::report::viewer::of_scene;
 use durometer::report::viewer::shape::{Limits, PartKind};
 use durometer::scene::SceneBuilder;
@@ -120,7 +121,7 @@ fn assert_floor(found: &Value) {
     assert!(floor.len() == 18 && floor.iter().skip(2).step_by(3).all(|z| (z + 1e-3).abs() < 1e-6), "{floor:?}");
     for i in 0..2 {
         let ends = || floor.iter().skip(i).step_by(3).copied();
-        let (from, to) = (ends().fold(f64::INFINITY, f64::min), ends().fold(f64::NEG_INFINITY, f64::max));
+        let (from, to) = (ends().fold(f64::INFINITY, smaller), ends().fold(f64::NEG_INFINITY, larger));
         let margin = (low[i] - from).min(to - high[i]);
         assert!(margin > 0.003 && margin < 0.03, "{from} to {to} for {} to {}", low[i], high[i]);
     }

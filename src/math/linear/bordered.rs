@@ -80,6 +80,7 @@ mod tests {
     use crate::math::low_rank::Pattern;
     use crate::math::random::SplitMix;
     use crate::math::sparse::SymPattern;
+    use crate::math::statistics::smaller;
     use nalgebra::{DMatrix, DVector};
     use std::sync::Arc;
 
@@ -171,7 +172,7 @@ mod tests {
         let counts = std::cell::RefCell::new(std::collections::BTreeSet::new());
         over_samples(|name, pattern, values, a| {
             let eigenvalues = a.symmetric_eigenvalues();
-            let least = eigenvalues.iter().fold(f64::INFINITY, |m, e| m.min(e.abs()));
+            let least = eigenvalues.iter().fold(f64::INFINITY, |m, e| smaller(m, e.abs()));
             assert!(eigenvalues.amax() / least < 1e4, "{name}: a sample that is regular");
             let negative = eigenvalues.iter().filter(|e| **e < 0.0).count();
             counts.borrow_mut().insert(negative);

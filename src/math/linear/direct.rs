@@ -201,6 +201,7 @@ fn places(pattern: &SymPattern, step: &[u32], tree: &EliminationTree) -> (Vec<us
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
     use crate::math::threads::use_threads;
 
     /// Seven-point Laplacian of n³ vertices with `shift` on the diagonal.
@@ -259,7 +260,7 @@ mod tests {
                 let (mut fine, mut rough) = (rhs.clone(), rhs.clone());
                 direct.solve(&mut fine);
                 direct.solve_roughly(&mut rough);
-                let apart = |y: &[f64]| y.iter().zip(&x).fold(0.0, |m: f64, (y, x)| m.max((y - x).abs()));
+                let apart = |y: &[f64]| y.iter().zip(&x).fold(0.0, |m, (y, x)| larger(m, (y - x).abs()));
                 assert!(apart(&fine) < 1e-11 && apart(&rough) < 1e-2, "{:e}, {:e}", apart(&fine), apart(&rough));
                 let result = (direct.l.clone(), fine, rough);
                 assert_eq!(*of_one.get_or_insert_with(|| result.clone()), result, "{threads} threads");
@@ -292,7 +293,7 @@ mod tests {
                 }
                 let mut solved = rhs.clone();
                 direct.solve(&mut solved);
-                let apart = solved.iter().zip(&x).fold(0.0, |m: f64, (y, x)| m.max((y - x).abs()));
+                let apart = solved.iter().zip(&x).fold(0.0, |m, (y, x)| larger(m, (y - x).abs()));
                 assert!(apart < 1e-12, "{apart:e}");
                 let result = (direct.l.clone(), solved);
                 assert_eq!(*of_one.get_or_insert_with(|| result.clone()), result, "{threads} threads");

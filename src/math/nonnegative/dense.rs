@@ -80,13 +80,14 @@ fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::smaller;
 
     /// The minimum over every subset of columns, by trying all of them.
     fn every_subset(a: &DMatrix<f64>, y: &DVector<f64>) -> f64 {
         let n = a.ncols();
         let sets = (1..1_usize << n).map(|mask| (0..n).filter(|k| mask >> k & 1 == 1).collect::<Vec<_>>());
         let fits = sets.filter_map(|set| least_squares(a, y, &set)).filter(|z| z.iter().all(|z| *z >= 0.0));
-        fits.map(|z| (y - a * z).norm()).fold(y.norm(), f64::min)
+        fits.map(|z| (y - a * z).norm()).fold(y.norm(), smaller)
     }
 
     /// Six decays, some of which the data contradict: the answer is the best of all subsets, and bounds are active in most of the cases.

@@ -73,6 +73,7 @@ impl SizeField {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::smaller;
     use crate::mesh::Order;
     use crate::mesh::made::structured::block;
 
@@ -93,7 +94,7 @@ mod tests {
                 assert!((field.sizes[a] - field.sizes[b]).abs() <= 0.3 * apart * (1.0 + 1e-9));
             }
         }
-        let least = field.sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = field.sizes.iter().copied().fold(f64::INFINITY, smaller);
         assert!(least < 0.1 && field.sizes.iter().all(|size| *size <= 0.25 + 1e-12));
     }
 }

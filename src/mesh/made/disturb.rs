@@ -96,6 +96,7 @@ fn shift(mesh: &mut TetMesh, shifts: &[Vec3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::smaller;
     use crate::mesh::file::validate::min_det;
     use crate::mesh::made::structured::block;
     use crate::mesh::quality::Quality;
@@ -109,7 +110,7 @@ mod tests {
             add_slivers(&mut mesh, 3, 0.01, angle);
             let smallest = |c: usize| {
                 let corners = std::array::from_fn(|k| mesh.points[mesh.cell(c)[k] as usize]);
-                dihedral_angles(&corners).into_iter().fold(f64::INFINITY, f64::min)
+                dihedral_angles(&corners).into_iter().fold(f64::INFINITY, smaller)
             };
             let flat = (0..mesh.cell_count()).filter(|&c| smallest(c) < 1.0001 * angle).count();
             assert_eq!((mesh.cell_count(), flat), (750 + 3 * 8, 8), "1 % of 750 cells, each into four");

@@ -68,6 +68,7 @@ fn quarter(growth: Growth, order: Order, names: [&str; 2], map: impl Fn(Vec3, f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::smaller;
     use crate::mesh::file::validate::min_det;
     use std::f64::consts::PI;
 
@@ -101,7 +102,7 @@ mod tests {
                 let (found, area) = (mesh.region_area(&mesh.regions[name].facets), PI * radius * radius / 4.0);
                 assert!((found / area - 1.0).abs() < 1e-2, "{name}: {found} {area}");
             }
-            let nearest = mesh.points.iter().map(|p| p.norm()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+            let nearest = mesh.points.iter().map(|p| p.norm()).filter(|d| *d > 0.0).fold(f64::INFINITY, smaller);
             // Half of an edge to the mid-node; inversion changes lengths by 2R/|y − N| at most.
             assert!((nearest / 0.025 - 1.0).abs() < 0.02, "{nearest}");
         }

@@ -36,6 +36,7 @@ impl Nearest {
 mod tests {
     use super::*;
     use crate::math::nearest::to_triangle;
+    use crate::math::statistics::smaller;
 
     /// Against the least distance of all triangles of a surface of random ones.
     #[test]
@@ -50,7 +51,7 @@ mod tests {
             let [off, least] =
                 [tree.of(&p).triangle as usize..tree.of(&p).triangle as usize + 1, 0..100].map(|range| {
                     let away = |k: usize| to_triangle(&p, &triangles[k].map(|n| points[n as usize]));
-                    range.map(away).fold(f64::INFINITY, f64::min)
+                    range.map(away).fold(f64::INFINITY, smaller)
                 });
             assert!((off - least).abs() < 1e-12 && (tree.of(&p).distance - least).abs() < 1e-12);
         }

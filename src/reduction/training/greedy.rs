@@ -5,6 +5,7 @@
 //! The estimate is of first order and is made from the states that are there: where they say nothing about the error, a large one may be missed.
 
 use super::train::Training;
+use crate::math::statistics::larger;
 use crate::reduction::error::ReductionError;
 use crate::reduction::inputs::Input;
 use crate::reduction::running::twin::Twin;
@@ -54,7 +55,7 @@ impl Search {
     }
 }
 
-/// Largest estimated error of the quantities at these inputs, as a share of their sizes.
+/// Largest estimated error of the quantities at these inputs, as a share of their sizes; infinite where one is not a number.
 fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
     twin.reset();
     if twin.step(inputs).is_err() {
@@ -62,7 +63,8 @@ fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
     }
     let sizes = &twin.model().largest_changes;
     let shares = twin.bars().iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(bar, size)| bar / size);
-    shares.fold(0.0, f64::max)
+    let largest = shares.fold(0.0, larger);
+    if largest.is_nan() { f64::INFINITY } else { largest }
 }
 
 /// The first candidates in this order that keep apart; where there are not enough, the first of the others.

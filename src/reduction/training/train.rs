@@ -7,6 +7,7 @@ use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
 use super::points_at::PointsAt;
 use super::sampling::{Selection, select, stored};
+use crate::math::statistics::larger;
 use crate::math::vector::{dot, norm};
 use crate::reduction::constants::{ConstantInputs, Constants};
 use crate::reduction::error::ReductionError;
@@ -354,7 +355,7 @@ fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>,
 
 /// The bar of a quantity of this size by its errors and their estimates in independent samples, \[samples\]\[states\]. It holds for a sample where it
 /// contains the errors of all of its states. The floor is made of the errors that are more than nothing: where a quantity is exact in most states it is still
-/// that of the others.
+/// that of the others. An error or an estimate that is not a number is as bad as an infinite error.
 pub(in crate::reduction) fn bar(samples: &[Vec<(f64, f64)>], size: f64) -> Bar {
     let least = (EXACT * size).max(f64::MIN_POSITIVE);
     let errors = samples.iter().flatten().map(|(error, _)| error.abs());
@@ -362,7 +363,9 @@ pub(in crate::reduction) fn bar(samples: &[Vec<(f64, f64)>], size: f64) -> Bar {
     sizes.sort_by(f64::total_cmp);
     let floor = sizes.get(sizes.len() / 2).map_or(least, |median| (FLOOR * median).max(least));
     let ratio = |(error, estimate): &(f64, f64)| error.abs() / (estimate.abs() + floor);
-    let mut ratios: Vec<f64> = samples.iter().map(|of| of.iter().map(ratio).fold(0.0, f64::max)).collect();
+    let worst = |of: &Vec<(f64, f64)>| of.iter().map(ratio).fold(0.0, larger);
+    let mut ratios: Vec<f64> =
+        samples.iter().map(worst).map(|ratio| if ratio.is_nan() { f64::INFINITY } else { ratio }).collect();
     ratios.sort_by(f64::total_cmp);
     Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
 }
@@ -390,6 +393,21 @@ mod tests {
             assert!((2e-4..4e-4).contains(&floor), "{slack} slack: {floor}");
             assert!(factor >= 1.0 && (1e-3..2e-2).contains(&(factor * floor)), "{slack} slack: {factor} × {floor}");
             assert!(samples.iter().flatten().all(|(e, _)| *e <= factor * floor * (1.0 + 1e-12)), "{slack} slack");
+        }
+    }
+
+    /// One of 59 errors, or its estimate, that is not a number leaves no finite bar, as an infinite error does; of 120 samples it is among those that may be
+    /// left out.
+    #[test]
+    fn an_error_that_is_not_a_number_is_as_bad_as_an_infinite_one() {
+        for bad in
+            [(f64::INFINITY, 1.0), (f64::NAN, 1.0), (-f64::NAN, 1.0), (1.0, f64::NAN), (f64::INFINITY, f64::INFINITY)]
+        {
+            let of = |n: usize| -> Vec<Vec<(f64, f64)>> {
+                (0..n).map(|k| vec![(1.0, 1.0), if k == 7 { bad } else { (0.5, 1.0) }]).collect()
+            };
+            assert_eq!(bar(&of(59), 1.0).factor, f64::INFINITY, "{bad:?}");
+            assert!(left_out(120) > 0 && bar(&of(120), 1.0).factor.is_finite(), "{bad:?}");
         }
     }
 

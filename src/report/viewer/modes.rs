@@ -142,6 +142,7 @@ fn largest(history: &History) -> f64 {
 mod tests {
     use super::*;
     use crate::math::random::SplitMix;
+    use crate::math::statistics::larger;
 
     /// A bar that bends up to a quarter circle: few modes are enough for a tolerance, and the stated error is that of the decoded numbers.
     #[test]
@@ -163,9 +164,9 @@ mod tests {
                 let decoded = modes.at(t);
                 let of =
                     |(a, b): (&[f64], &[f32])| (0..3).map(|i| (a[i] - f64::from(b[i])).powi(2)).sum::<f64>().sqrt();
-                decoded.chunks(3).zip(state.chunks(3)).map(of).fold(0.0, f64::max)
+                decoded.chunks(3).zip(state.chunks(3)).map(of).fold(0.0, larger)
             };
-            let found = states.iter().enumerate().map(distance).fold(0.0, f64::max);
+            let found = states.iter().enumerate().map(distance).fold(0.0, larger);
             // The residual is kept in single precision: one rounding of numbers up to 1 for each mode
             let rounding = 6e-8 * modes.shapes.len() as f64;
             assert!((found - modes.error).abs() <= rounding, "{found} is stated as {}", modes.error);

@@ -503,6 +503,7 @@ impl EnrichedScene {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::{larger, smaller};
     use crate::scene::parse_scene;
 
     /// All solutions in the enriched space end where `stop` is set, those on the smooth surface through curved facets too.
@@ -530,7 +531,7 @@ mod tests {
         let mut scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mesh = scene.body.mesh.clone();
         let radii = mesh.points.iter().map(|point| point.norm());
-        let [inner, outer] = [radii.clone().fold(f64::INFINITY, f64::min), radii.fold(0.0, f64::max)];
+        let [inner, outer] = [radii.clone().fold(f64::INFINITY, smaller), radii.fold(0.0, larger)];
         let octant = std::f64::consts::FRAC_PI_6 * (outer.powi(3) - inner.powi(3));
         let mut finds = |region: Option<&str>, enclosed: f64, straightened: bool| {
             let mut body = Body::of_mesh(mesh.clone());

@@ -122,6 +122,7 @@ fn angle_gradient(a: Vec3, b: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
 
     /// n₀ = e_x turned by θ towards e_y, then raised towards e_z by β.
     fn direction(angle: f64, out: f64) -> Vec3 {
@@ -176,7 +177,7 @@ mod tests {
                 let path: Vec<f64> = (0..).map(|k| step * f64::from(k)).take_while(|a| *a < 230.0).collect();
                 let found = follow(&winding, path.iter().map(|&a| direction(a, out * (a / 180.0).min(1.0))));
                 assert!((found[found.len() - 1] - path[path.len() - 1]).abs() < 0.1, "{found:?}");
-                let jump = found.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+                let jump = found.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, larger);
                 assert!(jump <= 2.0 * 2.0 + step + 1e-9, "{jump}");
             }
         }

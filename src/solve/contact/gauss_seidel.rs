@@ -14,11 +14,12 @@
 //! as the yielding is seen.
 
 use super::law::ContactLaw;
+use crate::math::statistics::larger;
 use crate::math::tensor::Vec3;
 use crate::math::vector::dot;
 use crate::solve::Failure;
 use crate::solve::limit::Limit;
-use crate::solve::linear::multipliers::{Schur, larger};
+use crate::solve::linear::multipliers::Schur;
 use crate::system::{ContactPoint, Dofs, System};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::ops::Range;

@@ -2,6 +2,7 @@
 
 use super::tangent;
 use crate::math::linear::{Factor, LinearError};
+use crate::math::statistics::larger;
 use crate::math::vector::dot;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, System, constraint_law};
 
@@ -98,11 +99,6 @@ impl Schur {
 fn softest_link(s: &[f64], kinds: &[ConstraintKind]) -> f64 {
     let m = kinds.len();
     (0..m).filter(|&i| kinds[i] == ConstraintKind::Linked).map(|i| s[i * m + i]).fold(0.0, f64::max)
-}
-
-/// The larger of two errors; what is not a number is larger than everything.
-pub(in crate::solve) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
 /// Largest departure of the constraints from their laws, as a share of the scales.

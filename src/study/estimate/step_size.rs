@@ -80,9 +80,10 @@ pub fn error_of_steps(run: &CaseRecord, others: &[(&CaseRecord, f64)]) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
 
     fn run(stage_dt_s: &[f64]) -> CaseRecord {
-        let dt_s = stage_dt_s.iter().copied().fold(0.0, f64::max);
+        let dt_s = stage_dt_s.iter().copied().fold(0.0, larger);
         CaseRecord { dt_s, stage_dt_s: stage_dt_s.to_vec(), ..CaseRecord::default() }
     }
 
@@ -129,7 +130,7 @@ mod tests {
         for _ in 0..(6.0 / dt).ceil() as usize {
             v = (v + dt * (1.0 - x)) / (1.0 + dt * dt);
             x += dt * v;
-            peak = peak.max(x);
+            peak = larger(peak, x);
         }
         peak
     }

@@ -155,6 +155,7 @@ fn monomials(n: usize, degree: usize) -> Vec<Vec<i32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::statistics::larger;
 
     /// A quartic of two constants with an input whose effect depends on them is given back to rounding, values and derivatives.
     #[test]
@@ -176,7 +177,7 @@ mod tests {
         assert!((by_inputs[0] - g(x, y)).abs() < 1e-12);
         assert!((surface.clone().moved(0.5).at(&[x, y], &[s]).0 - value - 0.5).abs() < 1e-12);
         let misfit = |s: &Sample| (surface.at(&s.at, &[]).0 - s.value).abs();
-        assert!(design.iter().map(misfit).fold(0.0, f64::max) < 1e-12);
+        assert!(design.iter().map(misfit).fold(0.0, larger) < 1e-12);
     }
 
     /// Runs at one point determine no dependence on the constants; without constants one run is enough.
