@@ -1,7 +1,7 @@
 //! Convergence analysis against manufactured sequences, and the report from synthetic cases.
 
 use crate::common::synthetic::{SIZES, size, store, study};
-use durometer::math::statistics::larger;
+use durometer::math::statistics::{larger, smaller};
 use durometer::report::numbers::{percent, percent_cell};
 use durometer::study::analysis::{Analysis, ByQuantity};
 use durometer::study::curve::{Curve, peak};
@@ -767,7 +767,7 @@ fn values_of_rounding_have_no_algebraic_error_to_tell() {
     }
     let a = analyse(&study, &cases);
     let step = a.find("length", "side_force_N").and_then(|q| q.step.clone()).expect("a family of time steps");
-    assert!(step.error > 0.1 * step.values.iter().copied().fold(0.0, f64::max), "{step:?}");
+    assert!(step.error > 0.1 * step.values.iter().copied().fold(0.0, larger), "{step:?}");
     let said = a.warnings.iter().find(|w| w.contains("nothing depends on the time steps")).expect("a warning");
     assert!(!said.contains("side force"), "{said}");
 }
@@ -795,7 +795,7 @@ fn the_solver_is_judged_by_the_tolerance() {
     study.variants.retain(|v| v == "length");
     let tension = analyse(&study, &cases).found;
     let bars = &tension.find("length", "cable_tension_N").expect("listed").errors;
-    let least = bars.iter().map(|e| e.bar).fold(f64::INFINITY, f64::min).max(study.tolerance);
+    let least = bars.iter().map(|e| e.bar).fold(f64::INFINITY, smaller).max(study.tolerance);
     assert!(!said(&study, &cases, 0.099 * least) && said(&study, &cases, 0.101 * least));
 }
 
