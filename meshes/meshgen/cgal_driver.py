@@ -125,7 +125,7 @@ def sized(request: Request, points: np.ndarray, triangles: np.ndarray, volume: f
         return len(found["mesh"][1])
 
     if request.cells:
-        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
+        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log, graded=bool(request.grading))
     else:
         length = guess
         log(f"{generate(length, 0)} cells")

@@ -85,7 +85,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
         return count_cells()
 
     if request.cells:
-        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
+        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log, graded=bool(request.grading))
     else:
         length, jitter = request.length, 0
         log(f"{generate(length, jitter)} cells at length {length:.4g} m")

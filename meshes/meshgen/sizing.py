@@ -12,6 +12,8 @@ from .geometry import MM
 CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for the first guess
 NOISE = 0.05  # relative variation of the length in meshes with a seed
 ATTEMPTS = 24  # for a target count within the tolerance
+ALIKE = 0.05  # relative difference of counts that are bounded from below
+ABOVE = 1.2  # a number of cells that can be reached, over that bound
 NEAR = 0.1  # the nearest attempt is taken within this share, if none is within the tolerance
 
 
@@ -111,13 +113,13 @@ def add_field(kind: str, lists: dict, **values) -> int:
     return tag
 
 
-def find_length(generate, volume: float, target: int, tolerance: float, log) -> tuple:
+def find_length(generate, volume: float, target: int, tolerance: float, log, *, graded: bool = False) -> tuple:
     """The edge length [m] and jitter for which generate(length, jitter) makes `target` cells within the tolerance.
 
     Secant method in log length and log count, within the bracket of previous attempts. The count jumps where
     an edge of the CAD is divided differently; once the bracket is as narrow as such a jump, other waves of the size
     field (jitter 1, 2, …) are tried around it. If none is within the tolerance, the nearest is made again, if it is within NEAR.
-    The last call of generate() is the accepted one."""
+    The last call of generate() is the accepted one. graded: whether some lengths do not grow with the edge length."""
     goal, tried, near = math.log(target), [], max(tolerance, NEAR)
     scatter = random.Random(0)
     x, jitter = math.log((volume * CELLS_PER_CUBE / target) ** (1 / 3)), 0
@@ -127,8 +129,11 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
         if abs(count - target) <= tolerance * target:
             return math.exp(x), jitter
         tried.append((x, math.log(count) - goal, jitter))
+        # Longer edges make no fewer cells
         if len(tried) > 3 and not coarse(tried) and abs(tried[-1][1] - tried[-3][1]) < 0.01:
-            break  # longer edges make no fewer cells
+            break
+        if is_bounded(tried) and min(excess for _, excess in fine(tried)) > math.log(1 + near):
+            break
         x = next_guess(tried)
         if jitter or is_stuck(tried):
             jitter += 1
@@ -138,12 +143,18 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
         log(f"within {100 * tolerance:g} % after {len(tried)} attempts there was none: {generate(math.exp(nearest[0]), nearest[2])} cells are taken")
         return math.exp(nearest[0]), nearest[2]
     cells = round(math.exp(goal + nearest[1]))
-    raise SizeNotReached(
-        f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
-        f"the nearest was {cells} cells at length {math.exp(nearest[0]):.5g} m",
-        "ask for another number of cells, or take another seed; graded lengths bound the count from below",
-        cells,
-    )
+    missed = f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
+    if is_bounded(tried):
+        bound = "the graded lengths" if graded else "the faces of the body"
+        raise SizeNotReached(f"{missed}{bound} allow no fewer than about {cells} cells", f"ask for cells = {rounded_up(ABOVE * cells)} or more", cells)
+    hint = "ask for another number of cells, or take another seed" + ("; graded lengths bound the count from below" if graded else "")
+    raise SizeNotReached(f"{missed}the nearest was {cells} cells at length {math.exp(nearest[0]):.5g} m", hint, cells)
+
+
+def rounded_up(count: float) -> int:
+    """The next number with two significant digits."""
+    unit = 10 ** max(len(str(int(count))) - 2, 0)
+    return math.ceil(count / unit) * unit
 
 
 def fine(tried: list) -> list:
@@ -159,6 +170,16 @@ def coarse(tried: list) -> list:
 def is_stuck(tried: list) -> bool:
     """Whether the lengths with too many and with too few cells have converged without reaching the target."""
     return bool(fine(tried) and coarse(tried)) and min(coarse(tried))[0] - max(fine(tried))[0] < 2e-3
+
+
+def is_bounded(tried: list) -> bool:
+    """Whether longer edges make no fewer cells: every attempt has too many, and three or more, whose lengths differ by a factor of two or more, have
+    counts within ALIKE of the smallest."""
+    if coarse(tried):
+        return False
+    least = min(excess for _, excess in fine(tried))
+    lengths = [x for x, excess in fine(tried) if excess <= least + math.log(1 + ALIKE)]
+    return len(lengths) > 2 and max(lengths) - min(lengths) >= math.log(2)
 
 
 def next_guess(tried: list) -> float:

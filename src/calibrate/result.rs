@@ -169,10 +169,11 @@ pub struct FitResult {
 }
 
 impl FitResult {
-    /// `fit.json`: all of this value, `messages`, the warnings as text, and `doubtful`, whether one of them is grave
+    /// `fit.json`: all of this value, `messages`, the warnings as text, `notes`, those of them that limit nothing, and `doubtful`, whether one is grave
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
         let mut value = serde_json::to_value(self).expect("the result has string keys and serialisable values");
         value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
+        value["notes"] = self.warnings.iter().filter(|w| w.is_note()).map(ToString::to_string).collect();
         value["doubtful"] = self.warnings.iter().any(FitWarning::is_grave).into();
         let text = serde_json::to_string_pretty(&value).expect("a JSON value can be written");
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })

@@ -28,7 +28,6 @@ fn picture(scene: &Scene) -> BodyPicture {
     let facets = boundary_facets(mesh);
     let cells = facet_cells(mesh);
     let number: BTreeMap<u32, usize> = facets.iter().enumerate().map(|(t, &f)| (f, t)).collect();
-    let place = |k: &u32| -> [f64; 3] { mesh.points[*k as usize].into() };
     let on_surface = |region: &Region| -> Vec<usize> {
         let of_cells: BTreeSet<u32> = region.cells.iter().copied().collect();
         let is_own = |f: &u32| region.facets.binary_search(f).is_ok() || of_cells.contains(&cells[*f as usize].0);
@@ -41,15 +40,15 @@ fn picture(scene: &Scene) -> BodyPicture {
     let size = |region: &Region| std::cmp::Reverse(region.facets.len() + region.cells.len());
     shown.sort_by_key(|(name, region)| (is_own(name), size(region), number_of_face(name)));
     let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());
-    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof / 3).collect();
+    let held = scene.system.prescribed.iter().map(|p| p.dof / 3).filter(|&k| (k as usize) < mesh.points.len());
     let path = |x: &[f64], k: usize| scene.cables[k].cable.polyline(x).into_iter().map(Into::into).collect();
     let rest = scene.system.rest();
     BodyPicture {
         points: mesh.points.iter().map(|p| (*p).into()).collect(),
         facets: facets.iter().map(|&f| mesh.facet(f as usize).to_vec()).collect(),
         regions: of_facets.into_iter().map(|(name, region)| (name.clone(), on_surface(region))).collect(),
-        nodes: of_nodes.into_iter().map(|(name, r)| (name.clone(), r.nodes.iter().map(place).collect())).collect(),
-        held: held.iter().filter(|&&k| (k as usize) < mesh.points.len()).map(place).collect(),
+        nodes: of_nodes.into_iter().map(|(name, region)| (name.clone(), region.nodes.clone())).collect(),
+        held: held.collect(),
         cables: (0..scene.cables.len()).map(|k| (scene.cables[k].name.clone(), path(&rest.x, k))).collect(),
     }
 }

@@ -124,6 +124,9 @@ fn with_flags(error: &LawSpecError) -> String {
             format!("{error}; pass for example --volumetric quadratic --nu 0.49")
         }
         LawSpecError::NoVolumetric { .. } => format!("{error}; pass for example --nu 0.49"),
+        LawSpecError::NotTwo { given } if given.len() == 1 && given[0] != "nu" => {
+            format!("{error}; pass for example --nu 0.49")
+        }
         _ => error.to_string(),
     }
 }

@@ -2,16 +2,21 @@
 
 use crate::report::canvas::{At, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend};
-use crate::report::surface::{Fit, Look, View, extent, surface};
+use crate::report::surface::{Fit, Look, View, extent, hidden, surface};
+use crate::wording::count;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Directions from which the body is seen: from the front, and from behind and below.
 const EYES: [[f64; 3]; 2] = [[0.55, -1.0, 0.45], [-0.55, 1.0, -0.45]];
 const PLAIN: RGB = RGB(0xdd, 0xe3, 0xe9);
 /// Height of each view \[mm\].
 const TALL: f64 = 78.0;
-/// Marks of nodes are thinned out to about as many; those of held nodes leave the colour below them to be seen.
+/// Marks of nodes are thinned out to about as many; those over regions of facets leave the colour below them to be seen.
 const MARKED: usize = 400;
 const MARKED_HELD: usize = 100;
+/// Sizes of the mark of a node that is seen, and of one that the body hides
+const SEEN: i32 = 12;
+const HIDDEN: i32 = 5;
 
 /// Content of the picture; positions \[m\].
 pub struct BodyPicture {
@@ -20,15 +25,24 @@ pub struct BodyPicture {
     pub facets: Vec<Vec<u32>>,
     /// Name of a region, and its facets; a later one is drawn over an earlier one
     pub regions: Vec<(String, Vec<usize>)>,
-    /// Name of a region of nodes, and their positions
-    pub nodes: Vec<(String, Vec<[f64; 3]>)>,
+    /// Name of a region of nodes, and their numbers; a later one is drawn over an earlier one
+    pub nodes: Vec<(String, Vec<u32>)>,
     /// Nodes that are held or moved
-    pub held: Vec<[f64; 3]>,
+    pub held: BTreeSet<u32>,
     /// Name of a cable, and its points from the pull point on
     pub cables: Vec<(String, Vec<[f64; 3]>)>,
 }
 
-/// The body from two sides, with a legend. Marks of nodes and cables are drawn over the body, also where it hides them.
+/// Nodes with the same mark.
+struct Marked {
+    shape: Mark,
+    color: RGB,
+    /// Those that are drawn
+    nodes: Vec<u32>,
+    words: String,
+}
+
+/// The body from two sides, with a legend. Marks of nodes and cables are drawn over the body, those of hidden nodes small.
 pub fn draw(name: &str, body: &BodyPicture) -> Figure {
     // The cables, which are thin, have the strongest colours
     let cables = body.cables.len();
@@ -45,16 +59,21 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         shade: 0.25,
     };
     let under: String = views.iter().map(|(view, fit)| surface(&body.points, &body.facets, view, fit, &look)).collect();
-    let entries = entries(body);
+    let marked = marked(body);
+    let drawn: Vec<u32> = marked.iter().flat_map(|m| m.nodes.iter().copied()).collect();
+    let hidden: Vec<BTreeSet<u32>> =
+        views.iter().map(|(view, _)| hidden(&body.points, &body.facets, &drawn, view)).collect();
+    let entries = entries(body, &marked, hidden.iter().any(|nodes| !nodes.is_empty()));
     let rows = entries.len() as f64;
     let svg = figure(page_width(), EYES.len() as f64 * TALL + 8.0 + 4.2 * rows, &under, |area| {
-        for (view, fit) in &views {
+        for ((view, fit), hidden) in views.iter().zip(&hidden) {
             let at = |p: &[f64; 3]| fit.at(view.project(*p));
-            for (k, (_, nodes)) in body.nodes.iter().enumerate() {
-                let color = color(cables + body.regions.len() + k);
-                thinned(nodes, MARKED).for_each(|p| mark(area, Mark::Circle, at(p), 12, color));
+            for Marked { shape, color, nodes, .. } in &marked {
+                for k in nodes {
+                    let size = if hidden.contains(k) { HIDDEN } else { SEEN };
+                    mark(area, *shape, at(&body.points[*k as usize]), size, *color);
+                }
             }
-            thinned(&body.held, MARKED_HELD).for_each(|p| mark(area, Mark::Cross, at(p), 11, INK));
             for (k, (_, points)) in body.cables.iter().enumerate() {
                 let path: Vec<(i32, i32)> = points.iter().map(at).collect();
                 let color = color(k);
@@ -85,27 +104,76 @@ fn fitted(body: &BodyPicture, k: usize) -> (View, Fit) {
     (view, Fit::new(extent(all.map(|p| view.project(*p))), to))
 }
 
-fn thinned(points: &[[f64; 3]], most: usize) -> impl Iterator<Item = &[f64; 3]> {
-    points.iter().step_by(points.len().div_ceil(most).max(1))
+/// The marks of regions of nodes, and of held nodes that are in none of them. A node has one mark: a cross where it is held or moved, in the colour of
+/// its last region.
+fn marked(body: &BodyPicture) -> Vec<Marked> {
+    let of_regions = body.nodes.iter().enumerate().flat_map(|(k, (_, nodes))| nodes.iter().map(move |node| (*node, k)));
+    let last: BTreeMap<u32, usize> = of_regions.collect();
+    let mut all = Vec::new();
+    let mut add = |shape, color, most: usize, (nodes, words): (Vec<u32>, String)| {
+        let step = nodes.len().div_ceil(most).max(1);
+        let thinned = if step > 1 { format!(", one in {step} is drawn") } else { String::new() };
+        all.push(Marked { shape, color, nodes: nodes.into_iter().step_by(step).collect(), words: words + &thinned });
+    };
+    for (k, (name, nodes)) in body.nodes.iter().enumerate() {
+        let color = color(body.cables.len() + body.regions.len() + k);
+        for (shape, held) in [(Mark::Circle, ""), (Mark::Cross, ", held or moved")] {
+            let own: Vec<u32> =
+                nodes.iter().copied().filter(|node| body.held.contains(node) != held.is_empty()).collect();
+            if !own.is_empty() {
+                let words = format!("{name}: {}{held}", count(own.len(), "node"));
+                add(shape, color, MARKED, (own.into_iter().filter(|node| last[node] == k).collect(), words));
+            }
+        }
+    }
+    let others: Vec<u32> = body.held.iter().copied().filter(|node| !last.contains_key(node)).collect();
+    if !others.is_empty() {
+        let more = if others.len() < body.held.len() { "other " } else { "" };
+        let words = format!("held or moved: {}", count(others.len(), &format!("{more}node")));
+        add(Mark::Cross, INK, MARKED_HELD, (others, words));
+    }
+    all
 }
 
-fn entries(body: &BodyPicture) -> Vec<(Sample, String)> {
-    let (regions, cables) = (body.regions.len(), body.cables.len());
+fn entries(body: &BodyPicture, marked: &[Marked], any_hidden: bool) -> Vec<(Sample, String)> {
+    let cables = body.cables.len();
     let mut entries: Vec<(Sample, String)> = Vec::new();
     for (k, (name, facets)) in body.regions.iter().enumerate() {
         entries.push((Sample::Block(color(cables + k)), format!("{name} ({} facets on the surface)", facets.len())));
     }
-    for (k, (name, points)) in body.nodes.iter().enumerate() {
-        entries.push((
-            Sample::Mark(Mark::Circle, color(cables + regions + k)),
-            format!("{name} ({} nodes)", points.len()),
-        ));
-    }
-    if !body.held.is_empty() {
-        entries.push((Sample::Mark(Mark::Cross, INK), format!("held or moved ({} nodes)", body.held.len())));
+    entries.extend(marked.iter().map(|m| (Sample::Mark(m.shape, m.color), m.words.clone())));
+    if any_hidden {
+        entries.push((Sample::Nothing, "small marks: nodes that the body hides".into()));
     }
     for (k, (name, points)) in body.cables.iter().enumerate() {
         entries.push((Sample::Line(color(k)), format!("{name} ({} points)", points.len())));
     }
     entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A node has one mark, also where it is in several regions and held; the legend counts the nodes of each, and says what is left out.
+    #[test]
+    fn every_node_has_one_mark() {
+        let body = |held: u32| BodyPicture {
+            points: (0..1000).map(|k| [f64::from(k), f64::from(k * k % 7), f64::from(k % 5)]).collect(),
+            facets: vec![],
+            regions: vec![],
+            nodes: vec![("end".into(), (0..119).collect()), ("tip".into(), (100..130).collect())],
+            held: (0..held).collect(),
+            cables: vec![],
+        };
+        let found = marked(&body(119));
+        let words: Vec<&str> = found.iter().map(|m| m.words.as_str()).collect();
+        assert_eq!(words, ["end: 119 nodes, held or moved", "tip: 11 nodes", "tip: 19 nodes, held or moved"]);
+        let mut nodes: Vec<u32> = found.iter().flat_map(|m| m.nodes.clone()).collect();
+        nodes.sort_unstable();
+        assert_eq!(nodes, (0..130).collect::<Vec<_>>());
+        let last = marked(&body(350)).pop().expect("held nodes in no region");
+        assert_eq!((last.words.as_str(), last.nodes.len()), ("held or moved: 220 other nodes, one in 3 is drawn", 74));
+        assert!(draw("regions", &body(350)).svg.contains("one in 3 is drawn"));
+    }
 }

@@ -5,10 +5,13 @@
 //! features of the body; long triangles next to small ones may be put in the wrong order.
 
 use crate::report::canvas::RGB;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 type V = [f64; 3];
+
+/// A node is hidden by a facet that is in front of it by more than this share of the extent of the body: more than a curved facet is off its corners.
+const BEHIND: f64 = 2e-3;
 
 fn sub(a: V, b: V) -> V {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
@@ -226,6 +229,29 @@ fn feature_sides<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View) -> Ve
     sides
 }
 
+/// The nodes in front of which the surface is, as seen by the eye.
+pub fn hidden<F: AsRef<[u32]>>(points: &[V], facets: &[F], nodes: &[u32], view: &View) -> BTreeSet<u32> {
+    let seen = |x: V| [dot(x, view.right), dot(x, view.up), dot(x, view.eye)];
+    let depths = points.iter().map(|x| seen(*x));
+    let (low, high) = depths.fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(low, high), x| {
+        ([0, 1, 2].map(|k| low[k].min(x[k])), [0, 1, 2].map(|k| high[k].max(x[k])))
+    });
+    let behind = BEHIND * dot(sub(high, low), sub(high, low)).sqrt();
+    let is_in_front = |[a, b, c]: &[V; 3], p: V| {
+        let twice = |a: &V, b: &V, c: &V| (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let area = twice(a, b, c);
+        let shares = [twice(&p, b, c) / area, twice(a, &p, c) / area, twice(a, b, &p) / area];
+        let depth = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
+        area > 0.0 && shares.iter().all(|s| *s > -1e-9) && depth > p[2] + behind
+    };
+    let triangles: Vec<[V; 3]> = facets.iter().map(|f| corners(f).map(|i| seen(points[i as usize]))).collect();
+    let is_hidden = |k: &u32| {
+        let p = seen(points[*k as usize]);
+        triangles.iter().any(|triangle| is_in_front(triangle, p))
+    };
+    nodes.iter().copied().filter(is_hidden).collect()
+}
+
 /// viridis (van der Walt & Smith 2015), nine stops; s in \[0, 1\].
 pub fn viridis(s: f64) -> RGB {
     const STOPS: [[f64; 3]; 9] = [
@@ -249,6 +275,17 @@ pub fn viridis(s: f64) -> RGB {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of a tetrahedron with a corner towards the eye, the node behind its facets is hidden, and those of its outline are not.
+    #[test]
+    fn nodes_behind_the_surface_are_hidden() {
+        let view = View::from([0.0, -1.0, 0.0]);
+        let points = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0], [1.0, -2.0, 1.0], [1.0, 0.0, 1.0]];
+        let facets = [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]];
+        assert_eq!(hidden(&points, &facets, &[0, 1, 2, 3, 4], &view), BTreeSet::from([4]));
+        let from_behind = View::from([0.0, 1.0, 0.0]);
+        assert_eq!(hidden(&points, &facets, &[0, 1, 2, 3, 4], &from_behind), BTreeSet::from([3]));
+    }
 
     /// A facet that is seen from above is drawn through its mid-nodes, and so is its outline.
     #[test]

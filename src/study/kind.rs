@@ -6,9 +6,9 @@ use crate::study::calibration_plan::{CalibrationPlan, UseSpec};
 use crate::study::content::Content;
 use crate::study::curve;
 use crate::study::rounds::Round;
-use crate::study::spec::{FamilySpec, VariantSpec};
+use crate::study::spec::{FamilySpec, VariantSpec, WrittenRoles, refuse};
 use crate::study::store::asked::Asks;
-use crate::study::store::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{Role, StoredCase, StudyRecord};
 use crate::study::store::results::Results;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
@@ -28,6 +28,8 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     type Details: Serialize + DeserializeOwned;
     /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
+    /// Roles that families of a study file of this kind can have; none where it has no families
+    const ROLES: &'static [Role] = &[];
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 
@@ -236,6 +238,10 @@ struct SceneName {
 }
 
 fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
+    // Roles that only other kinds have are known to the reader of the keys. A text that cannot be read so has its refusal from there
+    if let (false, Ok(written)) = (K::ROLES.is_empty(), from_text::<WrittenRoles>(file, text, "")) {
+        written.check(K::NAME, K::ROLES).map_err(|mistake| refuse(file, mistake))?;
+    }
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
     let kind = if extent == Extent::Quick { kind.quick() } else { kind };
     let SceneName { scene } = from_text(file, text, "")?;

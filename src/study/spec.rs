@@ -71,12 +71,32 @@ pub fn refuse(file: &Path, (place, fact, remedy): Mistake) -> SceneError {
     SceneError::Content { file: file.into(), place, fact, remedy }
 }
 
-/// Every family has a role that the kind knows.
-pub fn check_roles(kind: &str, families: &[FamilySpec], known: &[Role]) -> Result<(), Mistake> {
-    let Some(family) = families.iter().find(|f| !known.contains(&f.role)) else { return Ok(()) };
-    let fact = format!("a study of kind \"{kind}\" has no role \"{}\"", family.role.words());
-    let words = known.iter().map(|r| r.words().replace(' ', "_")).collect::<Vec<_>>().join(", ");
-    Err((format!("family {}", family.name), fact, format!("the roles are {words}")))
+/// The roles of the families of a study file as they are written.
+#[derive(Deserialize)]
+pub struct WrittenRoles {
+    #[serde(rename = "family", default)]
+    families: Vec<WrittenRole>,
+}
+
+#[derive(Deserialize)]
+struct WrittenRole {
+    name: Option<String>,
+    role: Option<String>,
+}
+
+impl WrittenRoles {
+    /// Every family has a role that the kind knows.
+    pub fn check(&self, kind: &str, known: &[Role]) -> Result<(), Mistake> {
+        let known: Vec<String> = known.iter().map(|role| role.words().replace(' ', "_")).collect();
+        let is_wrong = |f: &&WrittenRole| f.role.as_ref().is_none_or(|role| !known.contains(role));
+        let Some((k, family)) = (1..).zip(&self.families).find(|(_, f)| is_wrong(f)) else { return Ok(()) };
+        let fact = match &family.role {
+            Some(role) => format!("a study of kind \"{kind}\" has no role \"{role}\""),
+            None => "the key `role` is missing".into(),
+        };
+        let place = family.name.as_ref().map_or_else(|| format!("family {k}"), |name| format!("family {name}"));
+        Err((place, fact, format!("the roles are {}", known.join(", "))))
+    }
 }
 
 /// The unit of a quantity is that at the end of the name of its column, in any spelling: fact and remedy where it is another one. A name without one

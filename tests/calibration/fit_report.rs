@@ -154,6 +154,43 @@ fn rupture_and_slack_are_named_in_the_report() {
     assert!(methods.contains("Uniaxial data points after rupture in torn.csv"), "{methods}");
 }
 
+/// The methods of a paper have the warnings of the page, but no notes, and say that the material was taken as incompressible.
+#[test]
+fn the_methods_state_the_limits_of_a_fit() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let mut result = clean(dir.path());
+    let (file, lines) = (String::from("made.csv"), vec![2]);
+    let mut methods = |warnings: Vec<FitWarning>| {
+        result.warnings = warnings;
+        page(dir.path(), &result);
+        std::fs::read_to_string(dir.path().join("paper/methods.md")).expect("the methods")
+    };
+    let text = methods(vec![
+        FitWarning::Data { message: "strain comes from crosshead travel".into() },
+        FitWarning::Misfit { rms_relative: 0.2, tolerance: 0.1 },
+        FitWarning::LimitedOutliers { file: file.clone(), lines: lines.clone() },
+    ]);
+    assert!(text.contains("**Limits.** Strain comes from crosshead travel. Misfit 20.0 % rms"), "{text}");
+    assert!(!text.contains("have a limited weight"), "{text}");
+    assert!(text.contains("The material was taken as incompressible (J = 1)."), "{text}");
+    let text = methods(vec![FitWarning::LimitedOutliers { file, lines }]);
+    assert!(!text.contains("**Limits.**"), "{text}");
+}
+
+/// Of the two tests of residuals the warning names those that have found a pattern.
+#[test]
+fn a_pattern_is_named_by_the_test_that_found_it() {
+    let pattern = |runs_p: f64, departure_p: f64| {
+        let (runs_p, departure_p) = (Some(runs_p), Some(departure_p));
+        FitWarning::Systematic { runs: Some(16), runs_p, departure_p, rms_relative: 0.05, wider: false }.to_string()
+    };
+    let (runs, stiffness) = ("16 runs of sign, p = ", "stiffness changes with stretch, p ");
+    let names = |text: &str| (text.contains(runs), text.contains(stiffness));
+    assert_eq!(names(&pattern(0.94, 1e-6)), (false, true));
+    assert_eq!(names(&pattern(0.01, 0.5)), (true, false));
+    assert_eq!(names(&pattern(0.01, 0.02)), (true, true));
+}
+
 /// Every grave warning marks the answer as doubtful, and others do not; a file of before, which does not say it, is marked by any warning.
 #[test]
 fn grave_warnings_mark_the_answer() {

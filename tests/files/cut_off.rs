@@ -86,6 +86,33 @@ fn a_killed_run_leaves_its_rows_and_a_state() {
     assert!(!rows.exists() && !state.exists());
 }
 
+/// The exit code and the messages of a run that is stopped by Ctrl-C after some rows.
+fn interrupted(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String) {
+    let mut run = simulate(folder, &[&["--out", out], more].concat());
+    let mut child = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program runs");
+    let (rows, start) = (folder.join(out).join("scene.partial.csv"), Instant::now());
+    while lines(&rows).len() < 20 && start.elapsed() < Duration::from_secs(120) {
+        assert!(child.try_wait().expect("ours").is_none(), "it goes on");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let Output { status, stderr, .. } = child.wait_with_output().expect("it ends");
+    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+}
+
+/// A run that is stopped by Ctrl-C says how it could have kept a state, unless it has kept one.
+#[test]
+fn an_interrupted_run_names_the_flag_by_which_it_could_go_on() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(100_000)).expect("writable");
+    let flag = "pass --save-state end to be able to go on with --restart";
+    let (code, said) = interrupted(at, "lost", &[]);
+    assert!(code == Some(3) && said.contains(flag), "{said}");
+    let (code, said) = interrupted(at, "kept", &["--save-state", "end"]);
+    assert!(code == Some(3) && !said.contains(flag) && at.join("kept/scene-end.state").exists(), "{said}");
+}
+
 /// A folder that cannot be made or written is refused before the run.
 #[test]
 fn an_unwritable_folder_is_refused_first() {

@@ -461,6 +461,10 @@ fn an_export_names_the_flags_of_what_the_law_file_lacks() {
     let message = refused.err;
     assert!(refused.code == Some(2) && message.contains("--volumetric quadratic --nu 0.49"), "{message}");
     call(&[&export[..], &["--volumetric", "quadratic", "--nu", "0.49"]].concat(), 0);
+    std::fs::write(&law, "law = \"neo_hookean\"\nmu = \"75 kPa\"\n").expect("writable");
+    let refused = ended(without_mesher(ROOT, &export));
+    assert!(refused.code == Some(2) && refused.err.contains("pass for example --nu 0.49"), "{}", refused.err);
+    call(&[&export[..], &["--nu", "0.49"]].concat(), 0);
 }
 
 /// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.

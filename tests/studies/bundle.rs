@@ -110,9 +110,13 @@ fn a_measured_curve_is_laid_over_those_of_the_cases() {
 fn a_bundle_lists_what_it_holds_and_runs_again() {
     let (dir, file, results) = study();
     let bundle = dir.path().join("crate");
+    std::fs::write(results.join("paper/draft.tex"), "\\input{methods}").expect("a text");
+    std::fs::write(results.join("paper/draft.log"), "This is pdfTeX").expect("a file that LaTeX has left");
     let out = with_paths(&["bundle", "write", "--results"], &[&results, &file, &bundle]);
     assert!(out.is_success(), "{}", out.said());
     check_crate(&bundle);
+    let has = |name: &str| bundle.join("results/paper").join(name).exists();
+    assert!(has("draft.tex") && !has("draft.log"));
     // Elsewhere, without what it was made from
     let moved = tempfile::tempdir().expect("a temporary folder");
     let there = moved.path().join("crate");

@@ -1,10 +1,14 @@
 """Target counts, grading, nested families, seeds, reproducibility, both generators."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from .common import Case, read_msh
+
+from meshgen import sizing
+from meshgen.errors import SizeNotReached
 
 
 class Sizes(Case):
@@ -12,6 +16,25 @@ class Sizes(Case):
         for cells, tolerance in ((1100, 0.1), (4500, 0.02)):  # the count of the coarse finger jumps
             manifest = self.made("finger", size={"cells": cells})
             self.assertAlmostEqual(manifest["cells"], cells, delta=tolerance * cells)
+
+    def test_a_bound_of_the_count_is_noticed(self):
+        """The faces of a body allow no fewer than some 2700 cells, with a scatter of 4 %."""
+        lengths = []
+
+        def generate(length: float, _jitter: int) -> int:
+            lengths.append(length)
+            return round(2720 + 110 * abs(math.sin(7 * len(lengths))) + (0.003 / length) ** 3 * 20000)
+
+        with self.assertRaises(SizeNotReached) as refused:
+            sizing.find_length(generate, 4e-5, 1500, 0.02, lambda _: None)
+        self.assertLessEqual(len(lengths), 7)
+        self.assertLess(lengths[-1], 0.3)
+        self.assertRegex(refused.exception.error, "not reached .* the faces of the body allow no fewer than about 27.. cells")
+        self.assertRegex(refused.exception.hint, "ask for cells = 3[34]00 or more")
+        with self.assertRaises(SizeNotReached) as refused:
+            sizing.find_length(generate, 4e-5, 1500, 0.02, lambda _: None, graded=True)
+        self.assertIn("the graded lengths", refused.exception.error)
+        self.assertTrue(sizing.find_length(generate, 4e-5, 3300, 0.02, lambda _: None))
 
     def test_same_request_same_bytes(self):
         for generator in ("gmsh", "cgal"):

@@ -76,7 +76,7 @@ fn simulate(args: Args) -> CommandResult {
     let note = source.note();
     let mut controller = Chosen::new(source, board.as_ref(), stop);
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
-    let mut states = States { out: &args.out, name: &name, files: vec![], failure: None };
+    let mut states = States { out: &args.out, name: &name, files: vec![], kept: false, failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
     let mut watch = |progress: Progress| {
         bars.progress(&name, progress);
@@ -129,7 +129,7 @@ fn simulate(args: Args) -> CommandResult {
     live::end(board.as_deref(), &run, stop);
     full.map_or(Ok(()), Err)?;
     drawn.failure.map_or(Ok(()), Err)?;
-    states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
+    states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined, states.kept)), |why| Err(why.into()))
 }
 
 /// The time without that of what is no part of the cost of a run: derivatives, the answers of a controller, the writing of fields.

@@ -11,6 +11,8 @@ pub struct States<'a> {
     pub name: &'a str,
     /// Those that were asked for
     pub files: Vec<PathBuf>,
+    /// Whether a state is there from which the run can go on
+    pub kept: bool,
     /// Why the first of them could not be saved
     pub failure: Option<CheckpointError>,
 }
@@ -22,7 +24,9 @@ impl States<'_> {
 
     pub fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
         let file = self.file(label);
-        match checkpoint.write(&file) {
+        let written = checkpoint.write(&file);
+        self.kept |= written.is_ok();
+        match written {
             Ok(()) if label == PARTIAL => {}
             Ok(()) => self.files.push(file),
             Err(e) if label == PARTIAL => tell!("note: {e}"),

@@ -110,10 +110,15 @@ pub fn note_quality(sensitivities: &Sensitivities) {
     }
 }
 
-/// How a run ended, with the error estimates that were asked for; an incomplete one says why.
-pub fn completion(run: &Run, has_errors: bool) -> Outcome {
+/// How a run ended, with the error estimates that were asked for; an incomplete one says why, and how one without a state that was `kept` could go on.
+pub fn completion(run: &Run, has_errors: bool, kept: bool) -> Outcome {
     if let Some(why) = &run.failure {
         tell!("not complete: {why}");
+    }
+    // Derivatives have no states to go on from
+    if matches!(run.status, Status::Interrupted { .. }) && run.failure.is_none() && run.sensitivities.is_none() && !kept
+    {
+        tell!("note: no state was kept; pass --save-state end to be able to go on with --restart");
     }
     let stopped = run.sensitivities.as_ref().and_then(|s| s.stopped.as_ref());
     if let Some((t, why)) = stopped {

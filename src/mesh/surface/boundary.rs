@@ -50,7 +50,7 @@ pub(in crate::mesh) fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
 }
 
 /// Sets the facets to the whole boundary, in the order of cells. Drops facets that were there.
-pub(in crate::mesh) fn add_boundary(mesh: &mut TetMesh) {
+pub(crate) fn add_boundary(mesh: &mut TetMesh) {
     mesh.facets.clear();
     let faces = Faces::of(mesh).expect("a mesh made here has at most two cells at a face");
     push_boundary(mesh, &faces, |_| false);

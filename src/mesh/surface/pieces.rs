@@ -16,6 +16,13 @@ pub struct Piece {
     pub volume: f64,
 }
 
+impl Piece {
+    /// Whether it is the wall of a hollow.
+    pub fn is_inner(&self) -> bool {
+        self.volume <= 0.0
+    }
+}
+
 /// The pieces of the boundary, the one with the largest area first. Where more than two facets share an edge, the surface is in contact with itself
 /// and is not joined there.
 pub fn pieces(mesh: &TetMesh) -> Vec<Piece> {

@@ -3,6 +3,7 @@
 use super::page::answer;
 use super::stored::StoredFit;
 use crate::calibrate::{Loss, Weighting, stretch_text};
+use crate::report::numbers::capital;
 use crate::report::paper::law::{LawGroup, describe};
 use crate::report::paper::{Paragraph, software};
 
@@ -13,14 +14,33 @@ pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
         Some(table) => describe(Paragraph::new("Law"), &LawGroup { name: None, tables: vec![table] }),
         None => Paragraph::new("Law").text(format!("{}, ", fit.label)).formula(fit.formula.as_str()).text(". "),
     };
-    vec![
-        data(fit),
-        constants,
-        search(fit),
-        Paragraph::new("Result").text(answer(fit)),
-        stability(fit),
-        software(std::slice::from_ref(&fit.version)),
-    ]
+    let all = [
+        Some(data(fit)),
+        Some(constants.text(lateral(fit))),
+        Some(search(fit)),
+        Some(Paragraph::new("Result").text(answer(fit))),
+        Some(stability(fit)),
+        limits(fit),
+        Some(software(std::slice::from_ref(&fit.version))),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// The lateral stretches of the test pieces in the fit.
+fn lateral(fit: &StoredFit) -> String {
+    match &fit.poisson {
+        None => "The material was taken as incompressible (J = 1).".into(),
+        Some(of) => {
+            let source = if of.measured { "by the lateral strain" } else { "as given" };
+            format!("The lateral stretches follow Poisson's ratio {:.3}, {source}.", of.ratio.value)
+        }
+    }
+}
+
+/// The warnings of the fit; none where it has none but notes.
+fn limits(fit: &StoredFit) -> Option<Paragraph> {
+    let warnings: Vec<String> = fit.warnings().map(|message| format!("{}.", capital(message))).collect();
+    (!warnings.is_empty()).then(|| Paragraph::new("Limits").text(warnings.join(" ")))
 }
 
 fn data(fit: &StoredFit) -> Paragraph {
@@ -34,7 +54,7 @@ fn data(fit: &StoredFit) -> Paragraph {
     let treated = fit.audit.iter().filter(|e| e.kind.is_treatment());
     for entry in treated {
         let rows = if entry.lines.is_empty() { String::new() } else { format!(" ({} rows)", entry.lines.len()) };
-        all = all.text(format!(" {}{rows}.", crate::report::numbers::capital(&entry.message)));
+        all = all.text(format!(" {}{rows}.", capital(&entry.message)));
     }
     all
 }

@@ -33,6 +33,9 @@ pub struct StoredFit {
     pub otherwise: Vec<Otherwise>,
     /// `nu` or `kappa` \[Pa\], as given
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
+    /// Of laws that are not fitted as incompressible
+    #[serde(default)]
+    pub poisson: Option<Contraction>,
     pub stability: Vec<StableRange>,
     pub misfit: Misfit,
     pub validity: Validity,
@@ -42,6 +45,9 @@ pub struct StoredFit {
     pub range_spread: Vec<[f64; 2]>,
     /// The warnings in words
     pub messages: Vec<String>,
+    /// Those of them that are said for information and limit nothing; files of before do not say it
+    #[serde(default)]
+    notes: Vec<String>,
     /// Whether one of them is grave; files of before do not say it
     #[serde(default)]
     doubtful: Option<bool>,
@@ -59,6 +65,19 @@ pub struct Parameter {
     /// JSON has no infinity: `None` where the data do not determine the constant
     pub std_error: Option<f64>,
     pub interval: [Option<f64>; 2],
+}
+
+/// Poisson's ratio that the lateral stretches of a fit follow.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Contraction {
+    pub ratio: Ratio,
+    /// From a column of lateral strain, else as given
+    pub measured: bool,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub struct Ratio {
+    pub value: f64,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -103,6 +122,11 @@ impl StoredFit {
     /// Whether the answer is doubtful; with any warning, where the file does not say it.
     pub fn is_doubtful(&self) -> bool {
         self.doubtful.unwrap_or(!self.messages.is_empty())
+    }
+
+    /// The warnings without those that limit nothing.
+    pub fn warnings(&self) -> impl Iterator<Item = &str> {
+        self.messages.iter().filter(|message| !self.notes.contains(message)).map(String::as_str)
     }
 
     /// Unit and digits of every constant: two digits of the half-width of its interval, stresses in one unit.

@@ -96,7 +96,7 @@ impl Import {
         Ok(self)
     }
 
-    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.
+    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, more than the least number are taken.
     ///
     /// # Errors
     ///
@@ -107,8 +107,9 @@ impl Import {
             |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
         let first = made(&self.spec);
         let body = match first.as_ref().err().and_then(nearest_cells) {
-            Some(cells) => {
-                self.spec.cells = Some(cells);
+            Some(nearest) => {
+                let is_bound = self.spec.cells.is_some_and(|asked| nearest > asked);
+                self.spec.cells = Some(if is_bound { above_bound(nearest) } else { nearest });
                 made(&self.spec)
             }
             None => first,
@@ -130,6 +131,12 @@ pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
         GenerateError::Failed { nearest, .. } => *nearest,
         _ => None,
     }
+}
+
+/// A number of cells that a shape has a mesh of, 1.2 times the least one with two significant digits: the mesher comes near the least one only by chance.
+fn above_bound(least: usize) -> usize {
+    let least = (12 * least).div_ceil(10);
+    least.next_multiple_of(10_usize.pow(least.ilog10().saturating_sub(1)))
 }
 
 /// An error of a mesh file without the place of a scene that names it: the file is its own place.
@@ -182,4 +189,14 @@ fn guessed_unit(format: &Format, census: Option<&Census>) -> (String, String) {
 /// The next power of ten.
 fn rounded_up(length: f64) -> f64 {
     10f64.powf(length.max(1e-15).log10().ceil())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_than_the_least_number_of_cells_is_asked_for() {
+        assert_eq!([2, 7, 24, 96, 2732, 10_000].map(above_bound), [3, 9, 29, 120, 3300, 12_000]);
+    }
 }

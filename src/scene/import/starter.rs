@@ -4,7 +4,8 @@ use super::fixture::Fixture;
 use super::{Import, Imported};
 use crate::math::tensor::Vec3;
 use crate::math::units::shown;
-use crate::mesh::Order;
+use crate::mesh::pieces::{Piece, pieces};
+use crate::mesh::{Order, TetMesh};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -14,8 +15,8 @@ const DENSITY: f64 = 1070.0;
 const STIFFNESS: f64 = 100.0;
 /// Smallest example modulus \[Pa\]
 const SOFTEST: f64 = 100e3;
-/// A load for bodies that have a hollow.
-const HOLLOW: &str = r#"# EXAMPLE: pressure in a closed hollow of the body; take the marks away where yours has one
+/// A load for bodies with a closed hollow.
+const HOLLOW: &str = r#"# EXAMPLE: pressure in the closed hollow of the body; take the marks of comments away
 # [mesh.regions.hollow]
 # kind = "component"
 # pick = "facets"
@@ -35,8 +36,7 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let size = (high - low).norm();
     let name = import.file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
-    let (is_shape, quadratic) = (import.spec.cells.is_some(), mesh.order == Order::Quadratic);
-    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), quadratic);
+    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), mesh.order == Order::Quadratic);
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
     let fixed: Vec<String> = match &imported.fixture {
         Fixture::Region(region) => vec![region.clone()],
@@ -71,7 +71,7 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     for region in &fixed {
         line(format!("[[constraint]]\nkind = \"fixed\"\nregion = {}\n", quoted(region)));
     }
-    if is_shape {
+    if is_hollow(mesh) {
         line(HOLLOW.into());
     }
     line("[[probe]]\nkind = \"energy\"\n".into());
@@ -81,6 +81,11 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     }
     out.truncate(out.trim_end().len());
     out + "\n"
+}
+
+/// Whether the body has an inner surface, as the selector `component` finds it.
+fn is_hollow(mesh: &TetMesh) -> bool {
+    pieces(mesh).iter().any(Piece::is_inner)
 }
 
 /// Title and `[mesh]` of the scene.
@@ -128,4 +133,28 @@ fn relative(file: &Path, folder: &Path) -> String {
     let up = std::iter::repeat_n("..".to_string(), b.len() - common);
     let down = a[common..].iter().map(|c| c.as_os_str().to_string_lossy().into_owned());
     up.chain(down).collect::<Vec<_>>().join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::boundary::add_boundary;
+    use crate::mesh::structured::block;
+
+    /// A block of 3³ boxes is solid, and hollow without the one in the middle.
+    #[test]
+    fn a_pressure_is_offered_where_there_is_a_hollow() {
+        let mut mesh = block(3, 3, 3, 0.3, 0.3, 0.3, Order::Linear);
+        assert!(!is_hollow(&mesh));
+        let middle = Vec3::repeat(0.15);
+        let is_kept = |c: &usize| (mesh.position(*c, [0.25; 3]) - middle).amax() > 0.05;
+        let kept: Vec<u32> = (0..mesh.cell_count()).filter(is_kept).flat_map(|c| mesh.cell(c).to_vec()).collect();
+        mesh.cells = kept;
+        add_boundary(&mut mesh);
+        assert!(is_hollow(&mesh));
+        let example: String =
+            HOLLOW.lines().skip(1).map(|line| line.trim_start_matches('#').to_string() + "\n").collect();
+        let example: toml::Table = example.parse().unwrap_or_else(|e| panic!("{e}: {example}"));
+        assert!(example["constraint"].is_array() && example["mesh"]["regions"]["hollow"].is_table(), "{example}");
+    }
 }

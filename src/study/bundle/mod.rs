@@ -29,8 +29,11 @@ use std::path::{Path, PathBuf};
 const MANIFEST: &str = "manifest-sha256.txt";
 const ENVIRONMENT: &str = "environment.json";
 /// Folders of a result that belong to it, and the ends of the files that its folder itself has.
-const FOLDERS: [&str; 4] = ["cases", "figures", "tables", "paper"];
+const FOLDERS: [&str; 4] = ["cases", "figures", "tables", PAPER];
 const ENDS: [&str; 3] = ["json", "html", "toml"];
+/// Folder whose texts LaTeX is run on, and the ends of the files that it leaves there.
+const PAPER: &str = "paper";
+const LEFT_BY_LATEX: [&str; 8] = ["aux", "bbl", "bcf", "blg", "fdb_latexmk", "fls", "log", "out"];
 
 /// Contents of a bundle that was written.
 #[derive(Serialize, Clone, Debug, PartialEq)]
@@ -92,13 +95,14 @@ fn json(value: &impl Serialize) -> Vec<u8> {
 /// The results and their report.
 fn of_results(dir: &Path) -> Result<Files, BundleError> {
     let mut files = Files::new();
-    let ends = |file: &Path| ENDS.iter().any(|end| file.extension().is_some_and(|e| e == *end));
+    let ends = |file: &Path, ends: &[&str]| ends.iter().any(|end| file.extension().is_some_and(|e| e == *end));
     let place = |file: &Path| format!("results/{}", name(file.strip_prefix(dir).unwrap_or(file)));
     // Where the study lies is for this machine only
-    let is_told = |file: &PathBuf| ends(file) && file.file_name().is_none_or(|name| name != origin::FILE);
+    let is_told = |file: &PathBuf| ends(file, &ENDS) && file.file_name().is_none_or(|name| name != origin::FILE);
     files.extend(list(dir)?.into_iter().filter(is_told).map(|f| (place(&f), f)));
     for folder in FOLDERS.iter().map(|f| dir.join(f)).filter(|f| f.is_dir()) {
-        files.extend(list(&folder)?.into_iter().map(|f| (place(&f), f)));
+        let is_left = |file: &PathBuf| folder.ends_with(PAPER) && ends(file, &LEFT_BY_LATEX);
+        files.extend(list(&folder)?.into_iter().filter(|f| !is_left(f)).map(|f| (place(&f), f)));
     }
     Ok(files)
 }

@@ -130,10 +130,11 @@ impl SelectorPart for ComponentSelector {
 
 fn surfaces(mesh: &TetMesh) -> Vec<Component> {
     let component = |piece: Piece| {
-        let side = if piece.volume > 0.0 { "outer" } else { "inner" };
+        let is_outer = !piece.is_inner();
+        let side = if is_outer { "outer" } else { "inner" };
         let (count, area, volume) = (piece.facets.len(), piece.area * 1e6, piece.volume.abs() * 1e9);
         let words = format!("{side}, {count} facets, {:.4} mm^2 around {:.4} mm^3", Decimals(area), Decimals(volume));
-        Component { entities: piece.facets, is_outer: piece.volume > 0.0, words }
+        Component { entities: piece.facets, is_outer, words }
     };
     pieces(mesh).into_iter().map(component).collect()
 }

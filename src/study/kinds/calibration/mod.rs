@@ -14,7 +14,7 @@ use crate::study::analysis::Analysis;
 use crate::study::calibration_plan::{CalibrationPlan, CalibrationSpec, CurveSpec, UseSpec};
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
-use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, refuse};
 use crate::study::store::record::{Quantity, Role};
 use crate::study::store::results::Results;
 use analysis::{CalibrationFindings, analyse};
@@ -62,12 +62,11 @@ pub struct MeasuredVariantSpec {
     pub curves: Vec<CurveSpec>,
 }
 
-const ROLES: [Role; 3] = [Role::Sizes, Role::TimeStep, Role::Nuisance];
-
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";
     type Details = ();
     type Findings = CalibrationFindings;
+    const ROLES: &'static [Role] = &[Role::Sizes, Role::TimeStep, Role::Nuisance];
 
     fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         let Self { calibration, variants, mut families, usage } = self;
@@ -89,8 +88,7 @@ impl StudyKind for CalibrationStudy {
             VariantSpec { name, label, group: None, set, quantities, scene: None }
         };
         let variants: Vec<VariantSpec> = variants.into_iter().map(plain).collect();
-        let checked = check_quantities(&variants).and_then(|()| check_roles(Self::NAME, &families, &ROLES));
-        checked.map_err(|mistake| refuse(file, mistake))?;
+        check_quantities(&variants).map_err(|mistake| refuse(file, mistake))?;
         if calibration.corners {
             families.push(corners::family(&families).map_err(|mistake| refuse(file, mistake))?);
         }

@@ -12,7 +12,7 @@ use crate::scene::{SceneError, hint};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
-use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, refuse};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::analyse;
@@ -35,12 +35,9 @@ pub struct ComparisonStudy {
     pub reference: Option<String>,
 }
 
-const ROLES: [Role; 3] = [Role::Members, Role::Finer, Role::Cumulative];
-
 impl ComparisonStudy {
     fn check(&self) -> Result<(), Mistake> {
         check_quantities(&self.variants)?;
-        check_roles(Self::NAME, &self.families, &ROLES)?;
         let adds_up = |f: &&FamilySpec| f.role == Role::Cumulative;
         let on = |f: &FamilySpec, v: &VariantSpec| f.variants.as_ref().is_none_or(|own| own.contains(&v.name));
         let twice =
@@ -79,6 +76,7 @@ impl StudyKind for ComparisonStudy {
     const NAME: &'static str = "comparison";
     type Details = ComparisonRecord;
     type Findings = ComparisonFindings;
+    const ROLES: &'static [Role] = &[Role::Members, Role::Finer, Role::Cumulative];
 
     fn expand(self, file: &Path, _: &Path) -> Result<Expansion<ComparisonRecord>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;

@@ -21,7 +21,7 @@ use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, RunRules, StudyKind};
-use crate::study::spec::{FamilySpec, VariantSpec, check_members, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, VariantSpec, check_members, check_quantities, refuse};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::analyse;
@@ -45,9 +45,6 @@ pub struct ConvergenceStudy {
     pub error_estimates: bool,
 }
 
-const ROLES: [Role; 7] =
-    [Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::Adaptive, Role::TimeStep];
-
 /// Roles of which one member says nothing; one mesh of a size or an element is a setting to judge.
 const COMPARED: [Role; 4] = [Role::Nested, Role::Remeshed, Role::Seeds, Role::TimeStep];
 
@@ -55,11 +52,11 @@ impl StudyKind for ConvergenceStudy {
     const NAME: &'static str = "convergence";
     type Details = ();
     type Findings = ConvergenceFindings;
+    const ROLES: &'static [Role] =
+        &[Role::Sizes, Role::Nested, Role::Remeshed, Role::Seeds, Role::Element, Role::Adaptive, Role::TimeStep];
 
     fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
-        let checked = check_quantities(&self.variants)
-            .and_then(|()| check_roles(Self::NAME, &self.families, &ROLES))
-            .and_then(|()| check_members(&self.families, &COMPARED));
+        let checked = check_quantities(&self.variants).and_then(|()| check_members(&self.families, &COMPARED));
         checked.map_err(|mistake| refuse(file, mistake))?;
         let rules = RunRules { error_estimates: self.error_estimates, input_uncertainty: true, ..RunRules::default() };
         Ok(Expansion { rules, ..Expansion::new(self.variants, self.families, ()) })

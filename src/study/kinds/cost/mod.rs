@@ -12,7 +12,7 @@ use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, RunRules, StudyKind};
-use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_members, check_quantities, check_roles, refuse};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_members, check_quantities, refuse};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::analyse;
@@ -43,12 +43,9 @@ fn once() -> usize {
     1
 }
 
-const ROLES: [Role; 6] = [Role::Sizes, Role::Element, Role::Adaptive, Role::TimeStep, Role::Solver, Role::Reference];
-
 impl CostStudy {
     fn check(&self) -> Result<(), Mistake> {
         check_quantities(&self.variants)?;
-        check_roles(Self::NAME, &self.families, &ROLES)?;
         if self.repeats == 0 {
             return Err(("repeats".into(), "no run at all".into(), "give 1 or more, for example 3".into()));
         }
@@ -60,6 +57,8 @@ impl StudyKind for CostStudy {
     const NAME: &'static str = "cost";
     type Details = ();
     type Findings = CostFindings;
+    const ROLES: &'static [Role] =
+        &[Role::Sizes, Role::Element, Role::Adaptive, Role::TimeStep, Role::Solver, Role::Reference];
 
     fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;

@@ -12,23 +12,17 @@ use crate::study::kinds::validation::plan::{FamilyPlan, InputPlan, QuantityPlan,
 use crate::study::kinds::validation::quantities::Sources;
 use crate::study::kinds::validation::spec::{Purpose, RecordSpec, ValidationStudy};
 use crate::study::kinds::validation::tracks::RecordTracks;
-use crate::study::spec::{FamilySpec, VariantSpec, check_roles, refuse};
-use crate::study::store::record::{Quantity, Role};
+use crate::study::spec::{FamilySpec, VariantSpec, refuse};
+use crate::study::store::record::Quantity;
 use crate::wording::count;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Roles that a study file may give.
-const ROLES: [Role; 4] = [Role::Sizes, Role::Nested, Role::Remeshed, Role::TimeStep];
 
 /// Variants, families and the plan of a validation in a study file.
 pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expansion<ValidationPlan>, SceneError> {
     let mut builder =
         Builder { study, file, wrong: vec![], probes: BTreeMap::new(), scenes: scenes(study, file, scene)? };
     let plan = builder.plan();
-    if let Err((place, fact, _)) = check_roles("validation", &study.families, &ROLES) {
-        builder.wrong.push(format!("{place}: {fact}; give sizes, nested, remeshed or time_step"));
-    }
     if !builder.wrong.is_empty() {
         let fact = format!("{}: {}", count(builder.wrong.len(), "mistake"), builder.wrong.join("; "));
         return Err(refuse(file, ("validation".into(), fact, "correct them".into())));

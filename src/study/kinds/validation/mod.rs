@@ -43,6 +43,7 @@ use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
+use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::analyse;
 use findings::ValidationFindings;
@@ -54,6 +55,7 @@ impl StudyKind for ValidationStudy {
     const NAME: &'static str = "validation";
     type Details = ValidationPlan;
     type Findings = ValidationFindings;
+    const ROLES: &'static [Role] = &[Role::Sizes, Role::Nested, Role::Remeshed, Role::TimeStep];
 
     fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<ValidationPlan>, SceneError> {
         expansion::expand(&self, file, scene)
