@@ -177,20 +177,6 @@ fn the_methods_state_the_limits_of_a_fit() {
     assert!(!text.contains("**Limits.**"), "{text}");
 }
 
-/// Of the two tests of residuals the warning names those that have found a pattern.
-#[test]
-fn a_pattern_is_named_by_the_test_that_found_it() {
-    let pattern = |runs_p: f64, departure_p: f64| {
-        let (runs_p, departure_p) = (Some(runs_p), Some(departure_p));
-        FitWarning::Systematic { runs: Some(16), runs_p, departure_p, rms_relative: 0.05, wider: false }.to_string()
-    };
-    let (runs, stiffness) = ("16 runs of sign, p = ", "stiffness changes with stretch, p ");
-    let names = |text: &str| (text.contains(runs), text.contains(stiffness));
-    assert_eq!(names(&pattern(0.94, 1e-6)), (false, true));
-    assert_eq!(names(&pattern(0.01, 0.5)), (true, false));
-    assert_eq!(names(&pattern(0.01, 0.02)), (true, true));
-}
-
 /// Every grave warning marks the answer as doubtful, and others do not; a file of before, which does not say it, is marked by any warning.
 #[test]
 fn grave_warnings_mark_the_answer() {

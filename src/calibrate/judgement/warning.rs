@@ -8,9 +8,6 @@ use crate::wording;
 use serde::Serialize;
 use std::fmt;
 
-/// p-value up to which one of the two tests of residuals finds a pattern: together at most 5 % false alarms \[–\]
-pub const PATTERN_LEVEL: f64 = 0.025;
-
 /// Reasons not to take the answer at its word.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -325,7 +322,6 @@ fn write_slack(f: &mut fmt::Formatter<'_>, mode: Mode, strain: f64, answer: &str
     )
 }
 
-/// Both tests with their p-values, where they find a pattern.
 fn write_systematic(
     f: &mut fmt::Formatter<'_>,
     (runs, runs_p): (Option<usize>, Option<f64>),
@@ -333,10 +329,10 @@ fn write_systematic(
     rms_relative: f64,
 ) -> fmt::Result {
     write!(f, "the law does not describe this range: its residuals have a pattern (")?;
-    if let (Some(runs), Some(p)) = (runs, runs_p.filter(|p| *p <= PATTERN_LEVEL)) {
+    if let (Some(runs), Some(p)) = (runs, runs_p) {
         write!(f, "{runs} runs of sign, {}; ", probability_text(p))?;
     }
-    if let Some(p) = departure_p.filter(|p| *p <= PATTERN_LEVEL) {
+    if let Some(p) = departure_p {
         write!(f, "stiffness changes with stretch, {}; ", probability_text(p))?;
     }
     write!(f, "rms {:.2} %): the constants depend on the range", 100.0 * rms_relative)

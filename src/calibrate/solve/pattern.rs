@@ -6,7 +6,6 @@ use crate::calibrate::judgement::errors;
 use crate::calibrate::judgement::identify;
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::judgement::repeats::Repeats;
-use crate::calibrate::judgement::warning::PATTERN_LEVEL;
 use crate::math::statistics;
 use nalgebra::DVector;
 
@@ -23,6 +22,9 @@ pub struct Pattern {
     pub beyond: Option<(f64, usize)>,
 }
 
+/// Each of two tests at this level: together at most 5 % false alarms \[–\]
+const LEVEL: f64 = 0.025;
+
 impl Pattern {
     /// The smaller probability of the two tests.
     pub fn least(&self) -> f64 {
@@ -31,7 +33,7 @@ impl Pattern {
 
     /// Whether this one, of so many that are tested, is none of the errors.
     pub fn is_found(&self, among: usize) -> bool {
-        self.least() * among as f64 <= PATTERN_LEVEL
+        self.least() * among as f64 <= LEVEL
     }
 
     /// Tests residuals whose neighbours have the correlation `rho`.
