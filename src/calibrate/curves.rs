@@ -35,12 +35,12 @@ pub struct FitCurves {
 /// Points of a curve over a window
 const POINTS: usize = 201;
 
-/// Stretches of a curve, ascending: over all samples, and as many over the fitted window, which has a panel of its own.
+/// Stretches of a curve, ascending: over all samples, and as many over the fitted window, which has a panel of its own, where it is less than half of them.
 fn stretches(all: [f64; 2], fitted: [f64; 2]) -> Vec<f64> {
     let between = |[a, b]: [f64; 2]| (0..POINTS).map(move |k| a + (b - a) * k as f64 / (POINTS - 1) as f64);
     let window = [fitted[0].max(all[0]), fitted[1].min(all[1])];
     let mut of: Vec<f64> = between(all).collect();
-    if window[0] < window[1] {
+    if window[0] < window[1] && window[1] - window[0] < 0.5 * (all[1] - all[0]) {
         of.extend(between(window));
     }
     of.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@ use crate::study::calibration_plan::{CalibrationPlan, UseSpec};
 use crate::study::content::Content;
 use crate::study::curve;
 use crate::study::rounds::Round;
-use crate::study::spec::{FamilySpec, VariantSpec, WrittenRoles, refuse};
+use crate::study::spec::{FamilySpec, VariantSpec, WrittenFamilies, refuse};
 use crate::study::store::asked::Asks;
 use crate::study::store::record::{Role, StoredCase, StudyRecord};
 use crate::study::store::results::Results;
@@ -239,7 +239,7 @@ struct SceneName {
 
 fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
     // Roles that only other kinds have are known to the reader of the keys. A text that cannot be read so has its refusal from there
-    if let (false, Ok(written)) = (K::ROLES.is_empty(), from_text::<WrittenRoles>(file, text, "")) {
+    if let (false, Ok(written)) = (K::ROLES.is_empty(), from_text::<WrittenFamilies>(file, text, "")) {
         written.check(K::NAME, K::ROLES).map_err(|mistake| refuse(file, mistake))?;
     }
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;

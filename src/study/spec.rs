@@ -71,30 +71,30 @@ pub fn refuse(file: &Path, (place, fact, remedy): Mistake) -> SceneError {
     SceneError::Content { file: file.into(), place, fact, remedy }
 }
 
-/// The roles of the families of a study file as they are written.
+/// The families of a study file as they are written.
 #[derive(Deserialize)]
-pub struct WrittenRoles {
+pub struct WrittenFamilies {
     #[serde(rename = "family", default)]
-    families: Vec<WrittenRole>,
+    families: Vec<toml::Table>,
 }
 
-#[derive(Deserialize)]
-struct WrittenRole {
-    name: Option<String>,
-    role: Option<String>,
-}
-
-impl WrittenRoles {
-    /// Every family has a role that the kind knows.
+impl WrittenFamilies {
+    /// Every family has a role that the kind knows. Of a family with a key that none has, the reader of the keys tells that one, which may be the role.
     pub fn check(&self, kind: &str, known: &[Role]) -> Result<(), Mistake> {
         let known: Vec<String> = known.iter().map(|role| role.words().replace(' ', "_")).collect();
-        let is_wrong = |f: &&WrittenRole| f.role.as_ref().is_none_or(|role| !known.contains(role));
+        let keys = schemars::schema_for!(FamilySpec);
+        let is_key = |key: &String| keys.get("properties").is_some_and(|all| all.get(key).is_some());
+        let is_wrong = |family: &toml::Table| match family.get("role").map(toml::Value::as_str) {
+            Some(role) => role.is_some_and(|role| !known.iter().any(|own| own == role)),
+            None => family.keys().all(is_key),
+        };
         let Some((k, family)) = (1..).zip(&self.families).find(|(_, f)| is_wrong(f)) else { return Ok(()) };
-        let fact = match &family.role {
+        let text = |key: &str| family.get(key).and_then(toml::Value::as_str);
+        let fact = match text("role") {
             Some(role) => format!("a study of kind \"{kind}\" has no role \"{role}\""),
             None => "the key `role` is missing".into(),
         };
-        let place = family.name.as_ref().map_or_else(|| format!("family {k}"), |name| format!("family {name}"));
+        let place = text("name").map_or_else(|| format!("family {k}"), |name| format!("family {name}"));
         Err((place, fact, format!("the roles are {}", known.join(", "))))
     }
 }

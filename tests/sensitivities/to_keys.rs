@@ -427,7 +427,8 @@ displacement = { kind = "ramp", from = "0.1 mm", to = "0.5 mm", end = "20 ms" }
 "#;
     for element in ["tet4", "tet10"] {
         let constraints = stretched.into();
-        Beam { element, formulation: "mixed", constraints, ..Beam::new(&[(ALPHA, 3)]) }.check(&[
+        // A third step of this length leads to another state, squeezed cells under lost pressures
+        Beam { element, formulation: "mixed", constraints, ..Beam::new(&[(ALPHA, 2)]) }.check(&[
             "laws.rubber.C10",
             "laws.rubber.nu",
             "constraint.prescribed.displacement.from",
