@@ -18,7 +18,7 @@ const ALIKE: f64 = 0.05;
 const PARALLEL: f64 = 0.01;
 
 /// A facet of the boundary, and its normal at an edge.
-type Meeting = (usize, Vec3);
+type FacetNormal = (usize, Vec3);
 
 /// An edge between two sides.
 #[derive(Clone, Copy)]
@@ -70,7 +70,7 @@ pub fn angle_in_row(mesh: &TetMesh) -> Option<f64> {
 fn bends(mesh: &TetMesh) -> Vec<Bend> {
     let facets = boundary_facets(mesh);
     let normal = |k: usize, at: [f64; 2]| mesh.facet_normal(facets[k] as usize, at).normalize();
-    let mut at_edges: HashMap<[u32; 2], Vec<Meeting>> = HashMap::new();
+    let mut at_edges: HashMap<[u32; 2], Vec<FacetNormal>> = HashMap::new();
     for (k, f) in facets.iter().enumerate() {
         let own = mesh.facet(*f as usize);
         for (e, [i, j]) in FACET_EDGES.into_iter().enumerate() {
@@ -78,10 +78,10 @@ fn bends(mesh: &TetMesh) -> Vec<Bend> {
             at_edges.entry(ends).or_default().push((k, normal(k, FACET_NODES[3 + e])));
         }
     }
-    let mut pairs: Vec<([u32; 2], [Meeting; 2])> =
+    let mut pairs: Vec<([u32; 2], [FacetNormal; 2])> =
         at_edges.into_iter().filter_map(|(ends, two)| Some((ends, <[_; 2]>::try_from(two).ok()?))).collect();
     pairs.sort_unstable_by_key(|(ends, _)| *ends);
-    let angle = |[a, b]: &[Meeting; 2]| a.1.cross(&b.1).norm().atan2(a.1.dot(&b.1));
+    let angle = |[a, b]: &[FacetNormal; 2]| a.1.cross(&b.1).norm().atan2(a.1.dot(&b.1));
     let mut sides = DisjointSets::new(facets.len());
     for (_, two) in pairs.iter().filter(|(_, two)| angle(two) < FLAT) {
         sides.join(&two.map(|(k, _)| k as u32));
