@@ -72,8 +72,9 @@ fn treloar_over_every_stretch_is_not_neo_hookean() {
     assert_eq!(together.modes, Mode::PULLED);
     assert_eq!(together.curves.modes.len(), 3);
     let curve = &together.curves.modes[1];
-    assert_eq!((curve.mode, curve.curve[0], curve.curve.len()), (Mode::Equibiaxial, [1.0, 0.0], 201));
-    assert!((curve.curve[200][0] - 4.45).abs() < 1e-12);
+    // The fitted window is a small part, and has as many points as the whole
+    assert_eq!((curve.mode, curve.curve[0], curve.curve.len()), (Mode::Equibiaxial, [1.0, 0.0], 401));
+    assert!((curve.curve[400][0] - 4.45).abs() < 1e-12);
     assert_eq!(curve.fitted.len() + curve.held_out.len(), 17);
 }
 
