@@ -105,6 +105,7 @@ pub(crate) use import::nearest_cells;
 pub use import::starter::starter;
 pub use import::{Import, Imported};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
+pub use notes::beyond_data::beyond_data_notes;
 pub use notes::collapse::CollapsedCavity;
 pub(crate) use notes::cut_regions::CutRegions;
 pub use notes::feedback::growing_feedback;

@@ -102,6 +102,35 @@ fn assert_alike(a: &toml::Value, b: &toml::Value, at: &str) {
     }
 }
 
+/// A block that is pulled freely, with the law of a file: the note appears where its stretch passes that of the data, and names both; a law without a file has none.
+#[test]
+fn a_run_says_where_it_goes_beyond_the_data_of_its_law() {
+    let file = data("treloar-1944/neo-hookean.toml");
+    let notes = |law: &str, percent: f64| {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = 'box', size = ['10 mm', '10 mm', '10 mm'], divisions = [1, 1, 1] }}\n\
+             [laws.rubber]\n{law}\nnu = 0.49\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+             [[constraint]]\nkind = 'fixed'\nregion = 'xmin'\ncomponents = 'x'\n\
+             [[constraint]]\nkind = 'fixed'\nregion = 'ymin'\ncomponents = 'y'\n\
+             [[constraint]]\nkind = 'fixed'\nregion = 'zmin'\ncomponents = 'z'\n\
+             [[constraint]]\nkind = 'prescribed'\nregion = 'xmax'\ncomponents = 'x'\n\
+             displacement = {{ kind = 'ramp', from = '0 mm', to = '{} mm', end = '1 s' }}\n\
+             [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '0.1 s'\n[[probe]]\nkind = 'stretch'",
+            percent / 10.0
+        );
+        let scene = durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+        durometer::scene::beyond_data_notes(&scene, &scene.run().peak.x)
+    };
+    let from_file = format!("include = '{}'", file.display());
+    assert_eq!(notes(&from_file, 58.0), [""; 0]);
+    let beyond = notes(&from_file, 80.0);
+    let told = "laws.rubber is used beyond its data (stretches from 1.020 to 1.585) in 100.0 % of its volume, up to a state like a uniaxial stretch of 1.80:";
+    assert!(beyond.len() == 1 && beyond[0].starts_with(told), "{beyond:?}");
+    // Compression: 0.55 is as far as 1.585² + 2/1.585 = 3.774 from 0.585 on
+    assert_eq!((notes(&from_file, -40.0).len(), notes(&from_file, -45.0).len()), (0, 1));
+    assert_eq!(notes("law = 'neo_hookean'\nE = '1 MPa'", 80.0), [""; 0]);
+}
+
 /// The committed law is what the code writes. After a deliberate change: DUROMETER_BLESS=1 cargo test --test calibration fit_law_file::
 #[test]
 fn the_committed_law_of_treloar_is_reproduced() {

@@ -1,5 +1,6 @@
 //! Facts about a scene and its run that limit what can be said with its numbers.
 
+pub(super) mod beyond_data;
 pub(super) mod collapse;
 pub(super) mod cut_regions;
 pub(super) mod feedback;

@@ -3,7 +3,9 @@
 use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::mesh::Order;
-use crate::scene::{LinearWork, Run, Scene, growing_feedback, half_turns, lost_volumes, wrinkle_notes};
+use crate::scene::{
+    LinearWork, Run, Scene, beyond_data_notes, growing_feedback, half_turns, lost_volumes, wrinkle_notes,
+};
 use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
@@ -259,6 +261,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
             );
         }
     }
+    out.extend(beyond_data_notes(scene, &run.peak.x));
     out.extend(wrinkle_notes(scene, &run.peak.x));
     out.extend(lost_volumes(scene, &run.peak.x).map(|lost| lost.note()));
     out.extend(half_turns(&scene.signals, &run.signals));
