@@ -149,7 +149,7 @@ mod tests {
         let rows = [[0.23, -0.2303], [0.22351, -0.2235], [0.221931, -0.22193], [0.2216, -0.22152]];
         let mut cases: Vec<StoredCase> = rows.iter().map(|[a, b]| case("c", "v", &[0.0, *a, *b, 0.0])).collect();
         assert_eq!(peaks(&cases), [-0.2303, 0.22351, 0.221931, 0.2216]);
-        let error = OneRunError { correction: 0.1, geometry: None, uncertainty: 0.1, bar: 0.2 };
+        let error = OneRunError { correction: 0.1, uncertainty: 0.1, bar: 0.2, ..OneRunError::default() };
         let estimate = OneRunRecord { quantities: [("f_N".to_string(), error)].into(), ..OneRunRecord::default() };
         cases.iter_mut().for_each(|c| c.record.one_run = Some(estimate.clone()));
         align(&study(&["v"]), &mut cases);

@@ -21,7 +21,7 @@ fn case(family: &str, formulation: &str, n: usize, value: f64, bar: Option<f64>)
     let errors = bar.map(|bar| OneRunRecord {
         quantities: BTreeMap::from([(
             "F_N".into(),
-            OneRunError { correction: 0.8 * bar, geometry: None, uncertainty: 0.2 * bar, bar },
+            OneRunError { correction: 0.8 * bar, uncertainty: 0.2 * bar, bar, ..OneRunError::default() },
         )]),
         ..OneRunRecord::default()
     });

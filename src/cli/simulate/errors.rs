@@ -75,11 +75,12 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
         );
     }
-    if !found.unresolved.is_empty() {
+    let unresolved: Vec<&str> = found.quantities.iter().filter(|q| q.unresolved).map(|q| q.column.as_str()).collect();
+    if !unresolved.is_empty() {
         tell!(
             "warning: a cell with a singular edge, such as the border of a held region, does not resolve a place in it: the error of {} may be several times \
              the bar; use cells that are smaller than the distance from the edge",
-            found.unresolved.join(", ")
+            unresolved.join(", ")
         );
     }
     for q in &found.quantities {

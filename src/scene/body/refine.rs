@@ -6,8 +6,8 @@
 //! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
 //! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
 //! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
-//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets is no measure: the next mesh
-//! follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets, or of a singular edge in the cell of
+//! its place, is no measure: the next mesh follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
 //!
 //! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
 
@@ -330,6 +330,7 @@ mod tests {
             geometry: None,
             extent: 0.0,
             cut_regions: vec![],
+            unresolved: false,
             corrected: value + 4e-5,
             uncertainty: 4e-5,
             bar: 8e-5,
@@ -350,9 +351,9 @@ mod tests {
         assert_eq!(absolute.judged(&error(0.5, 0.5)).expect("given"), [8e-5, 1e-6]);
     }
 
-    /// A bar without the extent of a region is within no tolerance; a change by extent that is known is a part of the bar.
+    /// A bar without the extent of a region, or the error next to a singular edge, is within no tolerance; a change by extent that is known is a part of the bar.
     #[test]
-    fn a_bar_without_the_extent_of_a_region_is_within_no_tolerance() {
+    fn a_bar_with_a_part_missing_is_within_no_tolerance() {
         let whole = QuantityError { geometry: Some(GeometryError::default()), ..error(0.0, 4e-3) };
         let cut = QuantityError { cut_regions: vec!["clamp".into(), "tip".into()], ..whole.clone() };
         assert!(is_within(&whole, [1.0, 1.0]) && !is_within(&whole, [1.0, 0.9]) && !is_within(&cut, [1.0, 1.0]));
@@ -360,6 +361,11 @@ mod tests {
         assert_eq!(cut.lacks().as_deref(), Some("the extent of clamp and tip"));
         let neither = QuantityError { geometry: None, ..cut };
         assert_eq!(neither.lacks().as_deref(), Some("curved facets and the extent of clamp and tip"));
+        assert_eq!(neither.lacks_on_facets().as_deref(), Some("the extent of clamp and tip"));
+        // A marker next to the tip of a crack
+        let near = QuantityError { unresolved: true, ..whole };
+        assert!(!is_within(&near, [1.0, 1.0]));
+        assert_eq!(near.lacks().as_deref(), Some("the singular edge in the cell of its place"));
     }
 
     /// A bar without the error of curved facets is within no tolerance, whatever it is, and no reason to keep a mesh.

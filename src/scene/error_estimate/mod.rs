@@ -76,6 +76,8 @@ pub struct QuantityError {
     pub extent: f64,
     /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
     pub cut_regions: Vec<String>,
+    /// Whether it is one of a place in a cell that has a singular edge, which the cell does not resolve: the bar may be several times too small
+    pub unresolved: bool,
     /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
     /// Largest distance of the bounds of the exact value from `corrected`
@@ -118,9 +120,20 @@ impl QuantityError {
     /// The parts of the error that are missing in the bar, in words; none where it is whole.
     pub fn lacks(&self) -> Option<String> {
         let facets = self.geometry.is_none().then(|| "curved facets".to_string());
-        let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
-        let parts: Vec<String> = facets.into_iter().chain(extent).collect();
+        let parts: Vec<String> = facets.into_iter().chain(self.parts_on_facets()).collect();
         (!parts.is_empty()).then(|| all(&parts))
+    }
+
+    /// The same of the body that the facets of the mesh enclose, whose facets are no error.
+    pub fn lacks_on_facets(&self) -> Option<String> {
+        let parts: Vec<String> = self.parts_on_facets().collect();
+        (!parts.is_empty()).then(|| all(&parts))
+    }
+
+    fn parts_on_facets(&self) -> impl Iterator<Item = String> {
+        let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
+        let edge = self.unresolved.then(|| "the singular edge in the cell of its place".to_string());
+        extent.into_iter().chain(edge)
     }
 }
 
@@ -131,8 +144,6 @@ pub struct ErrorEstimate {
     /// Whether the whole protocol was run in the enriched space, since the state depends on the path
     pub whole_run: bool,
     pub quantities: Vec<QuantityError>,
-    /// Columns of places in a cell that has a singular edge, which it does not resolve: the bar may be several times too small
-    pub unresolved: Vec<String>,
     /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
     pub missed_volumes: Vec<SourceVolume>,
     /// Angle at which flat sides of one width meet in a row about one axis \[rad\]: a prism has no other surface, and of a round body no bar contains its error
@@ -253,6 +264,7 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
+        let near = unresolved_columns(self.scene, &run.memories[0]);
         let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
         if self.whole_run {
             let fine = enriched.run(run, peaks.iter().map(|(row, _)| run.rows[*row][0]))?;
@@ -260,8 +272,10 @@ impl<'a> ErrorEstimator<'a> {
             for (row, columns) in peaks.drain(..) {
                 let t = run.rows[row][0];
                 let values = row_at(&fine.rows, t).ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
-                let of =
-                    |&column: &usize| (column, self.error((run, row), column, values[column], None, (0.0, &extent)));
+                let of = |&column: &usize| {
+                    let error = self.error((run, row), column, values[column], None, (0.0, &extent));
+                    (column, QuantityError { unresolved: near[column], ..error })
+                };
                 quantities.extend(columns.iter().map(of));
             }
         }
@@ -274,7 +288,8 @@ impl<'a> ErrorEstimator<'a> {
             let wider = extent.changes(&solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
-                self.error((run, *row), column, solved.values[column], surface, (wider[column], &extent))
+                let error = self.error((run, *row), column, solved.values[column], surface, (wider[column], &extent));
+                QuantityError { unresolved: near[column], ..error }
             };
             let errors: Vec<(usize, QuantityError)> = columns.iter().map(|column| (*column, of(column))).collect();
             let wanted = errors.iter().filter(|(_, error)| (self.localised)(error));
@@ -293,13 +308,10 @@ impl<'a> ErrorEstimator<'a> {
         factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
-        let near = unresolved_columns(self.scene, &run.memories[0]);
-        let unresolved = quantities.iter().filter(|(column, _)| near[*column]).map(|(_, q)| q.column.clone()).collect();
         Ok(ErrorEstimate {
             enrichment: self.enrichment,
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
-            unresolved,
             missed_volumes,
             angle_in_row,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
@@ -375,6 +387,7 @@ impl<'a> ErrorEstimator<'a> {
             geometry,
             extent: wider,
             cut_regions: extent.unknown(&run.columns[column]),
+            unresolved: false,
             corrected: value + bounds.correction,
             uncertainty: bounds.uncertainty,
             bar: bounds.bar,

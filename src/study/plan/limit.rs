@@ -215,7 +215,7 @@ mod tests {
     fn formulations_on_a_given_mesh_check_each_other() {
         let run = |id: &str, f: f64, correction: f64, uncertainty: f64| {
             let mut case = case(id, 0.01, f);
-            let error = OneRunError { correction, geometry: None, uncertainty, bar: uncertainty };
+            let error = OneRunError { correction, uncertainty, bar: uncertainty, ..OneRunError::default() };
             case.record.one_run =
                 Some(OneRunRecord { quantities: [(Q.to_string(), error)].into(), ..OneRunRecord::default() });
             vec![case]

@@ -73,7 +73,7 @@ pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tol
 pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
     let one = |q: &String| {
         let value = |c: &StoredCase| {
-            let e = c.record.one_run.as_ref()?.quantities.get(q)?;
+            let e = c.record.one_run.as_ref()?.whole(q)?;
             Some((c.record.id.clone(), locking::alarm(&c.record).is_some(), peak(c, q)? + e.correction, e.uncertainty))
         };
         let mut found: Vec<_> = pilots.of.iter().filter_map(|own| value(own.first()?)).collect();

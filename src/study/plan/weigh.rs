@@ -131,12 +131,13 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
         let Some(case) = own.first() else { continue };
         let r = &case.record;
         let estimated = r.one_run.iter().flat_map(|found| &found.quantities);
-        let errors = estimated.filter(|(q, _)| references.contains_key(*q)).filter_map(|(q, e)| {
+        let whole = estimated.filter(|(q, e)| e.lacks.is_none() && references.contains_key(*q));
+        let errors = whole.filter_map(|(q, e)| {
             let exact = peak(case, q)? + e.correction;
             (exact != 0.0).then(|| (q, e.bar / exact.abs() + steps.error(q)))
         });
         let Some((limited_by, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) else {
-            let missing = r.one_run.as_ref().and_then(OneRunRecord::missing);
+            let missing = r.one_run.as_ref().and_then(OneRunRecord::unusable);
             let why =
                 missing.unwrap_or("the estimate of its error does not fit into the budget, or has no value".into());
             lost.push((choice.name.clone(), why));

@@ -14,7 +14,7 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     for q in &plan.quantities {
         match plan.references.get(q) {
             None if plan.meshes == Meshes::Given => {
-                let why = pilots.of.iter().flatten().find_map(|c| c.record.one_run.as_ref()?.missing());
+                let why = pilots.of.iter().flatten().find_map(|c| c.record.one_run.as_ref()?.unusable());
                 let why = why
                     .unwrap_or("an estimate from the run alone does not fit into the budget, or has no value".into());
                 out.push(format!("{q} is not judged: {why}."));

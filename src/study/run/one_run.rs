@@ -33,10 +33,29 @@ impl OneRunRecord {
             || format!("{} {are} not estimated, only columns with a derivative by the state", all(&self.unestimated));
         self.refused.clone().or_else(|| (!self.unestimated.is_empty()).then(columns))
     }
+
+    /// Why some columns have no error that a plan can go by, where it is known.
+    pub fn unusable(&self) -> Option<String> {
+        self.missing().or_else(|| self.lacking())
+    }
+
+    /// The columns whose error bar is not whole, and the parts that the first one is without.
+    pub fn lacking(&self) -> Option<String> {
+        let mut lacking = self.quantities.iter().filter_map(|(column, error)| Some((column, error.lacks.as_ref()?)));
+        let (first, parts) = lacking.next()?;
+        let columns: Vec<&String> = std::iter::once(first).chain(lacking.map(|(column, _)| column)).collect();
+        let (bar, is) = if columns.len() == 1 { ("bar", "is") } else { ("bars", "are") };
+        Some(format!("the error {bar} of {} from one run {is} without {parts}", all(&columns)))
+    }
+
+    /// The error of a column, where its bar is whole but for curved facets.
+    pub fn whole(&self, column: &str) -> Option<&OneRunError> {
+        self.quantities.get(column).filter(|error| error.lacks.is_none())
+    }
 }
 
 /// Error of the peak of a column \[unit of the column\].
-#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct OneRunError {
     /// Corrected less computed value
     pub correction: f64,
@@ -47,6 +66,9 @@ pub struct OneRunError {
     pub uncertainty: f64,
     /// Largest distance of the computed value from the exact one within the bounds
     pub bar: f64,
+    /// Parts of the error that are missing in the bar, in words, apart from those of curved facets
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lacks: Option<String>,
 }
 
 /// The errors of these columns of a run that the estimator has followed.
@@ -72,10 +94,33 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
     let errors = found.quantities.iter().map(|q| {
         let ErrorBounds { correction, uncertainty, bar } = q.of_departure();
         let geometry = q.geometry.map(|g| g.change - g.start);
-        let error = OneRunError { correction, geometry, uncertainty, bar };
+        let error = OneRunError { correction, geometry, uncertainty, bar, lacks: q.lacks_on_facets() };
         (q.column.clone(), error)
     });
     let is_finite = |(_, e): &(String, OneRunError)| [e.correction, e.uncertainty, e.bar].iter().all(|x| x.is_finite());
     let quantities = errors.filter(is_finite).collect();
     OneRunRecord { quantities, refused: None, unestimated, dofs: found.dofs, cpu_s: found.spent.cpu_s }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bar with a part missing is none that a plan may go by, and the sentence names all of them.
+    #[test]
+    fn bars_with_parts_missing_are_named() {
+        let whole = OneRunError { bar: 0.1, ..OneRunError::default() };
+        let near = OneRunError { lacks: Some("the extent of clamp".into()), ..whole.clone() };
+        let of = |quantities: Vec<(&str, &OneRunError)>| {
+            let quantities = quantities.into_iter().map(|(column, error)| (column.to_string(), error.clone()));
+            OneRunRecord { quantities: quantities.collect(), ..OneRunRecord::default() }
+        };
+        let found = of(vec![("force_N", &whole), ("tip_x_m", &near)]);
+        assert!(found.whole("force_N").is_some() && found.whole("tip_x_m").is_none() && found.whole("none").is_none());
+        let words = "the error bar of tip_x_m from one run is without the extent of clamp";
+        assert_eq!((found.lacking().as_deref(), found.missing()), (Some(words), None));
+        let both = of(vec![("tip_y_m", &near), ("tip_x_m", &near)]).lacking().expect("two of them");
+        assert!(both.starts_with("the error bars of tip_x_m and tip_y_m from one run are without"), "{both}");
+        assert_eq!(of(vec![("force_N", &whole)]).lacking(), None);
+    }
 }

@@ -39,7 +39,7 @@ pub fn errors(estimate: &ErrorEstimate) -> String {
         let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
         let extent = if q.cut_regions.is_empty() { q.extent.to_string() } else { String::new() };
         let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
-        let (column, unresolved) = (quoted(&q.column), u8::from(estimate.unresolved.contains(&q.column)));
+        let (column, unresolved) = (quoted(&q.column), u8::from(q.unresolved));
         text += &format!(
             "{column},{t},{value},{enriched},{geometry},{corrected},{},{},{extent},{unresolved}\n",
             q.uncertainty, q.bar

@@ -9,6 +9,7 @@ use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
 use crate::study::notes::notes;
+use crate::study::run::one_run::OneRunRecord;
 use crate::study::store::record::{Role, StoredCase};
 use crate::wording::{all, count, distinct};
 use std::collections::BTreeSet;
@@ -89,6 +90,8 @@ fn without_estimate(stored: &[StoredCase]) -> Vec<String> {
             "No error estimate from one run of {columns}: only quantities with a derivative by the state have one."
         ));
     }
+    let lacking: BTreeSet<String> = runs().filter_map(OneRunRecord::lacking).collect();
+    out.extend(lacking.iter().map(|bars| format!("{}: an error may be several times its bar.", capital(bars))));
     out
 }
 
