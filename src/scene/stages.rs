@@ -239,7 +239,7 @@ fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
         let times = builder.spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
         if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
             let fact = format!("it is {value} at t = {t} s");
-            let remedy = "keep the formula defined there, for example by max(x, 0)";
+            let remedy = "keep the formula defined there, for example by sqrt(max(x, 0)) in place of sqrt(x)";
             return Err(builder.content(&format!("signal {name}"), fact, remedy));
         }
     }

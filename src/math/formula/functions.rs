@@ -1,5 +1,6 @@
 //! Functions and constants in formulas.
 
+use crate::math::statistics::{larger, smaller};
 use std::f64::consts::{E, LN_2, LN_10, PI, TAU};
 
 /// Constants by their names.
@@ -77,8 +78,8 @@ impl Operation {
             Self::Multiply => a * b,
             Self::Divide => a / b,
             Self::Power => a.powf(b),
-            Self::Min => a.min(b),
-            Self::Max => a.max(b),
+            Self::Min => smaller(a, b),
+            Self::Max => larger(a, b),
             Self::Atan2 => a.atan2(b),
         }
     }

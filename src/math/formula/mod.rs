@@ -73,6 +73,7 @@ impl Formula {
 mod tests {
     use super::*;
     use crate::math::random::SplitMix;
+    use crate::math::statistics::larger;
 
     fn formula(text: &str) -> Formula {
         Formula::new(text, 1.0).unwrap_or_else(|why| panic!("{text}: {why}"))
@@ -202,7 +203,7 @@ mod tests {
             }
             let b = made(random, t, depth - 1);
             match kind {
-                3 => (format!("max({}, {})", a.0, b.0), a.1.max(b.1), 4),
+                3 => (format!("max({}, {})", a.0, b.0), larger(a.1, b.1), 4),
                 4 => (format!("atan2({}, {})", a.0, b.0), a.1.atan2(b.1), 4),
                 5 => (format!("{}^{}", bracket(&a, 4), bracket(&b, 2)), a.1.powf(b.1), 3),
                 6 | 7 => (format!("{} * {}", bracket(&a, 1), bracket(&b, 2)), a.1 * b.1, 1),
@@ -218,6 +219,15 @@ mod tests {
             let found = formula(&text).at(t);
             assert!(found == value || (found.is_nan() && value.is_nan()), "{text} at {t}: {found} in place of {value}");
         }
+    }
+
+    /// A value that is none is not replaced by the other one of two.
+    #[test]
+    fn the_larger_of_no_number_is_none() {
+        for text in ["max(sqrt(-1), 0)", "max(0, sqrt(-1))", "min(1, 2, sqrt(-1))", "0 * min(sqrt(-1), 3)"] {
+            assert!(formula(text).at(0.0).is_nan(), "{text}");
+        }
+        assert_eq!(formula("sqrt(max(-1, 0)) + min(3, max(1, 2))").at(0.0), 2.0);
     }
 
     /// Against differences over 2h, whose error is h²/6 of the third derivative and ε/h of the value.

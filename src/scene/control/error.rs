@@ -3,7 +3,9 @@
 /// A signal or a controller that cannot be used any more, or a saved state that cannot be used at all.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlError {
-    #[error("the signal {signal} is {value} at t = {t:.6} s; keep its formula defined there, for example by max(x, 0)")]
+    #[error(
+        "the signal {signal} is {value} at t = {t:.6} s; keep its formula defined there, for example by sqrt(max(x, 0)) in place of sqrt(x)"
+    )]
     NotFinite { signal: String, value: f64, t: f64 },
     #[error(
         "the controller sets {signal} to {value} at t = {t:.6} s, and its `range` is from {low} to {high} (SI units); keep it within the range, or \

@@ -120,7 +120,7 @@ pub struct TurningRecord {
 }
 
 /// The place and the reason of the end of a run
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct StopRecord {
     /// Time of the last good state \[s\]
     pub t_s: f64,

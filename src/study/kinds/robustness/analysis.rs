@@ -100,8 +100,9 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     };
     let detail = || r.status_detail.clone().unwrap_or_else(|| r.status.clone());
     let strange = || {
-        let last = |v: &Vec<f64>| v.last().is_some_and(|x| !x.is_finite());
-        case.series.columns.iter().find(|(_, v)| last(v)).map(|(name, _)| format!("{name} is not finite at the end"))
+        let first = |v: &Vec<f64>| v.iter().position(|x| !x.is_finite());
+        let found = case.series.columns.iter().find_map(|(name, v)| Some((name, first(v)?)));
+        found.map(|(name, row)| format!("{name} is not finite at t = {:.6} s", case.series.t_s[row]))
     };
     let missed = || {
         let one = |f: &Option<CheckResult>| match f {

@@ -8,6 +8,7 @@
 //! ```
 
 use crate::math::formula::Formula;
+use crate::math::statistics::larger;
 use crate::math::units;
 use crate::scene::{hint, overrides};
 use crate::study::store::record::StoredCase;
@@ -71,6 +72,31 @@ pub enum Bound {
     AtMost,
     /// The measured formula may be larger
     AtLeast,
+}
+
+impl Bound {
+    /// By how much a measured value is off its reference; not a number where one of them is not finite.
+    fn off(self, measured: f64, reference: f64) -> f64 {
+        if !(measured.is_finite() && reference.is_finite()) {
+            return f64::NAN;
+        }
+        match self {
+            Self::Both => (measured - reference).abs(),
+            Self::AtMost => (measured - reference).max(0.0),
+            Self::AtLeast => (reference - measured).max(0.0),
+        }
+    }
+
+    /// The largest error as a share of the largest size, and the values there; `None` of no rows. An error that is no number is the largest one.
+    fn largest_error(self, measured: &[f64], reference: &[f64], size: &[f64]) -> Option<(f64, f64, f64)> {
+        let size = size.iter().map(|s| s.abs()).fold(0.0, larger);
+        let worse = |a: f64, b: f64| if b.is_nan() || a.is_nan() { b.is_nan() } else { b > a };
+        let rows = measured.iter().zip(reference).map(|(&m, &r)| (self.off(m, r), m, r));
+        let (off, measured, reference) = rows.reduce(|a, b| if worse(a.0, b.0) { b } else { a })?;
+        // Nothing is off by nothing, whatever the size
+        let error = if off == 0.0 && !size.is_nan() { 0.0 } else { off / size };
+        Some((error, measured, reference))
+    }
 }
 
 /// A check as it is stored with the study.
@@ -184,18 +210,7 @@ impl Check {
             Some(scale) => values(scale, case, self.at)?,
             None => reference.clone(),
         };
-        let size = size.iter().map(|s| s.abs()).fold(0.0, f64::max);
-        let off = |m: f64, r: f64| match self.bound {
-            Bound::Both => (m - r).abs(),
-            Bound::AtMost => (m - r).max(0.0),
-            Bound::AtLeast => (r - m).max(0.0),
-        };
-        // NaN is the worst
-        let worse = |a: f64, b: f64| if b.is_nan() || a.is_nan() { b.is_nan() } else { b > a };
-        let pairs = measured.iter().zip(&reference).map(|(&m, &r)| (off(m, r), m, r));
-        let (off, measured, reference) = pairs.reduce(|a, b| if worse(a.0, b.0) { b } else { a })?;
-        // Nothing is off by nothing, whatever the size
-        let error = if off == 0.0 { 0.0 } else { off / size };
+        let (error, measured, reference) = self.bound.largest_error(&measured, &reference, &size)?;
         let (what, source) = (self.what.clone(), self.source.clone());
         Some(CheckResult { what, source, measured, reference, error, accept: self.accept, met: error <= self.accept })
     }
@@ -245,5 +260,76 @@ fn in_scene(scene: &toml::Table, path: &str) -> Option<f64> {
         toml::Value::Integer(n) => Some(*n as f64),
         toml::Value::String(text) => units::quantity(text).ok().map(|q| q.0),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::{CaseRecord, Series};
+    use crate::study::store::solver::StopRecord;
+
+    /// A case of these rows of x, after two steps.
+    fn case(x: &[f64]) -> StoredCase {
+        let t_s = (0..x.len()).map(|k| k as f64).collect();
+        let series = Series { t_s, columns: [("x".to_string(), x.to_vec())].into() };
+        StoredCase::new(CaseRecord { steps: 2, ..CaseRecord::default() }, series)
+    }
+
+    fn check(more: &str) -> Check {
+        let text = format!("what = 'a'\nmeasured = 'x'\naccept = '1 %'\nsource = 'a closed form'\n{more}");
+        let spec: CheckSpec = toml::from_str(&text).expect("valid TOML");
+        Check::new(&spec, &["a".into(), "b".into()]).expect("a check")
+    }
+
+    fn met(more: &str, x: &[f64]) -> bool {
+        check(more).evaluate(&case(x), None).expect("recorded").met
+    }
+
+    #[test]
+    fn every_bound_is_met_on_its_side_and_by_no_value_that_is_not_finite() {
+        let reference = |bound: &str| format!("reference = '2'\nbound = '{bound}'");
+        for (bound, held, missed) in [
+            ("both", &[2.019, 1.981][..], &[2.021, 1.979][..]),
+            ("at_most", &[2.019, -9.0], &[2.021]),
+            ("at_least", &[1.981, 9.0], &[1.979]),
+        ] {
+            let bound = reference(bound);
+            held.iter().for_each(|x| assert!(met(&bound, &[0.0, *x]), "{bound} {x}"));
+            let none = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+            missed.iter().chain(&none).for_each(|x| assert!(!met(&bound, &[0.0, *x]), "{bound} {x}"));
+        }
+        assert!(!met("reference = 'sqrt(x - 1)'\nbound = 'at_most'\nscale = '1'", &[0.5]));
+        assert!(!met("reference = 'x'\nscale = 'sqrt(x - 1)'", &[0.5]), "a size that is no number");
+    }
+
+    #[test]
+    fn moments_choose_the_rows() {
+        let every = "reference = '2'\nat = 'every'";
+        assert!(met("reference = '2'", &[7.0, 2.0]) && !met(every, &[7.0, 2.0]) && met(every, &[2.0, 2.01]));
+        assert!(!met(every, &[2.0, f64::NAN, 2.0]), "the row that is no number decides");
+        assert!(met("first = true\nat = 'every'", &[3.0, 3.02]) && !met("first = true\nat = 'every'", &[3.0, 3.1]));
+        let found = check("reference = '2 * t_s'\nat = 'every'\nscale = '10'").evaluate(&case(&[0.0, 3.0, 4.5]), None);
+        let found = found.expect("recorded");
+        assert_eq!((found.measured, found.reference, found.error), (3.0, 2.0, 0.1));
+        assert_eq!(check("reference = 'steps'").evaluate(&case(&[2.0]), None).map(|found| found.met), Some(true));
+    }
+
+    #[test]
+    fn another_member_is_the_reference() {
+        let like = check("like = 'b'");
+        let [own, alike, other] = [&[1.0][..], &[1.005], &[1.5]].map(case);
+        let is_met = |other: &StoredCase| like.evaluate(&own, Some(other)).map(|found| found.met);
+        assert_eq!((is_met(&alike), is_met(&other), like.evaluate(&own, None)), (Some(true), Some(false), None));
+        assert_eq!(check("reference = 'y'").evaluate(&own, None), None, "y was not recorded");
+        // The largest load of a path, as its status states it
+        let mut case = case(&[0.0]);
+        let limit = check("reference = '0.5'\nat = 'limit'");
+        assert_eq!(limit.evaluate(&case, None), None);
+        let stop = |load: f64| StopRecord { limit: [("x".to_string(), load)].into(), ..StopRecord::default() };
+        for (load, met) in [(0.503, true), (0.51, false)] {
+            case.record.solver.stop = Some(stop(load));
+            assert_eq!(limit.evaluate(&case, None).map(|found| found.met), Some(met), "{load}");
+        }
     }
 }
