@@ -6,11 +6,13 @@ use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, SensitivityError, read_scene};
 use crate::schema::AnyTable;
 use crate::storage;
+use crate::study::spec::Mistake;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::Quantity;
+use crate::wording::all;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -70,6 +72,28 @@ pub struct UseSpec {
     /// Label of a member → its changes: meshes from coarse to fine
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
+}
+
+impl UseSpec {
+    /// Refuses unknowns none of whose laws is the one that takes the place of its law.
+    pub fn check(&self, unknown: &[String]) -> Result<(), Mistake> {
+        if used_law(unknown.iter().map(String::as_str), &self.law).is_some() {
+            return Ok(());
+        }
+        let law = &self.law;
+        let fact = format!("none of the unknowns {} says which law takes the place of \"{law}\"", all(unknown));
+        let remedy =
+            "leave out [use], or find constants of one law, or of several among which one has the name of its law";
+        Err(("use.law".into(), fact, remedy.into()))
+    }
+}
+
+/// The law of these constants (`laws.rubber.mu`) that takes the place of `law` in another scene: the one of this name, or the only one.
+pub fn used_law<'a>(constants: impl IntoIterator<Item = &'a str>, law: &str) -> Option<&'a str> {
+    let laws = constants.into_iter().filter_map(|key| Some(key.strip_prefix("laws.")?.split_once('.')?.0));
+    let laws: BTreeSet<&str> = laws.collect();
+    let only = laws.first().filter(|_| laws.len() == 1);
+    laws.get(law).or(only).copied()
 }
 
 /// One more curve that the same constants are to reproduce, of a scene of its own.
@@ -284,4 +308,17 @@ fn settings(spec: &CalibrationSpec) -> Result<Settings, InverseError> {
         time_budget: positive("calibration.time_budget", &spec.time_budget, Dimension::TIME, "30 min")?,
         ..usual
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_law_that_is_used_has_its_name_or_is_the_only_one() {
+        let of = |constants: &[&str]| used_law(constants.iter().copied(), "skin").map(String::from);
+        assert_eq!(of(&["laws.core.mu", "laws.skin.mu"]).as_deref(), Some("skin"));
+        assert_eq!(of(&["effect.0.density", "laws.core.mu", "laws.core.nu"]).as_deref(), Some("core"));
+        assert_eq!((of(&["laws.core.mu", "laws.rim.mu"]), of(&["effect.0.density"]), of(&[])), (None, None, None));
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, mesh_sha256, named_files};
-use crate::study::calibration_plan::CalibrationPlan;
+use crate::study::calibration_plan::{CalibrationPlan, used_law};
 use crate::study::store::identity::Identity;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -141,7 +141,7 @@ impl Case {
     pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<ParameterKey>)> {
         let after = self.after.as_ref()?;
         let plan = source.plan.as_ref()?;
-        let name = plan.constants.first()?.law_constant()?.law;
+        let name = used_law(plan.constants.iter().map(ParameterKey::path), &after.law)?;
         let mut law = source.spec.laws.get(name)?.clone();
         law.remove("provenance");
         let of_laws = plan.constants.iter().zip(&found.constants).filter_map(|(c, f)| Some((c.law_constant()?, f)));

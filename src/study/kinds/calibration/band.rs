@@ -4,18 +4,22 @@
 //!
 //! ```text
 //! data        ± t₀.₉₇₅ √(gᵀCg), C by the errors that the residuals show, widened by profiles that are wider
-//! dimensions  from Σ_f minᵢ g·δ_fi to Σ_f maxᵢ g·δ_fi over the nuisance families f, 0 among them
+//! dimensions  from Σ_f minᵢ g·δ_fi to Σ_f maxᵢ g·δ_fi over the nuisance families f, 0 among them; from min g·δ to max g·δ where the corners were run
 //! specimen    ± Σ|g U| with the uncertainties U of the constants by the mesh of the specimen and its time steps
 //! mesh        |y(finest) − y(next)| of the scene itself, apart
 //! ```
 //!
-//! Linear in θ: good while the band is narrow. The first three add up to the band of the constants.
+//! Linear in θ: good while the band is narrow. The first three add up to the band of the constants, which are those of the law that is used. Shares are of the largest change, for what
+//! does not start at zero.
 
 use crate::calibrate::inverse::Calibration;
+use crate::math::statistics::larger;
 use crate::report::numbers::{digits, percent, space};
 use crate::scene::{Extreme, ExtremeKind, extreme};
+use crate::study::calibration_plan::used_law;
 use crate::study::curve::Curve;
 use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant};
+use crate::study::kinds::calibration::corners;
 use crate::study::store::record::{Quantity, Role, Series, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -33,10 +37,13 @@ pub struct Band {
     pub constants: [Vec<f64>; 2],
     /// \[t\] change to the finest mesh from the next
     pub mesh: Option<Vec<f64>>,
-    /// Largest |y − y₀|, and there: y, band of the constants relative to it \[–\], share of the mesh \[–\]
+    /// Where |y − y₀| is largest: y, and as shares of its change the band of the constants \[–\] and that of the mesh \[–\]
     pub peak: f64,
     pub peak_is: ExtremeKind,
     pub peak_t_s: f64,
+    /// Value from which y changes; 0 where it starts at zero
+    #[serde(skip_serializing_if = "is_zero")]
+    pub start: f64,
     pub below: f64,
     pub above: f64,
     pub mesh_share: Option<f64>,
@@ -64,49 +71,48 @@ pub fn band(
     let y = Curve::of(&finest.series, &quantity.name)?;
     let of_case = sensitivities.get(&finest.record.id)?;
     let source = found.get(&answer.case)?;
-    // ∂y/∂θ per constant: named by the law of this scene, in the order of the constants
-    let columns: Vec<&Vec<f64>> = source
-        .constants
-        .iter()
-        .map(|c| {
-            let (start, end) = (format!("d {}/d ", quantity.name), format!(".{}", c.key.rsplit('.').next()?));
-            of_case.columns.iter().find(|(n, _)| n.starts_with(&start) && n.ends_with(&end)).map(|(_, v)| v)
-        })
-        .collect::<Option<_>>()?;
-    let along = |t: usize, d: &[f64]| columns.iter().zip(d).map(|(g, d)| g[t] * d).sum::<f64>();
+    let keys: Vec<&str> = source.constants.iter().map(|c| c.key.as_str()).collect();
+    let (own, columns) = gradients(of_case, &quantity.name, &keys)?;
     let covariance = source.covariance.as_ref()?;
     let half = |[a, b]: [f64; 2]| 0.5 * (b - a);
     let widest = |c: &crate::calibrate::inverse::Found| Some(half(c.widest()?) / c.std_error?);
-    let wide = source.constants.iter().map(widest).collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
-    let moved = moved(answer);
+    let wide: Vec<f64> = own.iter().map(|k| widest(&source.constants[*k])).collect::<Option<_>>()?;
+    let wide = wide.into_iter().fold(0.0, larger);
+    let moved = Moved::of(answer, &own);
     let share = |c: &CalibratedConstant| c.mesh.unwrap_or(0.0) + c.steps.unwrap_or(0.0);
-    let numerical: Vec<f64> = answer.constants.iter().map(|c| share(c) * c.value.abs()).collect();
+    let numerical = own.iter().map(|k| &answer.constants[*k]).map(|c| share(c) * c.value.abs());
+    let numerical: Vec<f64> = numerical.collect();
     let n = y.t.len();
     let mut ends = [Vec::with_capacity(n), Vec::with_capacity(n)];
     for (t, y) in y.f.iter().enumerate() {
-        let variance: f64 = (columns.iter().zip(covariance))
-            .map(|(g, row)| g[t] * columns.iter().zip(row).map(|(h, c)| h[t] * c).sum::<f64>())
-            .sum();
-        let of_specimen: f64 = columns.iter().zip(&numerical).map(|(g, u)| (g[t] * u).abs()).sum();
-        let symmetric = wide * variance.max(0.0).sqrt() + of_specimen;
-        let corner = |end: fn(f64, f64) -> f64| -> f64 {
-            moved.values().map(|all| all.iter().map(|d| along(t, d)).fold(0.0, end)).sum()
-        };
-        ends[0].push(y + corner(f64::min) - symmetric);
-        ends[1].push(y + corner(f64::max) + symmetric);
+        let g: Vec<f64> = columns.iter().map(|column| column[t]).collect();
+        let along = |change: &[f64]| g.iter().zip(change).map(|(g, d)| g * d).sum::<f64>();
+        let row = |i: &usize| along(&own.iter().map(|j| covariance[*i][*j]).collect::<Vec<f64>>());
+        let variance = along(&own.iter().map(row).collect::<Vec<f64>>());
+        let of_specimen: f64 = g.iter().zip(&numerical).map(|(g, u)| (g * u).abs()).sum();
+        let symmetric = wide * larger(variance, 0.0).sqrt() + of_specimen;
+        let [least, most] = moved.ends(along);
+        ends[0].push(y + least - symmetric);
+        ends[1].push(y + most + symmetric);
     }
     let next = cases.len().checked_sub(2).and_then(|k| Curve::of(&cases[k].series, &quantity.name));
     let mesh: Option<Vec<f64>> = next.map(|c| y.t.iter().zip(&y.f).map(|(t, f)| (f - c.at(*t)).abs()).collect());
     let Extreme { at, value: peak, kind } = extreme(y.f.iter().copied())?;
+    let start = y.start();
+    let scale = (peak - start).abs();
+    if scale == 0.0 {
+        return None;
+    }
     Some(Band {
         variant: answer.variant.clone(),
         case: finest.record.id.clone(),
         peak,
         peak_is: kind,
         peak_t_s: y.t[at],
-        below: (peak - ends[0][at]) / peak.abs(),
-        above: (ends[1][at] - peak) / peak.abs(),
-        mesh_share: mesh.as_ref().map(|m| m[at] / peak.abs()),
+        start,
+        below: (peak - ends[0][at]) / scale,
+        above: (ends[1][at] - peak) / scale,
+        mesh_share: mesh.as_ref().map(|m| m[at] / scale),
         t_s: y.t,
         y: y.f,
         constants: ends,
@@ -115,27 +121,64 @@ pub fn band(
     })
 }
 
-/// Nuisance family → change of the constants in each of its cases from the size on its own mesh.
-fn moved(answer: &CalibratedVariant) -> BTreeMap<String, Vec<Vec<f64>>> {
-    let mut out: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
-    let Some(first) = answer.constants.first() else { return out };
-    let sizes = || first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
-    for (k, o) in first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance) {
-        if let Some((base, _)) = sizes().min_by_key(|(_, s)| s.cells.abs_diff(o.cells)) {
-            let change = answer.constants.iter().map(|c| c.cases[k].value - c.cases[base].value).collect();
-            out.entry(o.family.clone()).or_default().push(change);
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde asks for it")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// The constants of the law that is used, by their places among `keys` (`laws.rubber.mu`), and ∂y/∂θ of each, which is named by the law of the scene that uses it.
+fn gradients<'a>(of_case: &'a Series, quantity: &str, keys: &[&str]) -> Option<(Vec<usize>, Vec<&'a Vec<f64>>)> {
+    let begin = format!("d {quantity}/d laws.");
+    let there = of_case.columns.keys().find_map(|name| Some(name.strip_prefix(&begin)?.split_once('.')?.0))?;
+    let used = format!("laws.{}.", used_law(keys.iter().copied(), there)?);
+    let own = keys.iter().enumerate().filter_map(|(k, key)| Some((k, key.strip_prefix(&used)?)));
+    own.map(|(k, constant)| Some((k, of_case.columns.get(&format!("{begin}{there}.{constant}"))?))).collect()
+}
+
+/// Changes of the constants in the cases of the dimensions from the size on the same mesh.
+struct Moved<'a> {
+    /// Family → in each of its cases, of each constant
+    single: BTreeMap<&'a str, Vec<Vec<f64>>>,
+    /// In each corner that was run
+    corners: Vec<Vec<f64>>,
+}
+
+impl<'a> Moved<'a> {
+    /// Those of the constants at these places.
+    fn of(answer: &'a CalibratedVariant, own: &[usize]) -> Self {
+        let mut out = Self { single: BTreeMap::new(), corners: vec![] };
+        let Some(first) = answer.constants.first() else { return out };
+        let sizes = || first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
+        for (k, o) in first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance) {
+            if let Some((base, _)) = sizes().min_by_key(|(_, s)| s.cells.abs_diff(o.cells)) {
+                let constants = own.iter().map(|place| &answer.constants[*place].cases);
+                let change = constants.map(|cases| cases[k].value - cases[base].value).collect();
+                let is_corner = o.family == corners::FAMILY;
+                if is_corner { &mut out.corners } else { out.single.entry(&o.family).or_default() }.push(change);
+            }
         }
+        out
     }
-    out
+
+    /// The least and the largest change of a value by the dimensions, to first order.
+    fn ends(&self, along: impl Fn(&[f64]) -> f64) -> [f64; 2] {
+        let changes = |all: &Vec<Vec<f64>>| all.iter().map(|change| along(change)).collect::<Vec<f64>>();
+        let single = self.single.iter().map(|(family, all)| (*family, changes(all))).collect();
+        corners::ends(&single, &changes(&self.corners))
+    }
 }
 
 impl Band {
     pub fn sentence(&self) -> String {
         let q = &self.quantity;
-        let n = digits(1e-2 * self.peak);
+        let n = digits(1e-2 * (self.peak - self.start));
         let mesh = self.mesh_share.map_or("; one mesh only".into(), |m| format!(", its own mesh {} more", percent(m)));
+        let whole = match self.start {
+            0.0 => "which".into(),
+            start => format!("whose change from {start:.n$}{}", space(&q.unit)),
+        };
         format!(
-            "Used in {}: {} {} {:.n$}{} at {:.3} s, of which the constants leave −{} to +{} open{mesh}.",
+            "Used in {}: {} {} {:.n$}{} at {:.3} s, of {whole} the constants leave −{} to +{} open{mesh}.",
             self.case,
             self.peak_is.name(),
             q.label,
@@ -145,5 +188,39 @@ impl Band {
             percent(self.below),
             percent(self.above)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn series(names: &[&str]) -> Series {
+        let columns = names.iter().enumerate().map(|(k, name)| ((*name).to_string(), vec![k as f64; 2]));
+        Series { t_s: vec![0.0, 1.0], columns: columns.collect() }
+    }
+
+    /// Constants of the law that is used, whatever others are called: of two laws the one of the name in the scene, of one law that one.
+    #[test]
+    fn every_constant_has_its_own_derivative() {
+        let of_case = series(&["d f_N/d laws.skin.mu", "d f_N/d laws.skin.nu", "d g_N/d laws.skin.mu", "f_N"]);
+        let of = |keys: &[&str]| {
+            gradients(&of_case, "f_N", keys).map(|(own, all)| (own, all.iter().map(|g| g[0]).collect()))
+        };
+        assert_eq!(of(&["laws.end.mu", "laws.skin.nu", "laws.skin.mu"]), Some((vec![1, 2], vec![1.0, 0.0])));
+        assert_eq!(of(&["effect.0.density", "laws.rubber.mu"]), Some((vec![1], vec![0.0])));
+        assert_eq!(of(&["laws.end.mu", "laws.rubber.mu"]), None::<(Vec<usize>, Vec<f64>)>);
+        assert_eq!(of(&["laws.rubber.C10"]), None, "its derivative was not computed");
+    }
+
+    /// Two dimensions of ±2 % each are ±4 % at the corners, which replace them.
+    #[test]
+    fn corners_that_were_run_replace_single_dimensions() {
+        let single = || [("area", vec![vec![-2.0], vec![2.0]]), ("length", vec![vec![-2.0], vec![2.0]])].into();
+        let along = |change: &[f64]| -0.5 * change[0];
+        let sums = Moved { single: single(), corners: vec![] };
+        assert_eq!(sums.ends(along), [-2.0, 2.0]);
+        let run = Moved { single: single(), corners: vec![vec![-3.9], vec![0.1], vec![4.2]] };
+        assert_eq!(run.ends(along), [-2.1, 1.95]);
     }
 }

@@ -7,6 +7,7 @@
 //!
 //! Limits: a dimension is taken at the members of its family; an extreme between them is not seen.
 
+use crate::math::statistics::{larger, smaller};
 use crate::report::numbers::percent;
 use crate::study::spec::{FamilySpec, Mistake};
 use crate::study::store::record::Role;
@@ -36,14 +37,13 @@ pub fn judge(value: f64, single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> Opt
     }
     let ends = single.values().map(|all| all.iter().fold([0.0_f64; 2], |[a, b], c| [a.min(*c), b.max(*c)]));
     let ends: Vec<[f64; 2]> = ends.collect();
-    let sum = [0, 1].map(|k| ends.iter().map(|e| e[k]).sum::<f64>());
+    let sum = self::ends(single, &[]);
     let product = [0, 1].map(|k| value * (ends.iter().map(|e| 1.0 + e[k] / value).product::<f64>() - 1.0));
     let product = if product.iter().all(|p| p.is_finite()) { product } else { sum };
     let range = sum[1] - sum[0];
     let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) / range.max(f64::MIN_POSITIVE);
     if !runs.is_empty() {
-        let all = || runs.iter().chain(single.values().flatten()).copied();
-        let change = [all().fold(0.0, f64::min), all().fold(0.0, f64::max)];
+        let change = self::ends(single, runs);
         let by = off(change, sum);
         let note = format!(
             "the dimensions do not simply add up: their corners, which were run, differ from the sums of single changes by {} of the range",
@@ -72,6 +72,16 @@ pub fn judge(value: f64, single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> Opt
         )),
     };
     Some(Corners { change, note })
+}
+
+/// The least and the largest change by all dimensions: at the corners that were run and by single dimensions, or where none was run the sums of those by single dimensions.
+pub fn ends(single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> [f64; 2] {
+    let of = |all: &mut dyn Iterator<Item = f64>| all.fold([0.0; 2], |[a, b], c| [smaller(a, c), larger(b, c)]);
+    if !runs.is_empty() {
+        return of(&mut runs.iter().chain(single.values().flatten()).copied());
+    }
+    let each = single.values().map(|all| of(&mut all.iter().copied()));
+    each.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
 }
 
 /// The family of all corners of the dimensions.
@@ -163,6 +173,9 @@ mod tests {
         let found = judge(100.0, &both, &[-44.0, 5.0, 12.0, 110.0]).expect("two dimensions");
         assert!(found.change == [-44.0, 110.0] && found.note.is_some_and(|n| n.contains("which were run")), "a corner");
         let found = judge(100.0, &single(&[("a", &[3.0, 4.0])]), &[]).expect("a dimension");
+        assert_eq!(ends(&both, &[]), [-50.0, 90.0]);
+        assert_eq!(ends(&both, &[-44.0, 110.0]), [-44.0, 110.0]);
+        assert!(ends(&both, &[f64::NAN])[1].is_nan());
         assert!(found.change[0] == 0.0 && (found.change[1] - 4.0).abs() < 1e-12, "{found:?}");
         assert!(found.note.is_some_and(|n| n.contains("both ends of a change it")));
     }

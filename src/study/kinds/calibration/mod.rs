@@ -75,6 +75,8 @@ impl StudyKind for CalibrationStudy {
             let mistake = ("calibration.unknown".into(), "nothing is to be found".into(), remedy.into());
             return Err(refuse(file, mistake));
         }
+        let is_used = usage.as_ref().map_or(Ok(()), |usage| usage.check(&calibration.unknown));
+        is_used.map_err(|mistake| refuse(file, mistake))?;
         let base = file.parent().unwrap_or(Path::new(""));
         let plan = |v: &MeasuredVariantSpec| {
             let plan = CalibrationPlan::new(base, &calibration, (&v.name, &v.measured), &v.curves).map_err(|e| {
