@@ -13,7 +13,7 @@
 //! something new, and one that is far coarser nothing. With three meshes alone |f₁ − f₂|/(h₂/h₁ − 1) is added, because they do not tell an extremum
 //! from noise. Where the sizes of all other families lie closer together than h_n/h₁ = 4/3, the factor 3 of ΔM is that of a first order, 1/(h_n/h₁ − 1): the differences of
 //! meshes that are nearly the same tend to zero, and their error does not. A reference closer to the finest value than that value is to its limit
-//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
+//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* multiplied by ½√((1 + k)² + k²),
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
 //! has none.
 //!

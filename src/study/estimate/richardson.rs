@@ -43,7 +43,7 @@ pub fn is_small_ratio(ratio: f64) -> bool {
 pub enum Convergence {
     /// 0 < R < ln r₂₁/ln r₃₂: there is a p > 0
     Monotone,
-    /// −1 < R < 0: ½(max − min) is all that can be said
+    /// −1 < R ≤ 0: ½(max − min) is all that can be said
     Oscillatory,
     /// R ≥ ln r₂₁/ln r₃₂, or R ≤ −1
     Diverging,
@@ -143,7 +143,6 @@ pub fn observed_order(ratio: f64, r21: f64, r32: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Celik et al. 2008, table 1, first column: N = 18000, 8000, 4500 (plane, so h ~ N^{-1/2}), reattachment length.
     /// A sentence that calls a ratio small shows one below the limit. No ratio here lies between two decimals.
     #[test]
     fn a_small_ratio_is_shown_below_the_limit() {
@@ -152,6 +151,7 @@ mod tests {
         }
     }
 
+    /// Celik et al. 2008, table 1, first column: N = 18000, 8000, 4500 (plane, so h ~ N^{-1/2}), reattachment length.
     #[test]
     fn reproduces_the_worked_example_of_celik_2008() {
         let h = [18000.0, 8000.0, 4500.0].map(|n: f64| n.powf(-0.5));
