@@ -91,9 +91,20 @@ pub fn deviation(values: &[f64]) -> f64 {
     variance(values).sqrt()
 }
 
-/// Smallest and largest of some values; \[∞, −∞\] of none.
+/// Smallest and largest of some values; \[∞, −∞\] of none, and not a number where one of them is none.
 pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [smaller(a, s), larger(b, s)])
+}
+
+/// Largest less smallest of some values; 0 of none.
+pub fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] = extent(values);
+    larger(high - low, 0.0)
+}
+
+/// √x of a variance or another sum of squares, which rounding may have made less than zero; not a number where it is none.
+pub fn root(square: f64) -> f64 {
+    larger(square, 0.0).sqrt()
 }
 
 /// The larger of two values; not a number where one of them is none, which `f64::max` leaves out. So `values.fold(0.0, larger)` is within a bound only if every
@@ -163,6 +174,17 @@ mod tests {
         {
             let ratio = real_quantile(0.95, nu) / t;
             assert!((1.0 - 1e-6..1.03).contains(&ratio), "ν = {nu}: {ratio}");
+        }
+    }
+
+    /// No value that is none is left out, as `f64::max` would.
+    #[test]
+    fn what_is_no_number_stays_so() {
+        assert_eq!((range([2.0, -1.0, 0.5].into_iter()), range(std::iter::empty())), (3.0, 0.0));
+        assert_eq!((root(4.0), root(-1e-20)), (2.0, 0.0));
+        assert!(root(f64::NAN).is_nan());
+        for values in [[f64::NAN, 1.0], [1.0, f64::NAN]] {
+            assert!(range(values.into_iter()).is_nan() && extent(values.into_iter())[0].is_nan());
         }
     }
 

@@ -1,7 +1,7 @@
 //! A quantity over time, measured or simulated.
 
 use super::error::MotionError;
-use crate::math::statistics::median;
+use crate::math::statistics::{median, range};
 use nalgebra::{SMatrix, SVector};
 
 /// Values over ascending times.
@@ -75,8 +75,7 @@ impl Curve {
 
     /// Largest minus smallest value.
     pub fn range(&self) -> f64 {
-        let ends = self.value.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
-        if self.value.is_empty() { 0.0 } else { ends[1] - ends[0] }
+        range(self.value.iter().copied())
     }
 
     /// Standard deviation of the noise: of blocks of rows, the least one of a combination of five neighbouring values whose factors have the sum of squares

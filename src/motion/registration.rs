@@ -8,7 +8,7 @@
 //! = Σ w|e|²/(3n − 6). Limits: linear in ω; errors of both sets count as one.
 
 use super::error::MotionError;
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{root, t_quantile};
 use crate::math::svd::svd;
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, SMatrix};
@@ -73,13 +73,13 @@ impl Registration {
     /// Half-widths of the 95 % intervals of the image of a point by Student's t \[m\]; infinite without a degree of freedom.
     pub fn half_widths_at(&self, point: Vec3) -> Vec3 {
         let t = self.quantile();
-        self.covariance_at(point).diagonal().map(|v| t * v.max(0.0).sqrt())
+        self.covariance_at(point).diagonal().map(|v| t * root(v))
     }
 
     /// Half-widths of the 95 % intervals of the rotation about the three axes \[rad\].
     pub fn rotation_half_widths(&self) -> Vec3 {
         let t = self.quantile();
-        Vec3::from_fn(|k, _| t * self.covariance[(k, k)].max(0.0).sqrt())
+        Vec3::from_fn(|k, _| t * root(self.covariance[(k, k)]))
     }
 
     /// Student's t of 95 %, two-sided.

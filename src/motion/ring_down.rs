@@ -14,7 +14,7 @@ use super::ring_down_start as start;
 pub use super::vibration::{Creep, RingDown};
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{root, t_quantile};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -191,7 +191,7 @@ impl Problem {
         // A = √(a² + b²) and φ = atan2(−b, a) to first order
         let by_factors = |da: f64, db: f64| {
             let c = &found.covariance;
-            (da * da * c[(2, 2)] + 2.0 * da * db * c[(2, 3)] + db * db * c[(3, 3)]).max(0.0).sqrt()
+            root(da * da * c[(2, 2)] + 2.0 * da * db * c[(2, 3)] + db * db * c[(3, 3)])
         };
         let creep =
             fit.factors.get(3).map_or(Bounded { value: 0.0, interval: [0.0; 2] }, |c| bounded(*c, found.deviations[5]));

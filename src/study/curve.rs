@@ -8,6 +8,7 @@
 //! The factor a of what g departs from its start g₀ takes a change of amplitude, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
 //! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
 
+use crate::math::statistics::range;
 use crate::report::numbers::{capital, percent};
 use crate::scene::{ExtremeKind, extreme, extreme_on};
 use crate::study::store::record::{Series, StoredCase, StudyRecord};
@@ -57,10 +58,7 @@ impl Curve {
         if self.t != x.t {
             return None;
         }
-        let range = |v: &[f64]| {
-            v.iter().fold(f64::NEG_INFINITY, |m: f64, v| m.max(*v))
-                - v.iter().fold(f64::INFINITY, |m: f64, v| m.min(*v))
-        };
+        let range = |v: &[f64]| range(v.iter().copied());
         let (whole, end) = (range(&x.f), x.f.len() - 1);
         let off = |k: usize| (x.f[k] - x.f[end]).abs();
         let back = |k: &usize| off(*k) <= 0.01 * whole && range(&x.f[*k..]) >= 0.9 * whole;

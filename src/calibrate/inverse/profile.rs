@@ -42,7 +42,7 @@ pub fn ends(
             let mut offset = side * t * errors.deviations[j];
             for _ in 0..POINTS {
                 let found = match squares(objective, unknown, best, (j, offset)) {
-                    Ok(square) => (square - least).max(0.0).sqrt() / limit,
+                    Ok(square) => statistics::root(square - least) / limit,
                     Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),
                     Err(_) => break,
                 };

@@ -2,6 +2,7 @@
 
 use super::error_model::{ErrorModel, Errors};
 use crate::calibrate::solve::rows::padded;
+use crate::math::statistics::root;
 use crate::math::svd::svd;
 use nalgebra::DMatrix;
 
@@ -29,9 +30,18 @@ impl Directions {
 
     /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `rho` and `smooth` are those of [`Errors`].
     pub fn errors(&self, model: ErrorModel, covariance: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
-        let root = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| c.max(0.0).sqrt()).collect::<Vec<f64>>();
+        let roots = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| root(*c)).collect::<Vec<f64>>();
         let covariance = &self.by * covariance * self.by.transpose();
-        Errors { model, deviations: root(&covariance), plain: self.plain(), free, rho, smooth, sizes: None, covariance }
+        Errors {
+            model,
+            deviations: roots(&covariance),
+            plain: self.plain(),
+            free,
+            rho,
+            smooth,
+            sizes: None,
+            covariance,
+        }
     }
 }
 

@@ -85,7 +85,7 @@ impl Profile<'_> {
 
     /// Both ends around this minimum; `None` where its misfit is above the limit.
     fn ends(&self, j: usize, width: f64, limit: f64) -> Option<[f64; 2]> {
-        let tau = (self.of.square(&self.minimum)? - self.least).max(0.0).sqrt();
+        let tau = statistics::root(self.of.square(&self.minimum)? - self.least);
         (tau <= limit).then(|| [-width, width].map(|width| self.end(j, width, tau, limit)))
     }
 
@@ -132,6 +132,6 @@ impl Profile<'_> {
         x[j] = self.minimum[j] + offset;
         let others: Vec<usize> = (0..x.len()).filter(|k| *k != j).collect();
         let (x, square) = self.of.refitted(x, &others)?;
-        Some(((square - self.least).max(0.0).sqrt(), x))
+        Some((statistics::root(square - self.least), x))
     }
 }

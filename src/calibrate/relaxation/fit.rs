@@ -10,7 +10,7 @@ use super::table::{self, RelaxationRequest, TermChoice};
 use crate::calibrate::constant_format::number_text;
 use crate::calibrate::judgement::errors;
 use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
 /// Part of the response below which the residual is rounding \[–\]
@@ -51,7 +51,7 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
     let by = derivatives(record, &series, &native, free);
     let covariance = &by * &errors.covariance * by.transpose();
     let t = if errors.free > 0 { t_quantile(0.95, errors.free) } else { f64::INFINITY };
-    let half = |k: usize| if rounding { 0.0 } else { t * covariance[(k, k)].max(0.0).sqrt() };
+    let half = |k: usize| if rounding { 0.0 } else { t * root(covariance[(k, k)]) };
     let bounded = |k: usize| Bounded { value: answer[k], interval: [answer[k] - half(k), answer[k] + half(k)] };
     let n = series.terms.len();
     let term = |k: usize| {

@@ -12,7 +12,7 @@ use super::result::{RelaxationFit, RelaxationWarning};
 use super::search::{self, Series, Weighted};
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
 /// Last part of the data in which the modulus is looked at, a factor of time
@@ -58,7 +58,7 @@ impl Beyond<'_> {
         let factors = 1 + self.series.terms.len();
         let of = |k: usize| f64::from(u8::from(k == 0 || creep && (k < factors || k + 1 == columns.len())));
         let by = DVector::from_fn(columns.len(), |k, _| of(k));
-        let half = t_quantile(0.95, errors.free) * by.dot(&(&errors.covariance * &by)).max(0.0).sqrt();
+        let half = t_quantile(0.95, errors.free) * root(by.dot(&(&errors.covariance * &by)));
         if !creep {
             return self.series.constant + by.dot(&step) - half;
         }

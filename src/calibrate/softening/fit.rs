@@ -9,7 +9,7 @@ use super::search::{Answer, Search};
 use crate::calibrate::judgement::errors::{self, Errors, directions};
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::{Bounded, CurveSet, Experiment, FitOptions, FitResult, Sample, SlackChoice, fit_experiment};
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows below the largest stretch that a fit needs
@@ -138,7 +138,7 @@ fn judge(search: &Search, law: &FitResult, answer: Answer, samples: &[Sample], f
     let one = |k: usize| {
         let Some(at) = free.iter().position(|f| *f == k) else { return 0.0 };
         let own = if rounding { 0.0 } else { quantile(errors.free) * errors.deviations[at] };
-        own.hypot(quantile(law.degrees) * of_law[(at, at)].max(0.0).sqrt())
+        own.hypot(quantile(law.degrees) * root(of_law[(at, at)]))
     };
     let half = std::array::from_fn(one);
     Judged { answer, residual, errors, half }

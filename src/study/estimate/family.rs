@@ -20,6 +20,7 @@
 //! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
 //! another limit, and the difference of the two is added to U(f*).
 
+use crate::math::statistics::range;
 use crate::mesh::wall::{LEAST_CELLS, shows_bending};
 use crate::report::numbers::percent;
 use crate::scene::ElementSpec;
@@ -187,7 +188,7 @@ pub fn estimate_of_order(
     let triple =
         |k: usize| (f.len() >= k + 3).then(|| Triple::new([h[k], h[k + 1], h[k + 2]], [f[k], f[k + 1], f[k + 2]]));
     let (first, coarser) = (triple(0), triple(1));
-    let spread = range(&f);
+    let spread = range(f.iter().copied());
     let size = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let class = match first {
         Some(t) => t.class,
@@ -250,11 +251,6 @@ pub fn estimate_of_order(
     Some(e)
 }
 
-/// Largest less smallest value.
-fn range(f: &[f64]) -> f64 {
-    f.iter().copied().fold(f64::NEG_INFINITY, f64::max) - f.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
 /// ΔM of an oscillating family, finest first: that of the three finest meshes, or the difference of a coarser one from the finest, of which no more counts
 /// than the error of the finest by a first order. Three meshes alone do not tell an extremum, beyond which the limit lies, from noise: the error that the
 /// finest has by a first order is added to their ΔM.
@@ -262,7 +258,7 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     let by_first_order = |hj: f64| h[0] / (hj - h[0]);
     let coarser = h.iter().zip(f).skip(3).map(|(hj, fj)| (fj - f[0]).abs() * by_first_order(*hj).min(1.0));
     let alone = if f.len() == 3 { (f[1] - f[0]).abs() * by_first_order(h[1]) } else { 0.0 };
-    coarser.fold(alone + range(&f[..f.len().min(3)]), f64::max)
+    coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
 
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
@@ -470,9 +466,10 @@ fn cautious(h: &[f64], class: Convergence) -> f64 {
 fn add_limits(e: &Estimate, is_sane: bool, reasons: &mut Vec<String>) {
     let (q, p) = (e.formal_order, e.observed_order);
     match e.class {
-        Convergence::Oscillatory => {
-            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * range(&e.values[..3])))
-        }
+        Convergence::Oscillatory => reasons.push(format!(
+            "the three finest oscillate, ½(max − min) = {:.3e}",
+            0.5 * range(e.values.iter().copied().take(3))
+        )),
         Convergence::Diverging => {
             let how = match e.convergence_ratio {
                 Some(ratio) if ratio < 0.0 => "oscillate with differences that do not shrink",

@@ -13,7 +13,7 @@
 //! does not start at zero.
 
 use crate::calibrate::inverse::Calibration;
-use crate::math::statistics::larger;
+use crate::math::statistics::{larger, root};
 use crate::report::numbers::{digits, percent, space};
 use crate::scene::{Extreme, ExtremeKind, extreme};
 use crate::study::calibration_plan::used_law;
@@ -90,7 +90,7 @@ pub fn band(
         let row = |i: &usize| along(&own.iter().map(|j| covariance[*i][*j]).collect::<Vec<f64>>());
         let variance = along(&own.iter().map(row).collect::<Vec<f64>>());
         let of_specimen: f64 = g.iter().zip(&numerical).map(|(g, u)| (g * u).abs()).sum();
-        let symmetric = wide * larger(variance, 0.0).sqrt() + of_specimen;
+        let symmetric = wide * root(variance) + of_specimen;
         let [least, most] = moved.ends(along);
         ends[0].push(y + least - symmetric);
         ends[1].push(y + most + symmetric);

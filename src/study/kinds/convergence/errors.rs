@@ -3,6 +3,7 @@
 //! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps)/|f*|, with the scale of the tolerance in
 //! place of |f*| where an absolute one is given.
 
+use crate::math::statistics::{larger, range};
 use crate::report::numbers::{percent, seconds};
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
@@ -148,12 +149,6 @@ pub fn step_error(cases: &Cases, variant: &str, quantity: &str, reference: Optio
     found.max_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// max − min; 0 of no values.
-fn range(values: &[f64]) -> f64 {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    (high - low).max(0.0)
-}
-
 /// Compares the study's step with the other ones of a family of time steps, on the same mesh.
 fn step_error_of(
     cases: &Cases,
@@ -181,7 +176,7 @@ fn step_error_of(
         (StepCause::TimeStep, by_order)
     } else {
         let last = records.iter().filter_map(|r| Some(r.probes.get(quantity)?.last)).collect::<Vec<_>>();
-        (StepCause::Algebraic, range(&values).max(range(&last)))
+        (StepCause::Algebraic, larger(range(values.iter().copied()), range(last.iter().copied())))
     };
     let negligible = reference.is_some_and(|r| error <= 0.1 * r.uncertainty) || error <= ROUNDING * runs[at].1.abs();
     Some(StepError { family: family.name.clone(), cause, dt_s, values, error, negligible })

@@ -3,6 +3,7 @@
 //! Sources and data belong to groups, `load`, `geometry`, `calibration: zero`. Independent contributions add as squares; what the mesh, the time
 //! steps and the response surface leave open are groups of their own.
 
+use crate::math::statistics::root;
 use crate::study::kinds::validation::joint::Influence;
 use serde::{Deserialize, Serialize};
 
@@ -50,11 +51,8 @@ pub fn contributions(
     let total: f64 = variances.iter().map(|(_, v)| v).sum();
     variances.retain(|(_, v)| *v > 0.0);
     variances.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let one = |(group, v): (String, f64)| Contribution {
-        group,
-        deviation: v.sqrt(),
-        without: COVERAGE * (total - v).max(0.0).sqrt(),
-    };
+    let one =
+        |(group, v): (String, f64)| Contribution { group, deviation: v.sqrt(), without: COVERAGE * root(total - v) };
     variances.into_iter().map(one).collect()
 }
 
