@@ -14,105 +14,20 @@
 //! [`super::corners`] takes all dimensions at their worst ends together. Where the pressures of
 //! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated; nor where a case of a dimension has no result.
 
-use super::corners::{self, Corners};
-use crate::calibrate::ErrorModel;
-use crate::calibrate::inverse::{Bound, Calibration, Found, Stable};
-use crate::report::names::constant;
-use crate::report::numbers::{capital, digits, percent};
-use crate::study::analysis::{self, Analysis};
+use crate::calibrate::inverse::{Bound, Calibration, Found};
+use crate::study::analysis::Analysis;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::step_size::error_of_steps;
+use crate::study::kinds::calibration::corners::{self, Corners};
+use crate::study::kinds::calibration::findings::{
+    CalibratedConstant, CalibratedVariant, CalibrationFindings, ConstantInCase,
+};
+use crate::study::kinds::calibration::words::{
+    doubts, left_words, mesh_verdict, unknown_dimensions, verdict, warnings,
+};
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
-use crate::wording::few;
-use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Findings of a calibration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CalibrationFindings {
-    pub variants: Vec<CalibratedVariant>,
-}
-
-/// Result of one measured curve.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct CalibratedVariant {
-    pub variant: String,
-    /// The variant in words
-    pub label: String,
-    /// The case on the finest mesh
-    pub case: String,
-    pub cells: usize,
-    pub constants: Vec<CalibratedConstant>,
-    /// Relative misfit √(Σr²/Σy²) of each curve \[–\]
-    pub rms_relative: Vec<f64>,
-    /// Formulation of the finest mesh
-    pub formulation: String,
-    /// The verdict on element and mesh in words: whether the constants are those of the material or partly those of the mesh
-    #[serde(rename = "element")]
-    pub mesh_verdict: String,
-    /// Pressure scatter of the finest mesh where it raises the locking alarm \[–\]
-    pub locking: Option<f64>,
-    /// Errors of the data points, in words
-    pub errors: String,
-    /// Cases of dimensions not known exactly that have no constants: what these dimensions change is in no interval
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub without_constants: Vec<String>,
-    /// The scene depends on the time steps, whose error is in no interval
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub lacks_steps: bool,
-    /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
-    pub solves: usize,
-    pub cost: f64,
-}
-
-/// A constant with all that is known of its error. SI.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct CalibratedConstant {
-    pub key: String,
-    pub symbol: String,
-    pub unit: String,
-    pub value: f64,
-    /// 95 %: data, mesh, time steps, nuisance
-    pub interval: Option<[f64; 2]>,
-    /// Reason for which there is none
-    pub open: Option<String>,
-    /// Half-width of the interval of the data alone, and of data and dimensions together where these are known, relative \[–\]
-    pub rows: Option<f64>,
-    pub rest: Option<f64>,
-    /// Relative change from the next coarser mesh to the finest \[–\]
-    pub drift: Option<f64>,
-    /// Uncertainty of the finest mesh U over the value \[–\], and how it was estimated; none of one mesh
-    pub mesh: Option<f64>,
-    pub mesh_method: Option<String>,
-    /// Error of the time steps over the value \[–\]; none where no family of them tells it
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steps: Option<f64>,
-    /// U is no bound: the finest mesh locks, or its family diverges
-    pub mesh_refused: bool,
-    /// Smallest and largest value over the corners of the nuisance families, on the finest mesh
-    pub nuisance: Option<[f64; 2]>,
-    /// Where the dimensions do not simply add up, in words
-    pub corners: Option<String>,
-    /// Reading by a gauge length
-    pub gauge: Option<f64>,
-    /// Its relative error \[–\]
-    pub bias: Option<f64>,
-    pub cases: Vec<ConstantInCase>,
-}
-
-/// A constant in one case.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct ConstantInCase {
-    pub case: String,
-    pub family: String,
-    pub member: String,
-    pub role: Role,
-    pub cells: usize,
-    pub value: f64,
-    pub interval: Option<[f64; 2]>,
-    pub rms_relative: f64,
-}
 
 /// A case that has an answer.
 struct SolvedSearch<'a> {
@@ -208,34 +123,6 @@ fn without_constants(study: &StudyRecord, stored: &[StoredCase], cases: &[Solved
         }
     }
     out
-}
-
-fn mesh_verdict(constants: &[CalibratedConstant], record: &CaseRecord, locked: Option<f64>, tolerance: f64) -> String {
-    let mesh = format!("{} on {} cells", record.formulation, record.mesh.cells);
-    if let Some(scatter) = locked {
-        return format!(
-            "{mesh} locks: its pressures scatter from cell to cell by {scatter:.2} of the deviatoric stress, so that the stiffness of the body is \
-             partly the mesh's and the constants are too soft; {}",
-            locking::REMEDY
-        );
-    }
-    if let Some(why) = constants.iter().find(|c| c.mesh_refused).and_then(|c| c.open.as_ref()) {
-        return format!("{mesh}: {why}");
-    }
-    let Some(worst) = constants.iter().filter_map(|c| c.mesh).reduce(f64::max) else {
-        return format!(
-            "{mesh}: one mesh only, whose error is not known and in no interval; add a finer one to the family of role \"sizes\""
-        );
-    };
-    let rest = |c: &CalibratedConstant| c.rest.zip(c.mesh).is_some_and(|(rest, mesh)| mesh > rest);
-    if constants.iter().any(rest) {
-        return format!(
-            "{mesh}: the error of the mesh, up to {}, is larger than all that the data leave open; refine",
-            percent(worst)
-        );
-    }
-    let side = if worst > tolerance { "above" } else { "within" };
-    format!("{mesh}: the error of the mesh is up to {}, {side} the tolerance of {}", percent(worst), percent(tolerance))
 }
 
 /// Evidence of the meshes of a family about a constant.
@@ -344,22 +231,6 @@ fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option
     families.into_iter().filter_map(of).reduce(f64::max)
 }
 
-/// Reason for which no interval is stated where cases of dimensions have no constants.
-fn unknown_dimensions(without_constants: &[String]) -> String {
-    let have = if without_constants.len() == 1 { "has" } else { "have" };
-    format!("what the dimensions change is not known, as {} {have} no constants", few(without_constants))
-}
-
-/// The words after the fact that a constant is not determined, where the search left it or others at their starting values.
-fn left_words(found: &Calibration, own: &Found) -> String {
-    match &found.left()[..] {
-        [] => String::new(),
-        _ if own.left => ", and the search left it at its starting value".into(),
-        [one] => format!("; the search left {one} at its starting value"),
-        several => format!("; the search left {} at their starting values", several.join(", ")),
-    }
-}
-
 /// Changes of a constant by the nuisance families from the size on the same mesh; none without such a family.
 fn corners_of(cases: &[SolvedSearch], sizes: &[&SolvedSearch], value: f64, k: usize) -> Option<Corners> {
     let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
@@ -384,210 +255,4 @@ fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
         interval: c.widest(),
         rms_relative: s.found.curves[0].rms_relative,
     }
-}
-
-/// A constant in its printed unit: value or end of an interval.
-pub fn scaled(c: &CalibratedConstant) -> (f64, &str, usize) {
-    let (factor, unit) = match (c.unit.as_str(), c.value.abs()) {
-        ("Pa", s) if s >= 2e6 => (1e-6, "MPa"),
-        ("Pa", s) if s >= 2e3 => (1e-3, "kPa"),
-        ("Pa", _) => (1.0, "Pa"),
-        _ => (1.0, ""),
-    };
-    let half = c.interval.map_or(0.0, |[a, b]| 0.5 * (b - a));
-    (factor, unit, digits(factor * half.max(1e-3 * c.value.abs())))
-}
-
-/// `98.9 kPa (95 % interval 97.1 to 100.8 kPa)`
-fn with_interval(c: &CalibratedConstant) -> String {
-    let (f, unit, n) = scaled(c);
-    let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-    match c.interval {
-        Some([a, b]) => format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", f * c.value, f * a, f * b),
-        None => {
-            let why = c.open.as_deref().unwrap_or("no reason is known");
-            format!("{:.n$}{unit} (no interval: {why})", f * c.value)
-        }
-    }
-}
-
-impl CalibratedVariant {
-    /// The symbol of a constant, with its law where another constant has the same symbol: `E of silicone`.
-    pub fn symbol_of(&self, c: &CalibratedConstant) -> String {
-        let is_shared = self.constants.iter().any(|o| o.key != c.key && o.symbol == c.symbol);
-        if is_shared { constant(&c.key) } else { c.symbol.clone() }
-    }
-}
-
-impl CalibratedConstant {
-    /// The contributions to the interval, and the result a gauge length would have given, in words.
-    pub fn sentence(&self, label: &str) -> String {
-        let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
-        if let Some(rows) = self.rows {
-            words += &format!("; the scatter of the data alone leaves ±{}", percent(rows));
-        }
-        if let (Some(drift), Some(mesh)) = (self.drift, self.mesh) {
-            words += &format!(
-                ", the finer mesh changes it by {} and leaves ±{} ({})",
-                percent(drift.abs()),
-                percent(mesh),
-                self.mesh_method.as_deref().unwrap_or_default()
-            );
-        }
-        if let Some(steps) = self.steps {
-            words += &format!(", the time steps leave ±{}", percent(steps));
-        }
-        let (f, unit, n) = scaled(self);
-        if let Some([a, b]) = self.nuisance {
-            words += &format!(", the dimensions not known exactly give {:.n$} to {:.n$} {unit}", f * a, f * b);
-        }
-        if let (Some(gauge), Some(bias)) = (self.gauge, self.bias) {
-            let side = if bias < 0.0 { "less" } else { "more" };
-            words += &format!(
-                ". Read by its gauge length the same test gives {:.n$} {unit}, {} {side}",
-                f * gauge,
-                percent(bias.abs())
-            );
-        }
-        words + "."
-    }
-}
-
-/// Whether element or mesh may decide the constants of an answer.
-pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
-    let mesh = |c: &CalibratedConstant| {
-        c.mesh_refused || c.mesh.is_none_or(|m| m > tolerance || c.rest.is_some_and(|r| m > r))
-    };
-    a.locking.is_some() || a.constants.iter().any(mesh)
-}
-
-/// Reasons not to take an answer at its word.
-fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
-    let mesh = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.mesh_verdict));
-    let steps = a.lacks_steps.then(|| {
-        format!(
-            "{}: the curves depend on the time steps, whose error is in no interval; add a family of role \"time_step\" with two steps on one mesh, one of them that of the answer.",
-            a.label
-        )
-    });
-    let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
-    let may_be_zero = |c: &CalibratedConstant| {
-        c.interval.filter(|[low, high]| *low < 0.0 && 0.0 < *high)?;
-        Some(format!("{}, {}: its interval contains zero; it is hardly determined.", a.label, c.key))
-    };
-    let corner = |c: &CalibratedConstant| c.corners.as_ref().map(|note| format!("{}, {}: {note}.", a.label, c.key));
-    let of_constants = a.constants.iter().filter_map(may_be_zero).chain(a.constants.iter().filter_map(corner));
-    mesh.into_iter().chain(steps).chain(errors).chain(of_constants).collect()
-}
-
-/// Warnings of the answer of one variant, as its law file has them.
-pub fn warnings_of(
-    a: &Analysis<CalibrationFindings>,
-    v: &CalibratedVariant,
-    case: &StoredCase,
-    found: &Calibration,
-) -> Vec<String> {
-    let incomplete: Vec<_> = a.incomplete.iter().filter(|(id, _)| *id == v.case).cloned().collect();
-    let found = BTreeMap::from([(v.case.clone(), found.clone())]);
-    let own = warnings(std::slice::from_ref(case), &found, &incomplete);
-    doubts(v, a.tolerance).into_iter().chain(own).collect()
-}
-
-fn warnings(
-    stored: &[StoredCase],
-    found: &BTreeMap<String, Calibration>,
-    incomplete: &[(String, String)],
-) -> Vec<String> {
-    let mut out = analysis::warnings(incomplete);
-    let mut add = |text: String| {
-        if !out.contains(&text) {
-            out.push(text);
-        }
-    };
-    for (id, c) in found.iter().filter(|(id, _)| stored.iter().any(|s| s.record.id == **id)) {
-        c.unidentified.iter().for_each(|d| add(format!("{id}: {d}.")));
-        let left_out = c.gauge.iter().filter_map(|g| g.left_out.as_ref());
-        left_out.for_each(|why| add(format!("There is no reading by the gauge length: {why}.")));
-        for curve in &c.curves {
-            curve.measured.notes.iter().for_each(|n| add(format!("{}: {n}.", curve.measured.file)));
-            let unstable = |s: &&Stable| s.above.is_some_and(|a| a < curve.stretch[2]) && s.mode != "simple_shear";
-            for s in curve.stability.iter().filter(unstable) {
-                let at = s.above.expect("filtered");
-                let (mode, reached) = (s.mode.replace('_', " "), curve.stretch[2]);
-                add(format!(
-                    "{id}, {}: laws.{} is not stable in {mode} tension beyond {at:.3}, and the body stretches to {reached:.3}.",
-                    curve.name, s.law
-                ));
-            }
-            if let Some(p) = curve.runs_p.filter(|p| *p < 0.025) {
-                add(format!(
-                    "{id}, {}: the residuals have a pattern that the correlation of neighbours does not explain (runs of sign, p = {p:.1e}): {}.",
-                    curve.name,
-                    cause(c)
-                ));
-            }
-        }
-        if c.failed > 0 {
-            add(format!(
-                "{id}: {} of {} forward solves did not converge, or had constants that the scene cannot have, and were stepped back from.",
-                c.failed, c.solves
-            ));
-        }
-    }
-    analysis::add_notes(&mut out, stored);
-    out
-}
-
-/// The meaning of a pattern in the residuals: nothing against the law where the constants are not the best ones of the law.
-fn cause(found: &Calibration) -> String {
-    let held: Vec<&str> = found.constants.iter().filter(|c| !c.bound.is_free()).map(|c| c.key.as_str()).collect();
-    let left = found.left();
-    if !found.settled() {
-        return "the search did not come to its end, so that this says nothing against the law".into();
-    }
-    if !left.is_empty() {
-        return format!(
-            "the search left {} at the starting value, and another one may describe the curve, so that this says nothing against the law",
-            left.join(", ")
-        );
-    }
-    if !held.is_empty() {
-        return format!(
-            "{} is held at a bound, and a value beyond may describe the curve, so that this says nothing against the law",
-            held.join(", ")
-        );
-    }
-    "the law does not describe the curve within the scatter of its data, and the constants depend on its range".into()
-}
-
-fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
-    let of = |answer: &CalibratedVariant| {
-        let constants = answer.constants.iter().map(|c| format!("{} = {}", answer.symbol_of(c), with_interval(c)));
-        format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
-    };
-    if variants.is_empty() {
-        return "No verdict: no case found its constants.".into();
-    }
-    let mut words = variants.iter().map(of).collect::<Vec<_>>().join("; ") + ".";
-    let all = || variants.iter().flat_map(|v| &v.constants);
-    if all().any(|c| c.interval.is_none()) {
-        words += " Not every constant has an interval.";
-    }
-    match variants {
-        [only] => words += &format!(" {}.", capital(&only.mesh_verdict)),
-        several => {
-            let doubtful = several.iter().filter(|v| mesh_is_doubtful(v, tolerance));
-            words += &doubtful.map(|v| format!(" {}: {}.", v.label, v.mesh_verdict)).collect::<String>();
-        }
-    }
-    let bias = all().filter_map(|c| c.bias).max_by(|x, y| x.abs().total_cmp(&y.abs()));
-    match bias {
-        Some(bias) if all().count() == 1 => {
-            let side = if bias < 0.0 { "low" } else { "high" };
-            words += &format!(" The reading by a gauge length is {} too {side}.", percent(bias.abs()));
-        }
-        Some(bias) => words += &format!(" The readings by a gauge length are off by up to {}.", percent(bias.abs())),
-        None => {}
-    }
-    words
 }

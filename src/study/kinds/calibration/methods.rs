@@ -3,7 +3,8 @@
 use crate::calibrate::inverse::FittedCurve;
 use crate::report::numbers::percent;
 use crate::report::paper::Paragraph;
-use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled};
+use crate::study::kinds::calibration::findings::{CalibratedConstant, CalibratedVariant, CalibrationFindings};
+use crate::study::kinds::calibration::words::scaled;
 use crate::study::store::results::Results;
 use crate::wording;
 

@@ -8,13 +8,12 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
 use crate::study::content::Content;
-use crate::study::kinds::calibration::analysis::{
-    CalibratedConstant, CalibratedVariant, CalibrationFindings, mesh_is_doubtful, scaled, warnings_of,
-};
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
+use crate::study::kinds::calibration::findings::{CalibratedConstant, CalibratedVariant, CalibrationFindings};
 use crate::study::kinds::calibration::methods;
+use crate::study::kinds::calibration::words::{mesh_is_doubtful, scaled, warnings_of};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};

@@ -11,7 +11,8 @@ use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
 use crate::scene::column::{label, words};
 use crate::study::figures::axis_label;
-use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, scaled};
+use crate::study::kinds::calibration::findings::{CalibratedConstant, CalibratedVariant};
+use crate::study::kinds::calibration::words::scaled;
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 
