@@ -4,12 +4,9 @@ use crate::common::synthetic::study;
 use durometer::math::statistics::{larger, smaller};
 use durometer::report::numbers::percent;
 use durometer::study::analysis::Analysis;
-use durometer::study::curve::peak;
 use durometer::study::kinds::convergence::analysis::analyse;
-use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
-use durometer::study::kinds::convergence::report::quantities::quantities;
 use durometer::study::store::record::*;
 
 /// Time steps of static states that do not depend on the path measure the solver.

@@ -3,14 +3,11 @@
 use super::limits_of_families::of_family;
 use crate::common::synthetic::{SIZES, size, store, study};
 use durometer::report::numbers::percent_cell;
-use durometer::study::curve::peak;
-use durometer::study::estimate::family::estimate;
 use durometer::study::estimate::method::Method;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::figures;
 use durometer::study::kinds::convergence::report::quantities::quantities;
-use durometer::study::kinds::convergence::verdict;
 use durometer::study::report;
 use durometer::study::store::record::*;
 use durometer::study::store::results::Results;

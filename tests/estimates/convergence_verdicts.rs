@@ -1,14 +1,11 @@
 //! Verdicts of convergence studies with synthetic cases: what they say, and what is refused.
 
 use crate::common::synthetic::{SIZES, size, study};
-use durometer::math::statistics::smaller;
 use durometer::study::analysis::{Analysis, ByQuantity};
-use durometer::study::curve::peak;
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::richardson::Convergence;
 use durometer::study::estimate::tolerance::Tolerance;
 use durometer::study::kinds::convergence::analysis::analyse;
-use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use durometer::study::kinds::convergence::report::quantities::{quantities, settings};
 use durometer::study::kinds::convergence::verdict;

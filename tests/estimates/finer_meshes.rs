@@ -3,12 +3,9 @@
 use super::convergence_report::results;
 use crate::common::synthetic::study;
 use durometer::study::analysis::Analysis;
-use durometer::study::curve::peak;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::figures;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
-use durometer::study::kinds::convergence::report::quantities::settings;
-use durometer::study::kinds::convergence::verdict;
 use durometer::study::store::record::*;
 
 /// Every mesh of a grid has the source "grid".
