@@ -109,7 +109,7 @@ fn a_run_says_where_it_goes_beyond_the_data_of_its_law() {
     let notes = |law: &str, percent: f64| {
         let text = format!(
             "[mesh]\ngrid = {{ kind = 'box', size = ['10 mm', '10 mm', '10 mm'], divisions = [1, 1, 1] }}\n\
-             [laws.rubber]\n{law}\nnu = 0.49\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+             [laws.rubber]\nnu = 0.49\n{law}\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
              [[constraint]]\nkind = 'fixed'\nregion = 'xmin'\ncomponents = 'x'\n\
              [[constraint]]\nkind = 'fixed'\nregion = 'ymin'\ncomponents = 'y'\n\
              [[constraint]]\nkind = 'fixed'\nregion = 'zmin'\ncomponents = 'z'\n\
@@ -121,7 +121,8 @@ fn a_run_says_where_it_goes_beyond_the_data_of_its_law() {
         let scene = durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
         durometer::scene::beyond_data_notes(&scene, &scene.run().peak.x)
     };
-    let from_file = format!("include = '{}'", file.display());
+    let text = std::fs::read_to_string(&file).expect("a law file");
+    let from_file = text.replace("[provenance]", "[laws.rubber.provenance]");
     assert_eq!(notes(&from_file, 58.0), [""; 0]);
     let beyond = notes(&from_file, 80.0);
     let told = "laws.rubber is used beyond its data (stretches from 1.020 to 1.585) in 100.0 % of its volume, up to a state like a uniaxial stretch of 1.80:";
