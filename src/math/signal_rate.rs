@@ -58,12 +58,13 @@ impl Signal {
         }
     }
 
-    /// The latest time at which a ramp of it ends \[s\].
-    pub fn last_ramp_end(&self) -> Option<f64> {
+    /// The latest time at which a ramp of it ends, or at which a table has another value than before \[s\].
+    pub fn last_change(&self) -> Option<f64> {
         match self {
             Self::Ramp { from, to, end, .. } => (from != to).then_some(*end),
-            Self::Product(all) | Self::Sum(all) => all.iter().filter_map(Self::last_ramp_end).reduce(f64::max),
-            Self::Delay { signal, by } => signal.last_ramp_end().map(|end| end + by),
+            Self::Table(rows) => rows.windows(2).rfind(|pair| pair[0].1 != pair[1].1).map(|pair| pair[1].0),
+            Self::Product(all) | Self::Sum(all) => all.iter().filter_map(Self::last_change).reduce(f64::max),
+            Self::Delay { signal, by } => signal.last_change().map(|end| end + by),
             _ => None,
         }
     }
@@ -140,7 +141,9 @@ mod tests {
         let whole = Signal::RaisedCosine { amplitude: 0.25, frequency: 1.0 };
         assert!(whole.rate(Clock::from(1.0)) != 0.0 && !whole.moves_at(1.0, 2.0) && whole.moves_at(1.1, 2.0));
         let ramp = Signal::Ramp { from: 0.0, to: 1.0, start: 0.0, end: 2.0 };
-        assert_eq!((ramp.last_ramp_end(), whole.last_ramp_end()), (Some(2.0), None));
+        assert_eq!((ramp.last_change(), whole.last_change()), (Some(2.0), None));
+        let table = Signal::Table(vec![(0.0, 1.0), (2.0, 3.0), (4.0, 3.0)]);
+        assert_eq!(table.last_change(), Some(2.0));
         assert!(ramp.moves_at(1.0, 2.0) && !ramp.moves_at(2.0, 3.0) && !Signal::Constant(1.0).moves_at(0.0, 1.0));
     }
 

@@ -123,8 +123,15 @@ fn with_unit(text: &str, wanted: Dimension) -> String {
 
 /// Fact and remedy of a unit that is not known.
 fn unknown(unit: &str) -> String {
-    if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
-        return "write a decimal point, not a comma".into();
+    if let Some(rest) = unit.strip_prefix(',').filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
+        let digits = rest.chars().take_while(char::is_ascii_digit).count();
+        return match digits {
+            3 => {
+                "write no comma: leave it out where it marks thousands, and write a point where it is the decimal mark"
+                    .into()
+            }
+            _ => "write a decimal point, not a comma".into(),
+        };
     }
     let known: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
     let near = match unit.to_lowercase().as_str() {
@@ -159,6 +166,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("g", 1e-3, dim(0, 1, 0, 0)),
     ("N", 1.0, Dimension::FORCE),
     ("mN", 1e-3, Dimension::FORCE),
+    ("cN", 1e-2, Dimension::FORCE),
     ("kN", 1e3, Dimension::FORCE),
     ("gf", 9.80665e-3, Dimension::FORCE),
     ("kgf", 9.80665, Dimension::FORCE),
@@ -169,6 +177,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("MPa", 1e6, Dimension::PRESSURE),
     ("GPa", 1e9, Dimension::PRESSURE),
     ("bar", 1e5, Dimension::PRESSURE),
+    ("mbar", 1e2, Dimension::PRESSURE),
     ("psi", 6894.757293168361, Dimension::PRESSURE),
     ("ksi", 6894757.293168361, Dimension::PRESSURE),
     ("rad", 1.0, Dimension::ANGLE),
@@ -240,14 +249,46 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 
-/// True of a unit that is known.
-pub fn is_unit(text: &str) -> bool {
-    quantity(&format!("1 {text}")).is_ok()
+/// A unit as machines spell it, in the spelling of the program: `N/mm2`, `Mpa`, `inch`, `msec`. What may be two units is not changed: `mpa`.
+pub fn spelled(unit: &str) -> String {
+    let one = |part: &str| {
+        let part = part.trim().trim_end_matches('.').replace("**", "^");
+        let name = part.trim_end_matches(|c: char| c.is_ascii_digit());
+        let bare = name.chars().all(char::is_alphabetic) && !name.is_empty() && name.len() < part.len();
+        let (name, power) =
+            if bare { (name, format!("^{}", &part[name.len()..])) } else { (part.as_str(), String::new()) };
+        let known = match name {
+            "Mpa" | "MPA" => "MPa",
+            "kpa" | "Kpa" | "KPa" | "KPA" => "kPa",
+            "Gpa" | "GPA" => "GPa",
+            "pa" | "PA" => "Pa",
+            "Psi" | "PSI" => "psi",
+            "Ksi" | "KSI" => "ksi",
+            "kn" | "Kn" | "KN" => "kN",
+            "Newton" | "Newtons" | "newton" => "N",
+            "kp" => "kgf",
+            "LBF" | "Lbf" => "lbf",
+            "MM" => "mm",
+            "μm" => "um",
+            "inch" | "inches" | "IN" | "In" => "in",
+            "sec" | "Sec" | "secs" | "second" | "seconds" => "s",
+            "msec" | "msecs" | "millisecond" | "milliseconds" => "ms",
+            "minute" | "minutes" => "min",
+            other => other,
+        };
+        format!("{known}{power}")
+    };
+    unit.split('/').map(one).collect::<Vec<_>>().join("/")
 }
 
-/// A unit over another one; `None` where one of them is unknown, or they are of different dimensions.
+/// True of a unit that is known, also as machines spell it.
+pub fn is_unit(text: &str) -> bool {
+    quantity(&format!("1 {}", spelled(text))).is_ok()
+}
+
+/// A unit over another one, as machines spell them; `None` where one of them is unknown, or they are of different dimensions.
 pub fn ratio(unit: &str, other: &str) -> Option<f64> {
-    let size = |unit: &str| quantity(&format!("1 {unit}")).ok();
+    let size = |unit: &str| quantity(&format!("1 {}", spelled(unit))).ok();
     let ((a, one), (b, two)) = (size(unit)?, size(other)?);
     (one == two).then_some(a / b)
 }
@@ -366,6 +407,15 @@ mod tests {
     }
 
     #[test]
+    fn units_are_known_as_machines_spell_them() {
+        for (unit, other, size) in [("inch", "mm", 25.4), ("msec", "s", 1e-3), ("μm", "mm", 1e-3), ("mbar", "kPa", 0.1)]
+        {
+            assert!((ratio(unit, other).expect("known") / size - 1.0).abs() < 1e-12, "{unit}");
+        }
+        assert!(ratio("inch", "s").is_none() && ratio("furlong", "mm").is_none() && !is_unit("pull"));
+    }
+
+    #[test]
     fn shows_numbers_without_the_rounding_of_a_conversion() {
         let density = parse("0.93 g/cm^3", Dimension::DENSITY).expect("a density");
         assert!(density != 930.0 && shown(density) == 930.0, "{density}");
@@ -385,6 +435,7 @@ mod tests {
         assert!(message("1 inch", Dimension::LENGTH).ends_with("did you mean in?"));
         assert!(message("1 furlong", Dimension::LENGTH).contains("the units are m, cm, mm"));
         assert!(message("0,1 s", Dimension::TIME).ends_with("write a decimal point, not a comma"));
+        assert!(message("100,000 Pa", Dimension::PRESSURE).contains("leave it out where it marks thousands"));
         assert!(message("soft", Dimension::PRESSURE).contains("finite number"));
         assert!(message("inf Pa", Dimension::PRESSURE).contains("finite number"));
         for text in ["1e308 MPa", "1e-320 mm^3", "1 GPa^99", "1 m^127 m^127 m^-127 m^-127 m^-127 um^127 um^127"] {

@@ -159,7 +159,7 @@ pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Resul
     check_masses(builder)?;
     check_motions(builder, stages)?;
     let notes: Vec<String> =
-        conditional_rules(builder).chain(fast_signals(builder)).chain(unfinished_ramps(builder)).collect();
+        conditional_rules(builder).chain(fast_signals(builder)).chain(unfinished_signals(builder)).collect();
     builder.notes.extend(notes);
     Ok(())
 }
@@ -214,13 +214,13 @@ fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
     })
 }
 
-/// Notes on ramps that end after the run.
-fn unfinished_ramps(builder: &Builder) -> impl Iterator<Item = String> {
+/// Notes on ramps and tables that go on after the run.
+fn unfinished_signals(builder: &Builder) -> impl Iterator<Item = String> {
     let end = builder.spans.last().map_or(0.0, |span| span.end);
     builder.signals.iter().filter_map(move |NamedSignal { name, signal }| {
-        let late = signal.last_ramp_end().filter(|late| *late > end * (1.0 + 1e-9))?;
+        let late = signal.last_change().filter(|late| *late > end * (1.0 + 1e-9))?;
         Some(format!(
-            "the signal {name} does not reach its end: a ramp of it ends at t = {late} s, and the run at t = {end} s"
+            "the signal {name} does not reach its end: it changes until t = {late} s, and the run ends at t = {end} s"
         ))
     })
 }

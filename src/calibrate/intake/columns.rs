@@ -5,7 +5,7 @@ use super::names::{self, Ranked, SURE, StrainKind, StressKind};
 use super::roles::Role;
 use super::table::{Decimal, Line, is_number};
 use crate::calibrate::{FitError, Mode};
-use crate::math::units::Dimension;
+use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -432,7 +432,7 @@ fn stress_column(
     };
     contradiction(notes, &name, stated.as_ref(), choice.stress_unit.as_ref());
     match names::factor(&unit, dimension) {
-        Some(factor) => Ok(Column { at, name, kind, unit: names::spelled(&unit), stated: true, factor }),
+        Some(factor) => Ok(Column { at, name, kind, unit: units::spelled(&unit), stated: true, factor }),
         None => {
             let flag = "stress-unit";
             Err(FitError::Unit { file: file.into(), column: name, unit, wanted, example, flag })

@@ -159,7 +159,7 @@ impl Dimensions {
     pub fn of_header(header: &[(String, String)]) -> (Self, Vec<Unclear>) {
         let read = |(name, value): &(String, String)| {
             let key = named(name).or_else(|| symbol(name))?;
-            let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {}", names::spelled(&u)));
+            let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {}", units::spelled(&u)));
             let mut one = Self::default();
             one.set(key, &text).or_else(|_| one.set(key, &text.replace(',', "."))).ok()?;
             Some((key, (*one.slot(key)?)?, format!("\"{name}: {value}\"")))

@@ -346,36 +346,7 @@ pub fn strain_factor(unit: &str) -> Option<f64> {
 
 /// Factor to SI of a unit as machines spell it.
 pub fn factor(unit: &str, dimension: Dimension) -> Option<f64> {
-    units::parse(&format!("1 {}", spelled(unit)), dimension).ok()
-}
-
-/// A unit as machines spell it, in the spelling of the program: `N/mm2`, `Mpa`, `inch`. What may be two units is not changed: `mpa`.
-pub fn spelled(unit: &str) -> String {
-    let one = |part: &str| {
-        let part = part.trim().trim_end_matches('.').replace("**", "^");
-        let name = part.trim_end_matches(|c: char| c.is_ascii_digit());
-        let bare = name.chars().all(char::is_alphabetic) && !name.is_empty() && name.len() < part.len();
-        let (name, power) =
-            if bare { (name, format!("^{}", &part[name.len()..])) } else { (part.as_str(), String::new()) };
-        let known = match name {
-            "Mpa" | "MPA" => "MPa",
-            "kpa" | "Kpa" | "KPa" | "KPA" => "kPa",
-            "Gpa" | "GPA" => "GPa",
-            "pa" | "PA" => "Pa",
-            "Psi" | "PSI" => "psi",
-            "Ksi" | "KSI" => "ksi",
-            "kn" | "Kn" | "KN" => "kN",
-            "Newton" | "Newtons" | "newton" => "N",
-            "kp" => "kgf",
-            "LBF" | "Lbf" => "lbf",
-            "MM" => "mm",
-            "μm" => "um",
-            "inch" | "inches" | "IN" | "In" => "in",
-            other => other,
-        };
-        format!("{known}{power}")
-    };
-    unit.split('/').map(one).collect::<Vec<_>>().join("/")
+    units::parse(&format!("1 {}", units::spelled(unit)), dimension).ok()
 }
 
 /// The contents of brackets in a name, in order.

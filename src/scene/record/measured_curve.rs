@@ -97,7 +97,7 @@ fn factor(file: &str, table: &Named, k: usize, w: &Wanted) -> Result<f64, Measur
     let (file, column) = (file.to_string(), table.name(k).to_string());
     match (w.factor, table.unit(k)) {
         (Some(stated), _) => Ok(stated),
-        (None, Some(unit)) => in_unit_of(w.recorded, &format!("1 {unit}").as_str().into())
+        (None, Some(unit)) => in_unit_of(w.recorded, &format!("1 {}", units::spelled(&unit)).as_str().into())
             .map_err(|e| MeasuredError::Unit { file, column, unit, why: format!("cannot be taken: {e}") }),
         (None, None) => Err(MeasuredError::NoUnit { file, column: w.spec.column.clone(), example: "mm" }),
     }

@@ -16,19 +16,21 @@ pub(super) fn read_signal(
     dimension: Dimension,
 ) -> Result<Vec<(f64, f64)>, String> {
     let bytes = storage::read(path, DATA_LIMIT).map_err(|e| format!("{e}; the path is relative to the scene"))?;
-    let mut reader = csv::Reader::from_reader(bytes.as_slice());
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes.as_slice());
     let header = reader.headers().map_err(|e| format!("line 1: {e}; write for example \"t_s,value\""))?;
     check_header(two_columns(header)?, (unit, factor), dimension)?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
-    for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
-        let (t, value) = record.map_err(|_| {
-            format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2)
+    for record in reader.records() {
+        let record = record.map_err(|e| e.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let (t, value) = record.deserialize::<(f64, f64)>(None).map_err(|_| {
+            format!("line {line}: two numbers are needed (time in s, value in {unit}), separated by a comma")
         })?;
         if !t.is_finite() || !(value * factor).is_finite() {
-            return Err(format!("line {}: time or value is no finite number", k + 2));
+            return Err(format!("line {line}: time or value is no finite number"));
         }
         if rows.last().is_some_and(|last| last.0 >= t) {
-            return Err(format!("line {}: time must increase from row to row", k + 2));
+            return Err(format!("line {line}: time must increase from row to row"));
         }
         rows.push((t, value * factor));
     }
@@ -89,7 +91,9 @@ impl NamedUnit<'_> {
 
 /// The unit in brackets, or else after the last underscore or space, of a column that is expected to have this dimension.
 fn named_unit(name: &str, expected: Dimension) -> Option<NamedUnit<'_>> {
-    let read = |name| units::parts(&format!("1 {name}")).ok().map(|(_, _, factor, dimension)| (factor, dimension));
+    let read = |name| {
+        units::parts(&format!("1 {}", units::spelled(name))).ok().map(|(_, _, factor, dimension)| (factor, dimension))
+    };
     let unit = |name| {
         let found = read(name).filter(|_| !matches!(name, "" | "1"));
         found.map(|(factor, dimension)| NamedUnit { name, factor, dimension })
@@ -127,6 +131,9 @@ mod tests {
             (["t (min)", "u"], "in min, and must be in s"),
             (["t", "u [m]"], "are in m, and the scene says unit = \"mm\""),
             (["t_s", "u_m"], "are in m, and the scene says unit = \"mm\""),
+            (["t (msec)", "u"], "in msec, and must be in s"),
+            (["t", "u [inch]"], "are in inch, and the scene says unit = \"mm\""),
+            (["t", "u (μm)"], "are in μm"),
             (["t_s", "force_N"], "are in N, and the scene says unit = \"mm\""),
             (["t", "p (kPa)"], "are in kPa"),
             (["u", "t"], "put the time first"),
@@ -147,6 +154,20 @@ mod tests {
         assert!(refused(&["t_s;u_mm"]).contains("separated by semicolons; separate them by commas"));
         assert!(refused(&["t_s\tu_mm"]).contains("separated by tabs"));
         assert_eq!(two_columns(&of(&["t_s ", " u_mm"])), Ok(["t_s", "u_mm"]));
+    }
+
+    /// Blanks after commas and lines of comment are taken, and lines are counted as the file has them.
+    #[test]
+    fn tables_are_read_as_they_are_written() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text).expect("room");
+            read_signal(&path, ("mm", 1e-3), Dimension::LENGTH)
+        };
+        assert_eq!(read("# pulled by hand\nt_s, u_mm\n0, 0\n\n1.5,\t2\n"), Ok(vec![(0.0, 0.0), (1.5, 2e-3)]));
+        let error = read("t_s,u_mm\n0,0\n\n\n1,a\n").expect_err("no number");
+        assert!(error.starts_with("line 5: two numbers are needed"), "{error}");
     }
 
     #[test]
