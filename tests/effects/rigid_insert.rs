@@ -162,6 +162,12 @@ region = "xmax"
             assert!((fallen / (10.0 * 10.0 * 1e-4) - 1.0).abs() < 1e-6, "{order:?} {end}: {fallen} m");
         }
     }
+    let told = |text: &str| {
+        let of_inertia = |note: &String| note.contains("moments of inertia of rigid parts too large");
+        scene(beam(Order::Linear), text).notes.iter().any(of_inertia)
+    };
+    let lumped = text.replace("\"consistent\"", "\"lumped\"");
+    assert!(!told(text) && told(&lumped) && !told(&lumped.replace("region = \"body\"", "region = \"soft\"")));
 }
 
 /// Derivatives by the constants of the soft half, with a rigid one, against differences of runs.

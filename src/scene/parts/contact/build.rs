@@ -50,10 +50,27 @@ pub(in crate::scene) fn build_contacts(
             let fact = format!("another contact is called \"{}\" too", contact.name);
             return Err(builder.content(&place, fact, "give each a `name` of its own"));
         }
+        check_pair(builder, &place, contact, &specs[..k])?;
         let carriers = contact.motion.as_ref().map(|_| four());
         contacts.push(build_contact(builder, &place, contact, (&bodies, carriers))?);
     }
     Ok((bodies, contacts))
+}
+
+/// Refuses a contact of two surfaces that an earlier one is of, whichever of them is the obstacle: both would press, each with the force of one.
+fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[ContactSpec]) -> Result<(), SceneError> {
+    fn pair(spec: &ContactSpec) -> Option<[&str; 2]> {
+        let ShapeSpec::Region { region } = &spec.obstacle else { return None };
+        let mut names = [spec.region.as_str(), region.as_str()];
+        names.sort_unstable();
+        Some(names)
+    }
+    let Some(k) = pair(spec).and_then(|own| earlier.iter().position(|other| pair(other) == Some(own))) else {
+        return Ok(());
+    };
+    let fact =
+        format!("it is of the same two surfaces as contact {} ({}), and the two would add up", k + 1, earlier[k].name);
+    Err(builder.content(place, fact, "keep one of the two; its force is that of the whole contact"))
 }
 
 /// Young's modulus of the stiffest law \[Pa\], 0 without one.

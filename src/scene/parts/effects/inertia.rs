@@ -9,6 +9,7 @@ use crate::scene::text::quantity::Density;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 
 /// Inertia of a region.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -80,6 +81,21 @@ impl EffectPart for InertiaSpec {
 
     fn needs_rates(&self) -> bool {
         true
+    }
+
+    fn note(&self, builder: &mut Builder) {
+        let cells: BTreeSet<u32> = builder
+            .regions
+            .get(&self.region)
+            .map_or_else(BTreeSet::new, |region| region.cells.iter().copied().collect());
+        if self.mass != LumpingSpec::Consistent && builder.rigid_cells.iter().any(|c| cells.contains(c)) {
+            builder.notes.push(format!(
+                "inertia of {}: mass = \"{}\" makes the moments of inertia of rigid parts too large, the more the fewer cells lie across them; \
+                 give these cells an inertia with mass = \"consistent\", which is exact there",
+                self.region,
+                self.mass.name()
+            ));
+        }
     }
 
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
