@@ -30,8 +30,8 @@ pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     let model = Model::new(&request.options.law, request.options.terms)?;
     let columns = ColumnChoice { compressible: model.form.compressible, ..request.columns.clone() };
     let experiment = read(&FitRequest { columns, ..request.clone() })?;
-    let poisson = poisson::of_request(request, model)?;
-    fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })
+    let poisson = poisson::of_request(request, model, &experiment)?;
+    poisson::check_slack(fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })?)
 }
 
 /// The tables of a request as one.

@@ -3,14 +3,24 @@
 //! The law has one ν in all terms, with which ln λ_t = −ν ln λ in uniaxial stress whatever its other constants are: the lateral stretch of zero
 //! lateral stress in closed form. ν is therefore the slope of that line, with the errors of direct fits ([`crate::calibrate::volume`]), and the stress is
 //! fitted at this ν. Its interval is a stated error that all data points share, of which [`super::judgement::measurement`] takes account.
+//!
+//! Limits: the tables are read as they are written, in all rows. Where the stretches that are fitted are others, by slack, toe, compliance or a strain of another kind than its name
+//! says, or some rows are of another mode than uniaxial, there is no ν by this line, and it has to be given.
 
 use super::intake::accuracy::SharedError;
-use super::volume::{VolumeError, VolumeRequest, VolumeTest, fit_volume};
-use super::{Bounded, ColumnError, FitError, FitOptions, FitRequest, Model, Partner, Poisson, Role};
+use super::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
+use super::{
+    Bounded, ColumnError, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Poisson, Role,
+    Sample,
+};
 use crate::wording::all;
 
 /// Poisson's ratio for a request: the given one, else that of the lateral strain. `None` for laws that are fitted as incompressible.
-pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>, FitError> {
+///
+/// # Errors
+///
+/// Where neither is there, the lateral strain is not that of the data points of the `experiment`, or that of a material which keeps its volume.
+pub fn of_request(request: &FitRequest, model: Model, experiment: &Experiment) -> Result<Option<Poisson>, FitError> {
     if !model.form.compressible || request.options.partner.is_some() {
         return Ok(of_options(&request.options, model)?.1);
     }
@@ -32,10 +42,54 @@ pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>,
     };
     let law = model.name();
     let fit = fit_volume(&volume).map_err(|e| FitError::NoPoisson { law, reason: reason(&e) })?;
+    if let Some(reason) = other_points(&fit, request, experiment) {
+        return Err(FitError::NoPoisson { law, reason });
+    }
     if fit.bound_only {
         return Err(FitError::NoFoam { law, low: fit.value.interval[0] });
     }
     Ok(Some(Poisson { ratio: fit.value, measured: true, doubts: fit.summary.messages }))
+}
+
+/// Difference of ln λ below which two data points are the same \[–\]
+const SAME: f64 = 1e-9;
+
+/// Why the lateral strain is not that of the data points that are fitted.
+fn other_points(fit: &VolumeFit, request: &FitRequest, experiment: &Experiment) -> Option<String> {
+    let is_in_range = |s: &&Sample| request.options.range.is_none_or(|range| range.contains(s.stretch));
+    let samples = || experiment.samples.iter().filter(is_in_range);
+    if let Some(other) = samples().find(|s| s.mode != Mode::Uniaxial) {
+        let rows = "the lateral strain of all rows is compared with their strain as in a uniaxial test, and some are";
+        return Some(format!(
+            "{rows} {} (line {}); fit the uniaxial rows in a table of their own",
+            other.mode.words(),
+            other.line
+        ));
+    }
+    let mut known = fit.abscissas.clone();
+    known.sort_by(f64::total_cmp);
+    let is_known = |s: &Sample| {
+        let ln = s.stretch.ln();
+        known.get(known.partition_point(|x| *x < ln - SAME)).is_some_and(|x| *x <= ln + SAME)
+    };
+    let other = samples().find(|s| s.is_informative() && !is_known(s))?;
+    Some(format!(
+        "the lateral strain is compared with the strain as the table has it, and the fit takes another one (line {}: stretch {:.6}), by a treatment or a stated kind of strain",
+        other.line, other.stretch
+    ))
+}
+
+/// Refuses a fit with slack at a ratio by the lateral strain, which is compared with a strain that has the slack in it.
+pub fn check_slack(fit: FitResult) -> Result<FitResult, FitError> {
+    let is_measured = fit.poisson.as_ref().is_some_and(|poisson| poisson.measured);
+    match fit.slack.first().filter(|_| is_measured) {
+        None => Ok(fit),
+        Some(slack) => {
+            let fact =
+                format!("the strain has a slack of {:.4}, with which its lateral strain says nothing", slack.strain);
+            Err(FitError::NoPoisson { law: fit.law, reason: format!("{fact}; without it the fit takes --slack no") })
+        }
+    }
 }
 
 /// Why the tables give no ratio, with the flags of `fit`.

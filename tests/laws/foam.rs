@@ -3,7 +3,8 @@
 use crate::common;
 use crate::common::{Random, column, run, scene};
 use durometer::calibrate::{
-    FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, fit, fit_experiment,
+    FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, SlackChoice, StrainKind, fit,
+    fit_experiment,
 };
 use durometer::material::{LoadCase, Want};
 use durometer::math::tensor::Mat3;
@@ -230,6 +231,29 @@ fn a_foam_without_its_ratio_is_refused() {
     let experiment = common::made::table(vec![]);
     let message = fit_experiment(&experiment, &FitOptions::new("hyperfoam")).expect_err("no ratio");
     assert!(matches!(message, FitError::NoPoisson { .. }), "{message}");
+    // ν is read from the rows as they are written
+    let mut kind = measured.clone();
+    kind.columns.strain_kind = Some(StrainKind::True);
+    refused(&kind, "the fit takes another one (line 2: stretch");
+    let head = text.lines().next().expect("names");
+    let rows = |mode: &str, lines: std::ops::Range<usize>| -> String {
+        text.lines()
+            .skip(1)
+            .enumerate()
+            .filter(|(k, _)| lines.contains(k))
+            .map(|(_, line)| format!("{line},{mode}\n"))
+            .collect()
+    };
+    let path = measured.data.with_file_name("modes.csv");
+    std::fs::write(&path, format!("{head},mode\n{}{}", rows("uniaxial", 0..25), rows("planar", 25..50)))
+        .expect("written");
+    refused(
+        &FitRequest { data: path, ..measured.clone() },
+        "some are planar (line 27); fit the uniaxial rows in a table of their own",
+    );
+    let mut slack = measured.clone();
+    slack.options.slack = SlackChoice::Yes;
+    refused(&slack, "with which its lateral strain says nothing; without it the fit takes --slack no");
     // Softening has no isochoric part to act on
     let mut cyclic = measured;
     cyclic.options.partner = Some(Partner::Nu(NU));

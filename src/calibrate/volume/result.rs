@@ -58,6 +58,9 @@ pub struct VolumeFit {
     pub bound_only: bool,
     /// Words, data and curve
     pub summary: FitSummary,
+    /// Abscissas of the data points: of a lateral strain ln λ \[–\]
+    #[serde(skip)]
+    pub(in crate::calibrate) abscissas: Vec<f64>,
 }
 
 /// Misfit below which a bend is rounding \[–\]
@@ -207,6 +210,7 @@ pub fn words(data: Data, test: VolumeTest, tried: &[Tried], points: &Points, lin
         misfit: line.misfit,
         bound_only,
         summary,
+        abscissas: points.x.clone(),
     }
 }
 
