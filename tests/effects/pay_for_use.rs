@@ -10,6 +10,7 @@ use durometer::solve::Status;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
+use std::sync::OnceLock;
 
 const GRAVITY: &str = "effect.+={ kind = \"gravity\", region = \"body\", density = \"1 g/cm^3\", direction = [0, 0, -1], acceleration = \"9.81 m/s^2\" }";
 /// Of the scene: one pass over its blocks costs at least an instruction for each.
@@ -43,6 +44,12 @@ fn instructions(changes: &[&str]) -> Option<BTreeMap<String, u64>> {
     let output = command.current_dir(root()).output().expect("valgrind starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(by_file(&std::fs::read_to_string(out).expect("valgrind has written its counts")))
+}
+
+/// Those of the scene as it is, which are counted once.
+fn of_scene() -> Option<&'static BTreeMap<String, u64>> {
+    static COUNTS: OnceLock<Option<BTreeMap<String, u64>>> = OnceLock::new();
+    COUNTS.get_or_init(|| instructions(&[])).as_ref()
 }
 
 /// The format of callgrind: `fl=(3) path` names a file once and is the current one from then on, as are `fi` and `fe` of
@@ -89,17 +96,17 @@ fn effect_files() -> Vec<String> {
 /// a file that was not meant: fewer than cells are allowed, and one pass over a body takes at least one for each.
 #[test]
 fn what_is_not_declared_is_not_executed() {
-    let Some(counts) = instructions(&[]) else { return };
+    let Some(counts) = of_scene() else { return };
     let declared = ["cable.rs", "cell.rs", "elastic.rs", "pressure_scatter.rs"];
     for name in effect_files() {
-        let n = of(&counts, &format!("effect/{name}"));
+        let n = of(counts, &format!("effect/{name}"));
         match declared.contains(&name.as_str()) {
             true => assert!(n > CELLS, "{name} is declared, and was seen for {n} instructions"),
             false => assert!(n < CELLS, "{name} is not declared, and {n} instructions of it were executed"),
         }
     }
     for law in LAWS.iter().map(|l| l.info.name) {
-        let n = of(&counts, &format!("material/{law}.rs"));
+        let n = of(counts, &format!("material/{law}.rs"));
         assert_eq!(n >= CELLS, law == "neo_hookean", "law {law}: {n} instructions");
     }
     // It can fail: declared, the same file is seen.
@@ -112,7 +119,7 @@ fn what_is_not_declared_is_not_executed() {
 /// when the system is built, so a kind more in them cannot make a step more expensive. 0.1 % leaves room for hashes that differ.
 #[test]
 fn a_step_does_not_see_the_registry() {
-    let (Some(short), Some(long)) = (instructions(&[]), instructions(&["stage.0.duration=\"2 s\""])) else { return };
+    let (Some(short), Some(long)) = (of_scene(), instructions(&["stage.0.duration=\"2 s\""])) else { return };
     for file in [
         "scene/parts/effects/mod.rs",
         "scene/build/mod.rs",
@@ -120,11 +127,11 @@ fn a_step_does_not_see_the_registry() {
         "scene/stages.rs",
         "material/registry.rs",
     ] {
-        let (a, b) = (of(&short, file), of(&long, file));
+        let (a, b) = (of(short, file), of(&long, file));
         assert!(a > 0, "{file} was not seen at all");
         assert!(a.abs_diff(b) as f64 <= 1e-3 * a as f64, "{file}: {a} instructions for 4 steps, {b} for 8");
     }
-    let [a, b] = [&short, &long].map(|counts| of(counts, "system/assembly.rs") as f64);
+    let [a, b] = [short, &long].map(|counts| of(counts, "system/assembly.rs") as f64);
     assert!(b > 1.3 * a, "twice the steps must be assembled more often: {a}, {b}");
 }
 

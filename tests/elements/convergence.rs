@@ -73,8 +73,9 @@ fn orders(name: &str, amplitude: f64, order: Order, n: usize) -> [f64; 2] {
     found
 }
 
-fn check(name: &str, amplitude: f64) {
-    for (order, p, n) in [(Order::Linear, 1.0, 8), (Order::Quadratic, 2.0, 4)] {
+/// On coarse meshes of so many boxes a side for each element.
+fn check(name: &str, amplitude: f64, boxes: [usize; 2]) {
+    for ((order, p), n) in [(Order::Linear, 1.0), (Order::Quadratic, 2.0)].into_iter().zip(boxes) {
         let [l2, h1] = orders(name, amplitude, order, n);
         assert!((l2 - p - 1.0).abs() <= 0.1, "{name} {order:?}: order {l2} in L2");
         assert!((h1 - p).abs() <= 0.1, "{name} {order:?}: order {h1} in H1");
@@ -83,11 +84,11 @@ fn check(name: &str, amplitude: f64) {
 
 #[test]
 fn linear_law_converges_with_the_order_of_theory() {
-    check("linear", 0.01);
+    check("linear", 0.01, [6, 3]);
 }
 
 /// Strains of about 15 %.
 #[test]
 fn neo_hookean_law_converges_with_the_order_of_theory() {
-    check("neo_hookean", 0.1);
+    check("neo_hookean", 0.1, [8, 4]);
 }

@@ -10,33 +10,33 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::system::{At, Rates, System, Want};
 
-/// Reference 6.93 ± .02; at n = 32 locking-free tet4 within 3 %, tet10 within .5 %, on both diagonal patterns; the
-/// displacement formulation on tet4 stays more than 25 % low, and only there the alarm rings. Measured scatters: 15 and 18
+/// Reference 6.93 ± .02; at n = 32 locking-free tet4 within 3 %, tet10 within .5 %, and within 1 % with one pressure a cell at n = 16; the
+/// displacement formulation on tet4 stays more than 25 % low, and only there the alarm rings. Measured scatters: 14 to 18
 /// locked, at most 0.3 else; the threshold is 0.5.
 #[test]
 fn cooks_membrane() {
-    check_cooks_membrane(false);
+    check_cooks_membrane(32, false);
 }
 
-/// The same with the diagonals of the cells the other way round.
+/// The same with the diagonals of the cells the other way round, which is accurate at n = 16 already.
 #[test]
 fn cooks_membrane_mirrored() {
-    check_cooks_membrane(true);
+    check_cooks_membrane(16, true);
 }
 
-fn check_cooks_membrane(mirrored: bool) {
-    for (order, formulation, accept) in [
-        (Order::Linear, Formulation::Mixed, 0.03),
-        (Order::Quadratic, Formulation::Mixed, 0.005),
-        (Order::Quadratic, Formulation::MeanDilatation, 0.01),
+fn check_cooks_membrane(n: usize, mirrored: bool) {
+    for (order, formulation, n, accept) in [
+        (Order::Linear, Formulation::Mixed, n, 0.03),
+        (Order::Quadratic, Formulation::Mixed, n, 0.005),
+        (Order::Quadratic, Formulation::MeanDilatation, 16, 0.01),
     ] {
-        let (mesh, x) = bent(32, order, formulation, mirrored);
+        let (mesh, x) = bent(n, order, formulation, mirrored);
         let (u, found) =
             (tip(&mesh, &x), pressure_scatter(&*stressed(&mesh, rubber(), formulation), &x).expect("a sheared body"));
         assert!((u / 6.93 - 1.0).abs() < accept, "{order:?} {formulation:?} mirrored {mirrored}: {u}");
         assert!(found.scatter < 0.5 && !found.alarm, "{order:?} {formulation:?} mirrored {mirrored}: {found:?}");
     }
-    let (mesh, x) = bent(32, Order::Linear, Formulation::Displacement, mirrored);
+    let (mesh, x) = bent(n, Order::Linear, Formulation::Displacement, mirrored);
     let found = pressure_scatter(&*stressed(&mesh, rubber(), Formulation::Displacement), &x).expect("a sheared body");
     let locked = tip(&mesh, &x);
     assert!(locked < 0.75 * 6.93, "tet4 displacement gives {locked}: no lock?");

@@ -228,12 +228,12 @@ fn what_cannot_be_judged_is_refused() {
     assert!(idle.contains("truth tet10") && idle.contains("no effect"), "{idle}");
 }
 
-/// The quick problems of the shipped study in one material: no bar from one run is missed, and every case has an estimate.
+/// The quick problems of the shipped study in one material and with one seed: no bar from one run is missed, and every case has an estimate.
 #[test]
 fn a_part_of_the_shipped_study() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/coverage/study.toml");
     let mut study = Study::read_extent(&file, &[], Extent::Quick).unwrap_or_else(|e| panic!("{e}"));
-    study.cases.retain(|c| c.variant == "nu0.45");
+    study.cases.retain(|c| c.variant == "nu0.45" && !c.family.ends_with("-b"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     run_study(&study, folder.path(), None);
     let store = results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));

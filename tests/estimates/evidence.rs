@@ -4,6 +4,7 @@ use crate::common::studies::run_folder;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::store::record::{CaseRecord, StoredCase};
 use durometer::study::store::results::{Results, read};
+use std::sync::OnceLock;
 
 /// A block that is pulled, with a law whose file knows μ within 10 %.
 const SCENE: &str = r#"
@@ -46,14 +47,18 @@ tolerance = "5 %"
 error_estimates = true
 [[variant]]
 name = "pull"
-quantity = [{ name = "xmax_x_m", label = "way of the end", symbol = "u", unit = "m" }]
+quantity = [
+  { name = "xmax_x_m", label = "way of the end", symbol = "u", unit = "m" },
+  { name = "work_J", label = "work", symbol = "W", unit = "J" },
+  { name = "elastic_J", label = "elastic energy", symbol = "W", unit = "J" },
+]
 [[family]]
 name = "sizes"
 role = "sizes"
 [family.members]
-a = { "mesh.grid.divisions" = [4, 2, 2] }
-b = { "mesh.grid.divisions" = [6, 3, 3] }
-c = { "mesh.grid.divisions" = [8, 4, 4] }
+a = { "mesh.grid.divisions" = [2, 1, 1] }
+b = { "mesh.grid.divisions" = [4, 2, 2] }
+c = { "mesh.grid.divisions" = [6, 3, 3] }
 [[family]]
 name = "dt"
 role = "time_step"
@@ -62,14 +67,19 @@ nominal = { "mesh.grid.divisions" = [4, 2, 2] }
 fine = { "mesh.grid.divisions" = [4, 2, 2], "stage.0.dt" = "0.25 s" }
 "#;
 
-fn results(study: &str) -> (tempfile::TempDir, Results) {
+fn results(study: &str) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, text) in [("scene.toml", SCENE), ("law.toml", LAW), ("study.toml", study)] {
         std::fs::write(folder.path().join(name), text).expect("writable");
     }
     run_folder(folder.path());
-    let results = read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
-    (folder, results)
+    read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Those of the study as it is, which is run once.
+fn of_study() -> &'static Results {
+    static RESULTS: OnceLock<Results> = OnceLock::new();
+    RESULTS.get_or_init(|| results(STUDY))
 }
 
 fn record<'a>(cases: &'a [StoredCase], id: &str) -> &'a CaseRecord {
@@ -78,7 +88,7 @@ fn record<'a>(cases: &'a [StoredCase], id: &str) -> &'a CaseRecord {
 
 #[test]
 fn one_run_and_the_constants_are_evidence_of_their_own() {
-    let (_keep, results) = results(STUDY);
+    let results = of_study();
     let finest = record(&results.cases, "sizes-pull-c");
     let own = finest.one_run.as_ref().expect("the study asks for it");
     assert!(own.refused.is_none() && own.quantities.contains_key("xmax_x_m"), "{own:?}");
@@ -110,17 +120,17 @@ fn one_run_and_the_constants_are_evidence_of_their_own() {
 /// An estimate that contradicts the families widens the reference, and is said.
 #[test]
 fn a_disagreement_with_one_run_widens_the_reference() {
-    let (_keep, mut results) = results(STUDY);
-    let before = analyse(&results.study, &results.cases);
+    let Results { study, cases, .. } = of_study();
+    let (before, mut cases) = (analyse(study, cases), cases.clone());
     let of = |a: &durometer::study::analysis::Analysis<_>| -> durometer::study::estimate::reference::Reference {
         let found: &durometer::study::kinds::convergence::findings::ConvergenceFindings = &a.found;
         found.find("pull", "xmax_x_m").and_then(|q| q.reference.clone()).expect("a reference")
     };
-    let finest = results.cases.iter_mut().find(|c| c.record.id == "sizes-pull-c").expect("a result");
+    let finest = cases.iter_mut().find(|c| c.record.id == "sizes-pull-c").expect("a result");
     let error = finest.record.one_run.as_mut().and_then(|o| o.quantities.get_mut("xmax_x_m")).expect("an estimate");
     let size = of(&before).value.abs();
     error.correction += 0.03 * size;
-    let after = analyse(&results.study, &results.cases);
+    let after = analyse(study, &cases);
     assert!(of(&after).uncertainty > 0.025 * size, "{:?}", of(&after));
     assert!(after.warnings.iter().any(|w| w.contains("has grown to reach it")), "{:?}", after.warnings);
 }
@@ -128,10 +138,7 @@ fn a_disagreement_with_one_run_widens_the_reference() {
 /// Energies have no estimate, and take nothing from the quantities that have one.
 #[test]
 fn a_column_without_an_estimate_leaves_those_of_the_others() {
-    let energy = |name: &str| format!("{{ name = \"{name}\", label = \"{name}\", symbol = \"W\", unit = \"J\" }}");
-    let own = "quantity = [{ name";
-    let study = STUDY.replace(own, &format!("quantity = [{}, {}, {{ name", energy("work_J"), energy("elastic_J")));
-    let (_keep, results) = results(&study);
+    let results = of_study();
     for c in &results.cases {
         let own = c.record.one_run.as_ref().expect("the study asks for it");
         assert!(own.refused.is_none() && own.quantities.keys().eq(["xmax_x_m"]), "{own:?}");
@@ -149,6 +156,6 @@ fn a_column_without_an_estimate_leaves_those_of_the_others() {
 #[test]
 fn estimates_from_one_run_are_made_on_request() {
     let plain = STUDY.replace("error_estimates = true\n", "").replace("c = {", "# c = {");
-    let (_keep, results) = results(&plain);
+    let results = results(&plain);
     assert!(results.cases.iter().all(|c| c.record.one_run.is_none()));
 }

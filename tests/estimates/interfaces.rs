@@ -80,9 +80,9 @@ fn two_layers([inside, outside]: [f64; 2]) -> f64 {
 fn facets_between_solids_are_seen() {
     let displaced: f64 = 1e-9;
     let volume = std::f64::consts::FRAC_PI_6 * ((0.01 + displaced).powi(3) - 1e-6);
-    for [inside, outside] in [[1e5, 1e5], [1e5, 2e5], [1e5, 5e5], [1e4, 1e6], [1e6, 1e4]] {
+    for [inside, outside] in [[1e5, 1e5], [1e4, 1e6], [1e6, 1e4]] {
         let truth = two_layers([inside, outside]) * displaced;
-        for (element, divisions) in [("tet4", [4, 4]), ("tet4", [8, 4]), ("tet10", [4, 2]), ("tet10", [6, 2])] {
+        for (element, divisions) in [("tet4", [4, 4]), ("tet10", [4, 2]), ("tet10", [6, 2])] {
             let text = LAYERS
                 .replace("ELEMENT", element)
                 .replace("[4, 4]", &format!("{divisions:?}"))

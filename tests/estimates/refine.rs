@@ -44,7 +44,7 @@ fn the_tolerance_is_met_and_bars_hold() {
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let done = simulate(folder.path(), &scene(BLOCK, &format!("{REACTION}, tolerance = \"0.5 %\"")));
+    let done = simulate(folder.path(), &scene(BLOCK, &format!("{REACTION}, tolerance = \"0.8 %\"")));
     let said = String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr);
     assert_eq!(done.status.code(), Some(0), "{said}");
     let csv = std::fs::read_to_string(folder.path().join("beam.refinement.csv")).expect("written");

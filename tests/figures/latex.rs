@@ -35,10 +35,10 @@ fn compile(dir: &Path, engine: &str, name: &str) -> String {
     tex(dir, engine, &["-interaction=nonstopmode", "-halt-on-error", name]).unwrap_or_else(|log| panic!("{log}"))
 }
 
-/// The log of what would be written, without writing it.
-fn dry(dir: &Path, engine: &str, name: &str) -> String {
-    let flag = if engine == "xelatex" { "-no-pdf" } else { "-draftmode" };
-    tex(dir, engine, &[flag, "-interaction=nonstopmode", "-halt-on-error", name]).unwrap_or_else(|log| panic!("{log}"))
+/// The log of what pdflatex would write, without writing it.
+fn dry(dir: &Path, name: &str) -> String {
+    let arguments = ["-draftmode", "-interaction=nonstopmode", "-halt-on-error", name];
+    tex(dir, "pdflatex", &arguments).unwrap_or_else(|log| panic!("{log}"))
 }
 
 fn document(body: &str) -> String {
@@ -126,7 +126,8 @@ fn any_text_compiles_in_cells_captions_and_headings() {
     }
 }
 
-/// Committed tables as they are written today, from their comma-separated values.
+/// Committed tables as they are written today, from their comma-separated values: by pdflatex alone, which stops at a letter without a command, where xelatex
+/// goes on. That letters, wide and long tables have both engines is tested apart.
 #[test]
 fn tables_of_every_published_study_compile() {
     if without_latex() {
@@ -146,9 +147,7 @@ fn tables_of_every_published_study_compile() {
     }
     assert!(count > 60, "{count} tables");
     std::fs::write(dir.path().join("tables.tex"), document(&body)).expect("a file");
-    for engine in ENGINES {
-        assert_fits(&dry(dir.path(), engine, "tables"));
-    }
+    assert_fits(&dry(dir.path(), "tables"));
 }
 
 /// Nothing is wider than the text by more than a point, and no float is taller than the page.

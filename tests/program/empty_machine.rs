@@ -74,7 +74,7 @@ fn a_new_user_runs_a_study_and_makes_a_project() {
     }
     let machine = machine.expect("asked above");
     // Each case is a process of its own
-    let only = ["run", "finger-convergence", "--only", "tet10_up-length-1100"];
+    let only = ["run", "finger-convergence", "--only", "tet10_up-length-1100", "--set", "stage.0.duration=\"0.1 s\""];
     machine.said(WORK, &only, 0);
     assert!(machine.is_file(&format!("{WORK}/reports/finger-convergence/cases/tet10_up-length-1100.json")));
     assert!(machine.at("/home/user/.cache/durometer").is_dir());

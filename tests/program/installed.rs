@@ -4,11 +4,13 @@ use crate::common::disk::{Disk, Fault};
 use crate::common::program::{ROOT, said};
 use crate::common::tools;
 use durometer::catalogue::{Archive, Entry};
+use durometer::math::threads::locked;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Arc, Mutex, Weak};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_durometer");
 
@@ -36,12 +38,27 @@ dt = "1 s"
 /// A machine with the program and nothing else of the project.
 struct Machine {
     keep: tempfile::TempDir,
+    /// Where its cache is
+    disk: Arc<tempfile::TempDir>,
 }
 
 impl Machine {
+    /// One whose cache is that of the others that are there at the same time: to unpack the files takes seconds.
     fn new() -> Self {
-        let keep = tempfile::tempdir().expect("a temporary folder");
-        let machine = Self { keep };
+        static SHARED: Mutex<Weak<tempfile::TempDir>> = Mutex::new(Weak::new());
+        let mut shared = locked(&SHARED);
+        let disk = shared.upgrade().unwrap_or_else(folder);
+        *shared = Arc::downgrade(&disk);
+        Self::with_cache_on(disk)
+    }
+
+    /// One with a cache of its own.
+    fn with_empty_cache() -> Self {
+        Self::with_cache_on(folder())
+    }
+
+    fn with_cache_on(disk: Arc<tempfile::TempDir>) -> Self {
+        let machine = Self { keep: tempfile::tempdir().expect("a temporary folder"), disk };
         place(&machine.program());
         std::fs::create_dir(machine.work()).expect("writable");
         machine
@@ -57,7 +74,7 @@ impl Machine {
     }
 
     fn cache(&self) -> PathBuf {
-        self.keep.path().join("My Cache (ä)")
+        self.disk.path().join("My Cache (ä)")
     }
 
     /// The unpacked files.
@@ -84,6 +101,10 @@ impl Machine {
         let output = self.command(arguments).current_dir(folder).output().expect("the program starts");
         said(&output, &format!("{arguments:?}"), code)
     }
+}
+
+fn folder() -> Arc<tempfile::TempDir> {
+    Arc::new(tempfile::tempdir().expect("a temporary folder"))
 }
 
 /// The program under another path, without a copy where that is possible.
@@ -205,7 +226,7 @@ fn a_controller_of_the_program_is_found() {
 #[test]
 fn a_shipped_study_runs() {
     let machine = Machine::new();
-    let only = ["run", "finger-convergence", "--only", "tet10_up-length-1100"];
+    let only = ["run", "finger-convergence", "--only", "tet10_up-length-1100", "--set", "stage.0.duration=\"0.1 s\""];
     machine.call(&only, 0);
     let record =
         std::fs::read_to_string(machine.work().join("reports/finger-convergence/cases/tet10_up-length-1100.json"));
@@ -217,10 +238,10 @@ fn a_shipped_study_runs() {
 
 #[test]
 fn a_starter_runs_as_it_is() {
+    let machine = Machine::new();
     for (name, quantity) in
         [("finger", "bending_angle_deg"), ("pneunet", "cavity_pressure_Pa"), ("gripper", "ball_x_m")]
     {
-        let machine = Machine::new();
         let (out, _) = machine.call(&["new", name], 0);
         assert!(out.contains(&format!("next, in {name}: durometer simulate scene.toml")), "{out}");
         let at = machine.work().join(name);
@@ -245,7 +266,6 @@ fn a_starter_runs_as_it_is() {
         }
         assert!(page.contains(&format!("reports/{name}/index.html")), "{page}");
     }
-    let machine = Machine::new();
     let (out, _) = machine.call(&["new"], 0);
     assert!(["finger", "pneunet", "gripper"].iter().all(|name| out.contains(name)), "{out}");
 }
@@ -255,7 +275,7 @@ fn the_study_of_a_starter_ends_with_a_report() {
     let machine = Machine::new();
     machine.call(&["new", "finger", "my finger"], 0);
     let at = machine.work().join("my finger");
-    let (out, _) = machine.call_in(&at, &["run", "study.toml"], 0);
+    let (out, _) = machine.call_in(&at, &["run", "study.toml", "--set", "stage.0.duration=\"0.1 s\""], 0);
     assert!(out.contains("can be trusted within 5 %"), "{out}");
     let page = std::fs::read_to_string(at.join("README.md")).expect("a page");
     let report = "reports/my finger/index.html";
@@ -305,7 +325,7 @@ fn a_project_that_cannot_be_made_leaves_nothing() {
 
 #[test]
 fn many_processes_unpack_at_the_same_time() {
-    let machine = Machine::new();
+    let machine = Machine::with_empty_cache();
     let start = || machine.command(&["check", "finger-dynamics"]).stdout(std::process::Stdio::null()).spawn();
     let running: Vec<_> = (0..8).map(|_| start().expect("the program starts")).collect();
     for mut process in running {
@@ -320,7 +340,7 @@ fn many_processes_unpack_at_the_same_time() {
 /// Systems that tidy up delete single files; a killed process leaves a folder of another name; other versions have folders of their own.
 #[test]
 fn a_damaged_cache_is_repaired_and_other_versions_stay() {
-    let machine = Machine::new();
+    let machine = Machine::with_empty_cache();
     machine.call(&["check", "finger-dynamics"], 0);
     let (removed, cut) =
         (machine.files().join("meshes/finger/body.toml"), machine.files().join("studies/finger-dynamics/scene.toml"));
@@ -347,7 +367,7 @@ fn a_damaged_cache_is_repaired_and_other_versions_stay() {
 
 #[test]
 fn a_cache_that_cannot_be_written_is_named() {
-    let machine = Machine::new();
+    let machine = Machine::with_empty_cache();
     std::fs::write(machine.cache(), "no folder").expect("room");
     let (_, errors) = machine.call(&["check", "finger-dynamics"], 2);
     let place = machine.cache().display().to_string();
@@ -359,7 +379,7 @@ fn a_cache_that_cannot_be_written_is_named() {
 
 #[test]
 fn a_full_disk_leaves_nothing_half_unpacked() {
-    let machine = Machine::new();
+    let machine = Machine::with_empty_cache();
     std::fs::create_dir(machine.cache()).expect("room");
     let disk = Disk::new(&machine.cache());
     let check = || machine.command(&["check", "finger-dynamics"]);

@@ -282,12 +282,16 @@ fn left_over(start: &str, numerics: &str) -> f64 {
     if most.is_nan() { f64::INFINITY } else { most }
 }
 
+/// Every free node anywhere in a cube of twice the side.
+fn random_start(seed: u64) -> String {
+    format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}")
+}
+
 /// Reference 9: 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L. At
 /// ν = 0.45 half of them end in equilibria of this mesh that are stable though cells are inverted: no solver leaves those.
 #[test]
 fn a_body_comes_back_from_a_random_start() {
-    let start = |seed: u64| format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}");
-    let left: Vec<f64> = (0..100).map(|seed| left_over(&start(seed), "")).collect();
+    let left: Vec<f64> = (0..100).map(|seed| left_over(&random_start(seed), "")).collect();
     let back = left.iter().filter(|l| **l <= 1e-6).count();
     println!("random start: {back} of 100 seeds at rest");
     assert!(back >= 99, "{back} of 100: {left:?}");
@@ -349,14 +353,13 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
     assert!(stop.remedy.contains("time_budget") && record.status == "TimeBudget", "{stop:?}");
 }
 
-/// Without cuts some of the first 30 starts are lost.
+/// Without cuts one of the first 30 starts is lost that is back with them.
 #[test]
 fn without_cuts_starts_are_lost() {
-    let start = |seed: u64| format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}");
-    let lost = |numerics: &str| (0..30).filter(|seed| left_over(&start(*seed), numerics) > 1e-6).count();
-    let [with, without] = ["", "[numerics]\ncuts = 0"].map(lost);
-    println!("of 30 random starts {with} are lost, without cuts {without}");
-    assert!(with == 0 && without > 0);
+    let is_lost = |seed: u64, numerics: &str| left_over(&random_start(seed), numerics) > 1e-6;
+    let first = (0..30).find(|seed| is_lost(*seed, "[numerics]\ncuts = 0")).expect("some are lost");
+    println!("without cuts the random start {first} is lost");
+    assert!(!is_lost(first, ""), "seed {first}");
 }
 
 /// Nodes anywhere in a cube of six times the side, and one static step without a load: Newton's method finds the way back with
