@@ -23,8 +23,7 @@ fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) ->
 }
 
 fn fitted(e: &Experiment, model: Model) -> FitResult {
-    let mut o = FitOptions::new(model.name());
-    o.terms = Some(model.terms);
+    let o = FitOptions { terms: Some(model.terms), ranges: 0, ..FitOptions::new(model.name()) };
     fit_experiment(e, &o).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
 }
 

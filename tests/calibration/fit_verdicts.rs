@@ -102,7 +102,7 @@ fn correlated_noise_is_no_pattern_with_either_loss() {
                 error = 0.8 * error + 0.6 * 500.0 * noise.normal();
                 p + error
             });
-            let asked = FitOptions { loss, ranges: 0, ..options(law, &[Mode::Uniaxial]) };
+            let asked = FitOptions { loss, ..options(law, &[Mode::Uniaxial]) };
             let r = fit_experiment(&table(rows), &asked).expect("fits");
             r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. }))
         };
