@@ -3,9 +3,10 @@
 use crate::common::Random;
 use crate::common::made::{fitted, options, samples, table};
 use crate::common::tools;
+use crate::fit_treloar::{compared, uniaxial};
 use durometer::calibrate::{
     AuditKind, FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange, Weighting,
-    compare, compare_experiment, fit, fit_experiment,
+    compare_experiment, fit, fit_experiment,
 };
 use durometer::math::statistics::larger;
 use std::path::{Path, PathBuf};
@@ -141,9 +142,7 @@ fn toe_and_slack_exclude_each_other() {
 /// Laws that are not stable over the fitted stretches come after all that are.
 #[test]
 fn an_unstable_law_does_not_come_first() {
-    let mut request = FitRequest::new(treloar(), "all");
-    request.options.modes = vec![Mode::Uniaxial];
-    let table = compare(&request).expect("compares");
+    let table = compared();
     let unstable: Vec<bool> = table.laws.iter().map(|c| !c.lost.is_empty()).collect();
     assert!(unstable.is_sorted() && unstable.contains(&true) && unstable.contains(&false), "{table}");
     assert!(table.to_string().contains("stable where fitted"), "{table}");
@@ -341,9 +340,7 @@ fn a_law_that_ends_before_the_held_out_data_has_failed() {
 /// the comparison and the fit of each law say the same, and a law with open constants is behind the determined ones.
 #[test]
 fn laws_with_constants_that_mean_nothing_are_not_determined() {
-    let mut request = FitRequest::new(treloar(), "all");
-    request.options.modes = vec![Mode::Uniaxial];
-    let table = compare(&request).expect("compares");
+    let table = compared();
     let of = |law: &str, terms: usize| {
         table.laws.iter().find(|c| c.law == law && c.terms == terms).unwrap_or_else(|| panic!("{law} {terms}"))
     };
@@ -358,9 +355,7 @@ fn laws_with_constants_that_mean_nothing_are_not_determined() {
     assert!(open.is_sorted() && open.contains(&true) && open.contains(&false), "{table}");
     assert!(table.to_string().contains("at an end of the search"), "{table}");
     for c in &table.laws {
-        request.options.law = c.law.into();
-        request.options.terms = Some(c.terms);
-        let fit = fit(&request).unwrap_or_else(|e| panic!("{}: {e}", c.label));
+        let fit = uniaxial(c.law, c.terms);
         assert_eq!((fit.is_determined(), &fit.undetermined), (c.undetermined.is_empty(), &c.undetermined), "{fit}");
     }
 }
