@@ -1,10 +1,10 @@
 //! Coverage of the 95 % intervals where the errors grow with the stress, where they differ between modes, where weights follow from the data, where modes lie in files of their own, and where specimens
 //! end at different stretches; and what is said of each.
 //!
-//! Of 200 draws with probability 0.95 the standard deviation is 1.54 %: accepted are 95 − 3 % and two of them, 88.9 % or more. Half-widths are compared with the scatter of the
-//! constants between the draws, so that an interval which covers by its width alone fails.
+//! Of 200 draws 88.9 % or more are accepted ([`Coverage`]). Half-widths are compared with the scatter of the constants between the draws, so that an interval which covers by its width alone fails.
 
 use crate::common::Random;
+use crate::common::coverage::Coverage;
 use crate::common::made::table;
 use durometer::calibrate::{
     ErrorModel, FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, Weighting, fit_experiment,
@@ -12,8 +12,8 @@ use durometer::calibrate::{
 use rayon::prelude::*;
 
 const DRAWS: u64 = 200;
-/// 95 − 3 − 2·1.54 %
-const LEAST: f64 = 88.9;
+/// Median half-width over the scatter: three standard deviations of that of 200 draws, 15 %, below 1.96
+const NARROWEST: f64 = 1.66;
 
 /// A curve: mode, largest stretch, rows, file.
 type Curve = (Mode, f64, usize, usize);
@@ -97,14 +97,8 @@ impl Case {
         let n = all.len() as f64;
         let percent = |is: &dyn Fn(&FitResult) -> bool| 100.0 * all.iter().filter(|r| is(r)).count() as f64 / n;
         let of = |k: usize| {
-            let truth = self.values[k];
-            let mean = all.iter().map(|r| r.parameters[k].value).sum::<f64>() / n;
-            let scatter = (all.iter().map(|r| (r.parameters[k].value - mean).powi(2)).sum::<f64>() / n).sqrt();
-            let mut half: Vec<f64> =
-                all.iter().map(|r| 0.5 * (r.parameters[k].interval[1] - r.parameters[k].interval[0])).collect();
-            half.sort_by(f64::total_cmp);
-            let covered = percent(&|r| (r.parameters[k].interval[0]..=r.parameters[k].interval[1]).contains(&truth));
-            Constant { covered, bias: 100.0 * (mean / truth - 1.0), wide: half[all.len() / 2] / scatter }
+            let found: Vec<_> = all.iter().map(|r| (r.parameters[k].value, r.parameters[k].interval)).collect();
+            Coverage::of(self.values[k], &found)
         };
         let counts = Counts {
             constants: (0..self.values.len()).map(of).collect(),
@@ -119,21 +113,10 @@ impl Case {
     }
 }
 
-/// Of one constant over the draws.
-#[derive(Debug)]
-struct Constant {
-    /// \[%\]
-    covered: f64,
-    /// Mean error \[%\]
-    bias: f64,
-    /// Median half-width over the standard deviation between the draws, 2 of normal errors
-    wide: f64,
-}
-
 /// Percentages of the draws.
 #[derive(Debug)]
 struct Counts {
-    constants: Vec<Constant>,
+    constants: Vec<Coverage>,
     correlated: f64,
     unequal: f64,
     hint: f64,
@@ -146,7 +129,7 @@ impl Counts {
         // 5 % and two standard deviations of 200 draws
         assert!(self.pattern <= 8.1, "{self:?}");
         for c in &self.constants {
-            assert!(c.covered >= LEAST && c.wide <= widest, "{self:?}");
+            assert!(c.holds_within([NARROWEST, widest]), "{self:?}");
         }
     }
 }
@@ -185,7 +168,10 @@ fn the_loss_of_huber_has_its_own_covariance() {
     // A tenth of the data points three times too large: the bias of C10 is the one of the loss, not of its interval
     let noise = Noise { size: 500.0, outliers: (0.1, 3.0), ..Noise::default() };
     let found = Case { loss: Loss::Huber, ..Case::new("yeoh", YEOH, one(2.5, 80), noise) }.study("huber, 10 % times 3");
-    assert!(found.correlated < 16.0 && found.constants.iter().all(|c| c.wide < 2.5 && c.covered > 80.0), "{found:?}");
+    assert!(
+        found.correlated < 16.0 && found.constants.iter().all(|c| (1.5..2.5).contains(&c.wide) && c.covered > 80.0),
+        "{found:?}"
+    );
 }
 
 /// Errors in proportion to the stress with equal weights: s²(JᵀJ)⁻¹ covered 79 % (C20) and 83 % (J_m). Errors of one size are called unequal in 5 % of the draws.
@@ -235,7 +221,7 @@ fn modes_with_errors_of_their_own_size_cover() {
         assert!(r.to_string().contains("--weight noise divides each mode by its noise"), "{r}");
         let weighted =
             Case { weighting: Weighting::Noise, ..case }.study(&format!("errors of modes by their noise, {name}"));
-        let covers = noise.rho > 0.0 || weighted.constants.iter().all(|c| c.covered >= LEAST && c.wide <= 2.4);
+        let covers = noise.rho > 0.0 || weighted.constants.iter().all(|c| c.holds_within([NARROWEST, 2.4]));
         assert!(covers && weighted.apart == 0.0, "{weighted:?}");
     }
     // 5 % and two standard deviations of 200 draws
