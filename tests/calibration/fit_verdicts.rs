@@ -154,8 +154,8 @@ fn an_unstable_law_does_not_come_first() {
 fn a_comparison_knows_of_slack_and_of_doubts() {
     let law = model("neo_hookean", 1);
     let mut noise = Random::seed(5);
-    let rows = (0..100).map(|k| {
-        let stretch = 1.0 + f64::from(k) / 99.0;
+    let rows = (0..50).map(|k| {
+        let stretch = 1.0 + f64::from(k) / 49.0;
         let stress = law.stress(&[0.1e6], Mode::Uniaxial, (stretch - 0.08).max(1.0)) + 1e3 * noise.normal();
         Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
     });
