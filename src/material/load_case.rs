@@ -111,13 +111,18 @@ impl LoadCase {
         Ok(if self == Self::SimpleShear { p[(0, 1)] } else { p[(0, 0)] - p[(2, 2)] * a / amount })
     }
 
-    /// State of an isotropic law at this stretch λ (or shear γ) \[–\], lateral faces free.
-    pub fn state(self, law: &dyn Law, amount: f64) -> Result<Homogeneous, LoadCaseError> {
+    /// F of an isotropic law at this stretch λ (or shear γ) \[–\] with its lateral stretch, lateral faces free.
+    pub(super) fn deformed(self, law: &dyn Law, amount: f64) -> Result<(Mat3, f64), LoadCaseError> {
         if !amount.is_finite() || (self != Self::SimpleShear && amount <= 0.0) {
             return Err(LoadCaseError::NotAStretch { case: self, amount });
         }
         let a = if self == Self::SimpleShear { 1.0 } else { self.lateral(law, amount)? };
-        let f = self.gradient(amount, a);
+        Ok((self.gradient(amount, a), a))
+    }
+
+    /// State of an isotropic law at this stretch λ (or shear γ) \[–\], lateral faces free.
+    pub fn state(self, law: &dyn Law, amount: f64) -> Result<Homogeneous, LoadCaseError> {
+        let (f, a) = self.deformed(law, amount)?;
         let r = law.eval(&f, Want::Tangent)?;
         let (driven, free) = self.moving();
         let sum = |row: usize, columns: &[usize]| columns.iter().map(|c| r.a[row][*c]).sum::<f64>();
@@ -130,7 +135,8 @@ impl LoadCase {
         Ok(Homogeneous { f, lateral: a, stress, stiffness })
     }
 
-    /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton inside a bracket, bisection where it would leave it.
+    /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton inside a bracket, from its end on the side of no change of volume, which is next to the answer of a nearly incompressible law; bisection
+    /// where it would leave the bracket.
     fn lateral(self, law: &dyn Law, amount: f64) -> Result<f64, LoadCaseError> {
         let free = self.moving().1;
         let side = |a: f64| -> Result<(f64, f64), LoadCaseError> {
@@ -144,20 +150,22 @@ impl LoadCase {
             amount,
         };
         // Bracket: pulled inwards below, pushed outwards above. Small steps stay on the branch that begins at F = I.
-        let start = self.isochoric(amount);
-        let (mut lo, mut hi) = (start, start);
+        let mut a = self.isochoric(amount);
+        let mut at = side(a)?;
+        let step = if at.0 < 0.0 { 1.1 } else { 1.0 / 1.1 };
+        let mut far = a * step;
         let mut steps = 0..400;
-        while side(lo)?.0 > 0.0 {
+        loop {
+            let there = side(far)?;
+            if at.0 * there.0 <= 0.0 {
+                break;
+            }
             steps.next().ok_or_else(none)?;
-            (hi, lo) = (lo, lo / 1.1);
+            (a, at, far) = (far, there, far * step);
         }
-        while side(hi)?.0 < 0.0 {
-            steps.next().ok_or_else(none)?;
-            (lo, hi) = (hi, hi * 1.1);
-        }
-        let mut a = 0.5 * (lo + hi);
+        let (mut lo, mut hi) = (a.min(far), a.max(far));
         for _ in 0..200 {
-            let (p, stiffness) = side(a)?;
+            let (p, stiffness) = at;
             if p < 0.0 {
                 lo = a;
             } else {
@@ -170,6 +178,7 @@ impl LoadCase {
                 return Ok(a);
             }
             a = next;
+            at = side(a)?;
         }
         Ok(a)
     }
@@ -178,7 +187,9 @@ impl LoadCase {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::law::LawInfo;
     use crate::material::{LAWS, Moduli, neo_hookean::NeoHookean, stable_neo_hookean::StableNeoHookean};
+    use std::sync::atomic::{AtomicU32, Ordering};
 
     fn neo_hookean(nu: f64) -> (NeoHookean, Moduli) {
         let m = Moduli::from_e_nu(100e3, nu).expect("within bounds");
@@ -197,6 +208,48 @@ mod tests {
         }
         let ln_a = 0.5 * (lo + hi);
         (stretch - 1.0 / stretch + ratio * (stretch.ln() + 2.0 * ln_a) / stretch, ln_a.exp())
+    }
+
+    /// A law that counts how often it is evaluated.
+    #[derive(Debug)]
+    struct Counted(NeoHookean, AtomicU32);
+
+    impl Law for Counted {
+        fn info(&self) -> &'static LawInfo {
+            self.0.info()
+        }
+
+        fn values(&self) -> Vec<f64> {
+            self.0.values()
+        }
+
+        fn small_strain(&self) -> Moduli {
+            self.0.small_strain()
+        }
+
+        fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            self.0.eval(f, want)
+        }
+
+        fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+            self.0.along(rates)
+        }
+    }
+
+    /// Two evaluations for the bracket and two or three of Newton's method: a scan over stretches evaluates nearly incompressible laws some thousand times.
+    #[test]
+    fn a_nearly_incompressible_law_is_evaluated_five_times() {
+        let law = Counted(neo_hookean(0.49999).0, AtomicU32::new(0));
+        for (case, amount) in [LoadCase::Uniaxial, LoadCase::Equibiaxial, LoadCase::Planar]
+            .into_iter()
+            .flat_map(|case| [0.4, 0.9, 1.1, 3.0].map(|amount| (case, amount)))
+        {
+            law.1.store(0, Ordering::Relaxed);
+            assert!(case.deformed(&law, amount).is_ok());
+            let count = law.1.load(Ordering::Relaxed);
+            assert!(count <= 5, "{case:?} {amount}: {count} evaluations");
+        }
     }
 
     /// Case 1 of the reference values: (ν, λ, P/μ, a), printed to seven digits.

@@ -95,8 +95,8 @@ fn check(law: &dyn Law, case: LoadCase, amount: f64) -> Result<(), Instability> 
         let s = (0.5 * amount).asinh().exp();
         Vec3::new(s, 1.0, 1.0 / s)
     } else {
-        match case.state(law, amount) {
-            Ok(state) => state.f.diagonal(),
+        match case.deformed(law, amount) {
+            Ok((f, _)) => f.diagonal(),
             Err(LoadCaseError::Law(e)) => return Err(Instability::Law(e)),
             Err(_) => return Err(Instability::NoEquilibrium),
         }

@@ -21,7 +21,7 @@ fn pull(model: Model, values: &[f64], mode: Mode) -> Vec<Sample> {
 
 fn options(model: Model, mode: Mode, accuracy: &[&str]) -> FitOptions {
     let mut o = FitOptions::new(model.name());
-    (o.terms, o.modes, o.slack) = (Some(model.terms), vec![mode], SlackChoice::No);
+    (o.terms, o.modes, o.slack, o.ranges) = (Some(model.terms), vec![mode], SlackChoice::No, 0);
     o.accuracy =
         accuracy.iter().fold(Accuracy::default(), |all, text| text.parse::<Accuracy>().expect("valid").or(&all));
     o

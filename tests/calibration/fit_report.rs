@@ -199,10 +199,16 @@ fn grave_warnings_mark_the_answer() {
         FitWarning::Cycles { treatment: Treatment::LastLoading, change: 0.3, answer: answer.clone() },
         FitWarning::OpenSigns { symbols: vec!["α"], decides: None },
     ];
+    let file = dir.path().join("fit.json");
+    let stored = || -> serde_json::Value {
+        serde_json::from_str(&std::fs::read_to_string(&file).expect("written")).expect("JSON")
+    };
     for warning in grave {
         result.warnings = vec![warning];
-        assert!(page(dir.path(), &result).contains("class=\"verdict refused\""), "{:?}", result.warnings);
+        result.write_json(&file).expect("writable");
+        assert_eq!(stored()["doubtful"].as_bool(), Some(true), "{:?}", result.warnings);
     }
+    assert!(page(dir.path(), &result).contains("class=\"verdict refused\""));
     result.warnings = vec![
         FitWarning::NoPartner { volumetric: false },
         FitWarning::OneMode { mode },
@@ -210,11 +216,9 @@ fn grave_warnings_mark_the_answer() {
         FitWarning::OtherMinimum { answer, minima: 1, decides: None },
     ];
     assert!(page(dir.path(), &result).contains("class=\"verdict\""));
-    let file = dir.path().join("fit.json");
-    let text = std::fs::read_to_string(&file).expect("written");
-    let mut stored: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    stored.as_object_mut().expect("a table").remove("doubtful").expect("stored");
-    std::fs::write(&file, stored.to_string()).expect("writable");
+    let mut before = stored();
+    before.as_object_mut().expect("a table").remove("doubtful").expect("stored");
+    std::fs::write(&file, before.to_string()).expect("writable");
     report::fit::write(dir.path()).expect("a file of before");
     let page = std::fs::read_to_string(dir.path().join("index.html")).expect("the page");
     assert!(page.contains("class=\"verdict refused\""));

@@ -2,10 +2,11 @@
 
 use crate::common::tools;
 use durometer::calibrate::{
-    Compared, FitRequest, FitResult, FitWarning, Misfit, Mode, Model, PredictionKind, Residual, SolverCheck,
-    StretchRange, compare, fit, fittable_laws, read_law_file, read_law_table,
+    Compared, Comparison, FitOptions, FitRequest, FitResult, FitWarning, Misfit, Mode, Model, PredictionKind, Residual,
+    SolverCheck, StretchRange, compare, fit, fittable_laws, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944").join(name)
@@ -17,6 +18,23 @@ fn treloar(law: &str, terms: Option<usize>, modes: &[Mode], range: Option<Stretc
     request.options.modes = modes.to_vec();
     request.options.range = range;
     fit(&request).unwrap_or_else(|e| panic!("{law}: {e}"))
+}
+
+/// A law fitted to the uniaxial rows, and to no other ranges.
+pub fn uniaxial(law: &str, terms: usize) -> FitResult {
+    let mut request = FitRequest::new(data("treloar-1944.csv"), law);
+    request.options = FitOptions { terms: Some(terms), modes: vec![Mode::Uniaxial], ranges: 0, ..request.options };
+    fit(&request).unwrap_or_else(|e| panic!("{law} {terms}: {e}"))
+}
+
+/// All laws side by side on the uniaxial rows.
+pub fn compared() -> &'static Comparison {
+    static TABLE: OnceLock<Comparison> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let mut request = FitRequest::new(data("treloar-1944.csv"), "all");
+        request.options.modes = vec![Mode::Uniaxial];
+        compare(&request).expect("the table is part of the project")
+    })
 }
 
 /// √(Σr²/ΣP²) of a law with given constants over the rows of a fit.
@@ -85,9 +103,7 @@ fn uniaxial_tests_predict_the_other_modes_with_an_error() {
 /// All laws side by side: the order is that of the predictions, not of the misfit, and every number of terms is there.
 #[test]
 fn laws_are_ranked_by_what_they_predict() {
-    let mut request = FitRequest::new(data("treloar-1944.csv"), "all");
-    request.options.modes = vec![Mode::Uniaxial];
-    let table = compare(&request).expect("the table is part of the project");
+    let table = compared();
     println!("{table}");
     assert_eq!(
         table.laws.len(),
@@ -121,7 +137,7 @@ fn laws_are_ranked_by_what_they_predict() {
     assert!(place("arruda_boyce") < place("neo_hookean"), "{table}");
     for c in &table.laws {
         // The prediction of the other modes is that of the fit of this law alone
-        let r = treloar(c.law, Some(c.terms), &[Mode::Uniaxial], None);
+        let r = uniaxial(c.law, c.terms);
         assert_eq!(c.misfit, r.misfit.rms_relative, "{}", c.label);
         let others = r.predictions.iter().filter(|p| p.kind == PredictionKind::OtherModeInRange);
         let sum = |f: fn(&Misfit) -> f64| others.clone().map(|p| f(&p.misfit)).sum::<f64>();

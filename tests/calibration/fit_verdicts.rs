@@ -3,9 +3,10 @@
 use crate::common::Random;
 use crate::common::made::{fitted, options, samples, table};
 use crate::common::tools;
+use crate::fit_treloar::{compared, uniaxial};
 use durometer::calibrate::{
     AuditKind, FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange, Weighting,
-    compare, compare_experiment, fit, fit_experiment,
+    compare_experiment, fit, fit_experiment,
 };
 use durometer::math::statistics::larger;
 use std::path::{Path, PathBuf};
@@ -102,7 +103,7 @@ fn correlated_noise_is_no_pattern_with_either_loss() {
                 error = 0.8 * error + 0.6 * 500.0 * noise.normal();
                 p + error
             });
-            let asked = FitOptions { loss, ranges: 0, ..options(law, &[Mode::Uniaxial]) };
+            let asked = FitOptions { loss, ..options(law, &[Mode::Uniaxial]) };
             let r = fit_experiment(&table(rows), &asked).expect("fits");
             r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. }))
         };
@@ -141,9 +142,7 @@ fn toe_and_slack_exclude_each_other() {
 /// Laws that are not stable over the fitted stretches come after all that are.
 #[test]
 fn an_unstable_law_does_not_come_first() {
-    let mut request = FitRequest::new(treloar(), "all");
-    request.options.modes = vec![Mode::Uniaxial];
-    let table = compare(&request).expect("compares");
+    let table = compared();
     let unstable: Vec<bool> = table.laws.iter().map(|c| !c.lost.is_empty()).collect();
     assert!(unstable.is_sorted() && unstable.contains(&true) && unstable.contains(&false), "{table}");
     assert!(table.to_string().contains("stable where fitted"), "{table}");
@@ -155,8 +154,8 @@ fn an_unstable_law_does_not_come_first() {
 fn a_comparison_knows_of_slack_and_of_doubts() {
     let law = model("neo_hookean", 1);
     let mut noise = Random::seed(5);
-    let rows = (0..100).map(|k| {
-        let stretch = 1.0 + f64::from(k) / 99.0;
+    let rows = (0..50).map(|k| {
+        let stretch = 1.0 + f64::from(k) / 49.0;
         let stress = law.stress(&[0.1e6], Mode::Uniaxial, (stretch - 0.08).max(1.0)) + 1e3 * noise.normal();
         Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
     });
@@ -341,9 +340,7 @@ fn a_law_that_ends_before_the_held_out_data_has_failed() {
 /// the comparison and the fit of each law say the same, and a law with open constants is behind the determined ones.
 #[test]
 fn laws_with_constants_that_mean_nothing_are_not_determined() {
-    let mut request = FitRequest::new(treloar(), "all");
-    request.options.modes = vec![Mode::Uniaxial];
-    let table = compare(&request).expect("compares");
+    let table = compared();
     let of = |law: &str, terms: usize| {
         table.laws.iter().find(|c| c.law == law && c.terms == terms).unwrap_or_else(|| panic!("{law} {terms}"))
     };
@@ -358,9 +355,7 @@ fn laws_with_constants_that_mean_nothing_are_not_determined() {
     assert!(open.is_sorted() && open.contains(&true) && open.contains(&false), "{table}");
     assert!(table.to_string().contains("at an end of the search"), "{table}");
     for c in &table.laws {
-        request.options.law = c.law.into();
-        request.options.terms = Some(c.terms);
-        let fit = fit(&request).unwrap_or_else(|e| panic!("{}: {e}", c.label));
+        let fit = uniaxial(c.law, c.terms);
         assert_eq!((fit.is_determined(), &fit.undetermined), (c.undetermined.is_empty(), &c.undetermined), "{fit}");
     }
 }

@@ -3,7 +3,7 @@
 use crate::common::Random;
 use crate::common::tables::{MU, fitted, parsed, stress, table};
 use durometer::calibrate::{
-    ColumnChoice, Experiment, FitOptions, FitWarning, Mode, Sample, SolverCheck, fit_experiment,
+    ColumnChoice, ErrorModel, Experiment, FitOptions, FitWarning, Mode, Sample, SolverCheck, fit_experiment,
 };
 
 #[test]
@@ -40,14 +40,14 @@ fn validity_ends_at_the_first_failure() {
     assert!((r.validity.tension_to.expect("three exact rows") - 1.3).abs() < 1e-12, "{:?}", r.validity);
 }
 
-/// 2000 tables of 12 rows with normal noise of 3 kPa. The interval is exact for this noise, so its coverage is
-/// binomial with standard deviation √(0.95·0.05/2000) = 0.49 %: 1.5 % is three of them. The warning on a pattern in
+/// 400 tables of 12 rows with normal noise of 3 kPa. Errors that count as they are, independent and of one size, have the interval μ ± t s/√Σg² by hand with t₀.₉₇₅(11) = 2.200985, which is exact for this noise; a
+/// few tables look otherwise. The coverage is binomial with standard deviation √(0.95·0.05/400) = 1.09 %: 3.3 % is three of them. The warning on a pattern in
 /// the residuals has a false-alarm rate of at most 5 % by construction.
 #[test]
 fn the_interval_covers_the_truth_in_95_of_100_tables() {
     let mut e = parsed("stretch,nominal stress (Pa)\n1.1,1\n1.2,1\n");
-    let (mut covered, mut alarms) = (0, 0);
-    let tables = 2000;
+    let (mut covered, mut alarms, mut independent) = (0, 0, 0);
+    let tables = 400;
     for seed in 0..tables {
         let mut noise = Random::seed(0x5eed_0000 + seed);
         let sample = |k: u32| {
@@ -58,12 +58,22 @@ fn the_interval_covers_the_truth_in_95_of_100_tables() {
         e.samples = (0..12).map(sample).collect();
         let r = fit_experiment(&e, &FitOptions { ranges: 0, ..FitOptions::new("neo_hookean") }).expect("well posed");
         let [low, high] = r.parameters[0].interval;
+        if r.errors == ErrorModel::Independent {
+            independent += 1;
+            let g = |s: &Sample| stress(Mode::Uniaxial, s.stretch) / MU;
+            let sum = |of: &dyn Fn(&Sample) -> f64| e.samples.iter().map(of).sum::<f64>();
+            let g2 = sum(&|s| g(s).powi(2));
+            let mu = sum(&|s| g(s) * s.stress) / g2;
+            let half = 2.200_985 * (sum(&|s| (s.stress - mu * g(s)).powi(2)) / 11.0 / g2).sqrt();
+            let near = |end: f64, by_hand: f64| (end - by_hand).abs() < 1e-6 * half;
+            assert!(near(low, mu - half) && near(high, mu + half), "{seed}: {low} to {high}, not {mu} ± {half}");
+        }
         covered += usize::from(low <= MU && MU <= high);
         alarms += usize::from(r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. })));
     }
     let percent = |n: usize| 100.0 * n as f64 / tables as f64;
-    println!("covered {:.2} %, false alarms {:.2} %", percent(covered), percent(alarms));
-    assert!((percent(covered) - 95.0).abs() < 1.5, "{:.2} %", percent(covered));
+    println!("covered {:.2} %, false alarms {:.2} %, {independent} exact", percent(covered), percent(alarms));
+    assert!((percent(covered) - 95.0).abs() < 3.3 && independent >= 300, "{:.2} %, {independent}", percent(covered));
     assert!(percent(alarms) < 5.0 + 1.5, "{:.2} %", percent(alarms));
 }
 

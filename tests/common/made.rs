@@ -73,10 +73,9 @@ pub fn samples(
     points.map(sample).collect()
 }
 
+/// Without repetitions over other ranges, which tests of ranges ask for.
 pub fn options(model: Model, modes: &[Mode]) -> FitOptions {
-    let mut o = FitOptions::new(model.name());
-    (o.terms, o.modes) = (Some(model.terms), modes.to_vec());
-    o
+    FitOptions { terms: Some(model.terms), modes: modes.to_vec(), ranges: 0, ..FitOptions::new(model.name()) }
 }
 
 pub fn fitted(model: Model, modes: &[Mode], samples: Vec<Sample>) -> FitResult {

@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod cook;
+pub mod coverage;
 pub mod disk;
 pub mod elastic_block;
 pub mod field;
