@@ -85,9 +85,14 @@ pub fn check_slack(fit: FitResult) -> Result<FitResult, FitError> {
     match fit.slack.first().filter(|_| is_measured) {
         None => Ok(fit),
         Some(slack) => {
-            let fact =
-                format!("the strain has a slack of {:.4}, with which its lateral strain says nothing", slack.strain);
-            Err(FitError::NoPoisson { law: fit.law, reason: format!("{fact}; without it the fit takes --slack no") })
+            let fact = format!(
+                "the strain has a slack of {:.4}, so that the lateral strain does not give the ratio",
+                slack.strain
+            );
+            Err(FitError::NoPoisson {
+                law: fit.law,
+                reason: format!("{fact}; pass --nu, or --slack no for a fit without slack"),
+            })
         }
     }
 }

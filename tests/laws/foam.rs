@@ -256,7 +256,7 @@ fn a_foam_without_its_ratio_is_refused() {
     );
     let mut slack = measured.clone();
     slack.options.slack = SlackChoice::Yes;
-    refused(&slack, "with which its lateral strain says nothing; without it the fit takes --slack no");
+    refused(&slack, "so that the lateral strain does not give the ratio; pass --nu, or --slack no");
     // Softening has no isochoric part to act on
     let mut cyclic = measured;
     cyclic.options.partner = Some(Partner::Nu(NU));

@@ -12,6 +12,9 @@ const BUDGET_S: f64 = 12.0;
 /// So much that small scenes have their pilots in time on a busy machine too; a plan of them ends long before.
 const PLENTY_S: f64 = 60.0;
 
+/// So little that it binds.
+const SHORT_S: f64 = 4.0;
+
 /// What follows `[mesh]`: a beam of rubber that is stretched by a tenth.
 const REST: &str = r#"
 [laws.rubber]
@@ -102,6 +105,9 @@ fn of_a_scene_in_time() {
     let short = ["--set", "stage.0.dt=\"1 s\"", "--set", "stage.1.duration=\"0.03 s\""];
     let plan = plan("finger-dynamics", &short, out.path());
     assert_eq!(plan["steps"]["matter"], true, "{plan}");
+    // A whole motion takes longer than that: there is a plan or there is none, in time
+    let (code, _, said) = planned(SHORT_S, "finger-dynamics", &[], out.path());
+    assert!(matches!(code, Some(0 | 3)), "{said}");
 }
 
 #[test]

@@ -45,17 +45,18 @@ struct Data {
 impl Data {
     /// Those that the provenance of a law file states: `fitted_stretch` of a fit, `largest_stretch` of an inverse analysis.
     fn of(law: &Table) -> Option<Self> {
-        let provenance = law.get("provenance")?.as_table()?;
+        // Terms of a foam have a ν each, and Ī₁ of its tests is not that of a volume that stays
+        let provenance = law.get("provenance").filter(|_| !law.contains_key("nu1"))?.as_table()?;
         let ends = provenance.get("fitted_stretch").and_then(Value::as_array);
         let stretch = match ends.map(Vec::as_slice) {
             Some([low, high]) => [number(low)?, number(high)?],
             Some(_) => return None,
             None => [1.0, largest(provenance.get("largest_stretch")?)?],
         };
-        // An inverse analysis states none: the largest stretch of all its cells, in the mode that reaches least
+        // An inverse analysis states none, and its largest stretch may be one across a compression: the mode that reaches most with it
         let modes: Vec<&str> = match provenance.get("mode") {
             Some(Value::Array(modes)) => modes.iter().filter_map(Value::as_str).collect(),
-            _ => vec!["uniaxial"],
+            _ => vec!["equibiaxial"],
         };
         // The file says of no mode how far it went: the mode that reaches least with these stretches
         let reach = |mode: &&str| first_invariant(mode, stretch[0]).max(first_invariant(mode, stretch[1]));
@@ -150,10 +151,19 @@ mod tests {
         let of = |mode, stretch| first_invariant(mode, stretch);
         let found = data("fitted_stretch = [1.02, 1.5]\nmode = ['equibiaxial', 'planar']").expect("a range");
         assert_eq!(found.invariant, of("planar", 1.5));
-        let found = data("fitted_stretch = [0.5, 1.2]").expect("a range");
+        let found = data("fitted_stretch = [0.5, 1.2]\nmode = ['uniaxial']").expect("a range");
         assert_eq!(found.invariant, of("uniaxial", 0.5));
+        // A specimen compressed to 0.6 has a lateral stretch of 1.291
+        let found = data("largest_stretch = 1.291").expect("a whole specimen");
+        assert!((found.invariant / of("uniaxial", 0.6) - 1.0).abs() < 1e-3, "{}", found.invariant);
+        assert!(
+            Data::of(
+                &"law = 'hyperfoam'\nnu1 = 0\nprovenance.fitted_stretch = [0.6, 1.0]".parse().expect("valid TOML")
+            )
+            .is_none()
+        );
         let found = data("largest_stretch = 3").expect("a whole specimen");
-        assert_eq!((found.stretch, found.invariant), ([1.0, 3.0], of("uniaxial", 3.0)));
+        assert_eq!((found.stretch, found.invariant), ([1.0, 3.0], of("equibiaxial", 3.0)));
         assert_eq!(data("largest_stretch = [1.5, 2.5]").expect("two specimens").stretch, [1.0, 2.5]);
         for nothing in
             ["data = 'a.csv'", "fitted_stretch = [1.0]", "fitted_stretch = ['a', 'b']", "fitted_stretch = [0.0, 2.0]"]
@@ -165,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_hundredth_of_the_volume_beyond_the_data_is_told() {
-        let found = data("fitted_stretch = [1.0, 1.4]").expect("a range");
+        let found = data("fitted_stretch = [1.0, 1.4]\nmode = ['uniaxial']").expect("a range");
         let points = |share: f64| [(3.0, 1.0 - share), (first_invariant("uniaxial", 2.0), share)];
         assert_eq!(found.note("skin", &points(0.009)), None);
         let told = found.note("skin", &points(0.125)).expect("an eighth is beyond");

@@ -16,14 +16,24 @@ pub(super) fn read_signal(
     dimension: Dimension,
 ) -> Result<Vec<(f64, f64)>, String> {
     let bytes = storage::read(path, DATA_LIMIT).map_err(|e| format!("{e}; the path is relative to the scene"))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes.as_slice());
-    let header = reader.headers().map_err(|e| format!("line 1: {e}; write for example \"t_s,value\""))?;
-    check_header(two_columns(header)?, (unit, factor), dimension)?;
+    let unreadable = |e: csv::Error| e.to_string();
+    let reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).has_headers(false).flexible(true);
+    let mut records = reader.from_reader(bytes.as_slice()).into_records().peekable();
+    // Names behind a # are a header where no other line has one
+    let noted = names_in_comment(&bytes).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
+    let header = match noted {
+        Some(names) => names,
+        None => records.next().ok_or("it has no header line; write for example \"t_s,value\"")?.map_err(unreadable)?,
+    };
+    let line = header.position().map_or(1, csv::Position::line);
+    let checked = two_columns(&header).and_then(|names| check_header(names, (unit, factor), dimension));
+    checked.map_err(|why| format!("line {line}: {why}"))?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|e| e.to_string())?;
+    for record in records {
+        let record = record.map_err(unreadable)?;
         let line = record.position().map_or(0, csv::Position::line);
-        let (t, value) = record.deserialize::<(f64, f64)>(None).map_err(|_| {
+        let numbers = record.deserialize::<(f64, f64)>(None).ok().filter(|_| record.len() == 2);
+        let (t, value) = numbers.ok_or_else(|| {
             format!("line {line}: two numbers are needed (time in s, value in {unit}), separated by a comma")
         })?;
         if !t.is_finite() || !(value * factor).is_finite() {
@@ -37,6 +47,23 @@ pub(super) fn read_signal(
     if rows.is_empty() { Err("the table has no row".into()) } else { Ok(rows) }
 }
 
+/// Whether a line has two numbers.
+fn is_row(record: &csv::StringRecord) -> bool {
+    record.len() == 2 && record.iter().all(|cell| cell.parse::<f64>().is_ok())
+}
+
+/// The last line of comment above the rows, where it has two cells, as numpy writes the names.
+fn names_in_comment(bytes: &[u8]) -> Option<csv::StringRecord> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let above = text.lines().enumerate().take_while(|(_, line)| line.trim().is_empty() || line.starts_with('#'));
+    let (number, names) = above.filter_map(|(k, line)| Some((k + 1, line.strip_prefix('#')?))).last()?;
+    let mut record: csv::StringRecord = names.split(',').map(str::trim).collect();
+    let mut position = csv::Position::new();
+    position.set_line(number as u64);
+    record.set_position(Some(position));
+    (record.len() == 2).then_some(record)
+}
+
 /// The names of the two columns that a table has.
 fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
     let names: Vec<&str> = header.iter().map(str::trim).collect();
@@ -45,11 +72,11 @@ fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
         [one] if one.contains([';', '\t']) => {
             let mark = if one.contains(';') { "semicolons" } else { "tabs" };
             Err(format!(
-                "line 1: its columns are separated by {mark}; separate them by commas, and write decimals with a point"
+                "its columns are separated by {mark}; separate them by commas, and write decimals with a point"
             ))
         }
         _ => {
-            let fact = format!("line 1: the number of columns is {}, and a table has two, time and value", names.len());
+            let fact = format!("the number of columns is {}, and a table has two, time and value", names.len());
             Err(format!("{fact}; write each value into a file of its own"))
         }
     }
@@ -58,20 +85,20 @@ fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
 /// Refuses a first line that is no header, and names that contradict the order or the units of the columns.
 fn check_header([first, second]: [&str; 2], (unit, factor): (&str, f64), dimension: Dimension) -> Result<(), String> {
     if first.parse::<f64>().is_ok() {
-        let fact = "line 1: it has numbers, and the first line is the header, from which no point is taken";
+        let fact = "it has numbers, and the first line is the header, from which no point is taken";
         return Err(format!("{fact}; add a header line such as \"t_s,value\""));
     }
     if is_time(second) && !is_time(first) {
-        return Err(format!("line 1: \"{second}\" is the second column; put the time first, and the value after it"));
+        return Err(format!("\"{second}\" is the second column; put the time first, and the value after it"));
     }
     let time = named_unit(first, Dimension::TIME).filter(|own| !own.is(1.0, Dimension::TIME));
     if let Some(own) = time {
         let remedy = "give the times in s, and the name without another unit";
-        return Err(format!("line 1: the time \"{first}\" is in {}, and must be in s; {remedy}", own.name));
+        return Err(format!("the time \"{first}\" is in {}, and must be in s; {remedy}", own.name));
     }
     let value = named_unit(second, dimension).filter(|own| !own.is(factor, dimension));
     value.map_or(Ok(()), |own| {
-        let fact = format!("line 1: the values \"{second}\" are in {}, and the scene says unit = \"{unit}\"", own.name);
+        let fact = format!("the values \"{second}\" are in {}, and the scene says unit = \"{unit}\"", own.name);
         Err(format!("{fact}; correct the one that is wrong"))
     })
 }
@@ -103,7 +130,8 @@ fn named_unit(name: &str, expected: Dimension) -> Option<NamedUnit<'_>> {
         return unit(inside);
     }
     let (_, last) = name.rsplit_once(['_', ' '])?;
-    unit(last).filter(|own| own.dimension == expected || !AMBIGUOUS.contains(&last))
+    let word = units::spelled(last);
+    unit(last).filter(|own| own.dimension == expected || !AMBIGUOUS.contains(&word.as_str()))
 }
 
 /// Whether a column is called time, or has a unit of it in brackets.
@@ -166,6 +194,13 @@ mod tests {
             read_signal(&path, ("mm", 1e-3), Dimension::LENGTH)
         };
         assert_eq!(read("# pulled by hand\nt_s, u_mm\n0, 0\n\n1.5,\t2\n"), Ok(vec![(0.0, 0.0), (1.5, 2e-3)]));
+        assert_eq!(read("# t_s,u_mm\n0,0\n0.5,-1\n"), Ok(vec![(0.0, 0.0), (0.5, -1e-3)]), "as numpy.savetxt writes it");
+        let error = read("# made by hand\n# t_s, u_m\n0,0\n").expect_err("another unit");
+        assert!(error.starts_with("line 2: the values \"u_m\" are in m"), "{error}");
+        let error = read("t_s,u_mm\n0,0,0\n").expect_err("three cells");
+        assert!(error.starts_with("line 2: two numbers are needed"), "{error}");
+        let error = read("# by hand\n0,0\n1,1\n").expect_err("no header");
+        assert!(error.starts_with("line 2: it has numbers"), "{error}");
         let error = read("t_s,u_mm\n0,0\n\n\n1,a\n").expect_err("no number");
         assert!(error.starts_with("line 5: two numbers are needed"), "{error}");
     }
@@ -181,6 +216,8 @@ mod tests {
             ["t", "u_1"],
             ["x", "y"],
             ["t", "rate_s"],
+            ["t", "p_IN"],
+            ["t", "u_second"],
             ["", ""],
             ["t", "length of the cable"],
         ] {

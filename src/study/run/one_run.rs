@@ -39,13 +39,20 @@ impl OneRunRecord {
         self.missing().or_else(|| self.lacking())
     }
 
-    /// The columns whose error bar is not whole, and the parts that the first one is without.
+    /// The columns whose error bars are not whole, and the parts that these are without.
     pub fn lacking(&self) -> Option<String> {
-        let mut lacking = self.quantities.iter().filter_map(|(column, error)| Some((column, error.lacks.as_ref()?)));
-        let (first, parts) = lacking.next()?;
-        let columns: Vec<&String> = std::iter::once(first).chain(lacking.map(|(column, _)| column)).collect();
-        let (bar, is) = if columns.len() == 1 { ("bar", "is") } else { ("bars", "are") };
-        Some(format!("the error {bar} of {} from one run {is} without {parts}", all(&columns)))
+        let mut by_parts: BTreeMap<&String, Vec<&String>> = BTreeMap::new();
+        for (column, error) in &self.quantities {
+            if let Some(parts) = &error.lacks {
+                by_parts.entry(parts).or_default().push(column);
+            }
+        }
+        let of = |(parts, columns): (&String, Vec<&String>)| {
+            let (bar, is) = if columns.len() == 1 { ("bar", "is") } else { ("bars", "are") };
+            format!("the error {bar} of {} from one run {is} without {parts}", all(&columns))
+        };
+        let clauses: Vec<String> = by_parts.into_iter().map(of).collect();
+        (!clauses.is_empty()).then(|| clauses.join("; "))
     }
 
     /// The error of a column, where its bar is whole but for curved facets.
@@ -121,6 +128,12 @@ mod tests {
         assert_eq!((found.lacking().as_deref(), found.missing()), (Some(words), None));
         let both = of(vec![("tip_y_m", &near), ("tip_x_m", &near)]).lacking().expect("two of them");
         assert!(both.starts_with("the error bars of tip_x_m and tip_y_m from one run are without"), "{both}");
+        let edge = OneRunError { lacks: Some("the singular edge".into()), ..whole.clone() };
+        let parts = of(vec![("tip_y_m", &near), ("m_1_x_m", &edge)]).lacking().expect("two parts");
+        assert!(
+            parts.contains("of tip_y_m from one run is without the extent of clamp; the error bar of m_1_x_m"),
+            "{parts}"
+        );
         assert_eq!(of(vec![("force_N", &whole)]).lacking(), None);
     }
 }

@@ -93,8 +93,12 @@ impl Bound {
         let worse = |a: f64, b: f64| if b.is_nan() || a.is_nan() { b.is_nan() } else { b > a };
         let rows = measured.iter().zip(reference).map(|(&m, &r)| (self.off(m, r), m, r));
         let (off, measured, reference) = rows.reduce(|a, b| if worse(a.0, b.0) { b } else { a })?;
-        // Nothing is off by nothing, whatever the size
-        let error = if off == 0.0 && !size.is_nan() { 0.0 } else { off / size };
+        // Nothing is off by nothing, whatever the size; no error is a share of a size that is no finite number
+        let error = match size.is_finite() {
+            true if off == 0.0 => 0.0,
+            true => off / size,
+            false => f64::NAN,
+        };
         Some((error, measured, reference))
     }
 }
@@ -301,6 +305,7 @@ mod tests {
         }
         assert!(!met("reference = 'sqrt(x - 1)'\nbound = 'at_most'\nscale = '1'", &[0.5]));
         assert!(!met("reference = 'x'\nscale = 'sqrt(x - 1)'", &[0.5]), "a size that is no number");
+        assert!(!met("reference = '1'\nscale = '1 / (x - x)'", &[0.5]), "a size that is infinite");
     }
 
     #[test]
