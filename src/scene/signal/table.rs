@@ -17,7 +17,8 @@ pub(super) fn read_signal(
 ) -> Result<Vec<(f64, f64)>, String> {
     let bytes = storage::read(path, DATA_LIMIT).map_err(|e| format!("{e}; the path is relative to the scene"))?;
     let unreadable = |e: csv::Error| e.to_string();
-    let reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).has_headers(false).flexible(true);
+    let mut reader = csv::ReaderBuilder::new();
+    reader.trim(csv::Trim::All).comment(Some(b'#')).has_headers(false).flexible(true);
     let mut records = reader.from_reader(bytes.as_slice()).into_records().peekable();
     // Names behind a # are a header where no other line has one
     let noted = names_in_comment(&bytes).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
