@@ -113,6 +113,45 @@ fn an_interrupted_run_names_the_flag_by_which_it_could_go_on() {
     assert!(code == Some(3) && !said.contains(flag) && at.join("kept/scene-end.state").exists(), "{said}");
 }
 
+/// The names of the files in a folder that end like this, in order.
+fn names(folder: &Path, end: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten();
+    let mut all: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    all.retain(|name| name.ends_with(end));
+    all.sort();
+    all
+}
+
+/// A run that goes on next to the fields of its part before keeps them, and its collections name all of them; a part of another run it replaces, its skins too.
+#[test]
+fn fields_of_a_restart_follow_those_before() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 10 2 10\nvertex 20 2 10\nvertex 20 8 10\nendloop\nendfacet\n";
+    std::fs::write(at.join("glove.stl"), format!("solid a\n{facet}endsolid a\n")).expect("writable");
+    let skin = "[[skin]]\nname = 'glove'\nfile = 'glove.stl'\nunit = 'mm'\nreach = '1 mm'\n";
+    std::fs::write(at.join("scene.toml"), scene(4) + skin).expect("writable");
+    let run = |more: &[&str]| {
+        let (code, error) = output(simulate(at, more));
+        assert_eq!(code, Some(0), "{error}");
+    };
+    run(&["--out", "r", "--vtu", "--save-state", "0.5 s"]);
+    let read = |file: &str| std::fs::read_to_string(at.join("r").join(file)).expect("a collection");
+    let collections = || ["scene.pvd", "scene-glove.pvd"].map(read);
+    let (files, whole) = (names(&at.join("r"), ".vtu"), collections());
+    assert_eq!(files.len(), 11, "five states of the body and of the skin, and the regions");
+    run(&["--out", "r", "--vtu", "--restart", "r/scene-0.5s.state"]);
+    assert_eq!((names(&at.join("r"), ".vtu"), collections()), (files, whole));
+    // Rows of another run: its fields are none of this one
+    run(&["--out", "r", "--vtu", "--set", "laws.rubber.E='90 kPa'"]);
+    run(&["--out", "r", "--vtu", "--restart", "r/scene-0.5s.state"]);
+    assert_eq!(collections().map(|text| text.matches("DataSet").count()), [2, 2]);
+    assert_eq!(names(&at.join("r"), ".vtu").len(), 5);
+    // Without fields none of them are left
+    run(&["--out", "r"]);
+    assert_eq!([".vtu", ".pvd"].map(|end| names(&at.join("r"), end).len()), [0, 0]);
+}
+
 /// A folder that cannot be made or written is refused before the run.
 #[test]
 fn an_unwritable_folder_is_refused_first() {
