@@ -113,6 +113,30 @@ fn an_interrupted_run_names_the_flag_by_which_it_could_go_on() {
     assert!(code == Some(3) && !said.contains(flag) && at.join("kept/scene-end.state").exists(), "{said}");
 }
 
+/// While a run estimates its errors, another one does not take its name: record and errors would be those of two runs.
+#[test]
+fn a_name_is_taken_until_all_is_written() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(2)).expect("writable");
+    let finer = ["--set", "mesh.grid.divisions=[16,5,5]", "--set", "mesh.element='tet10'"];
+    let mut run = simulate(at, &[&["--out", "r", "--error", "all"], &finer[..]].concat());
+    let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program runs");
+    let (record, start) = (at.join("r/scene.json"), Instant::now());
+    while !record.exists() && start.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    // It takes no more time, so that it still estimates when the other one comes
+    Command::new("kill").args(["-STOP", &child.id().to_string()]).status().expect("kill");
+    let (code, error) = output(simulate(at, &["--out", "r"]));
+    assert!(!at.join("r/scene.errors.csv").exists(), "it was stopped while it estimated");
+    child.kill().expect("it is there");
+    child.wait().expect("it was killed");
+    assert!(code == Some(2) && error.contains("another process runs a scene of this name"), "{error}");
+    let (code, error) = output(simulate(at, &["--out", "r"]));
+    assert_eq!(code, Some(0), "{error}");
+}
+
 /// The names of the files in a folder that end like this, in order.
 fn names(folder: &Path, end: &str) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder").flatten();
