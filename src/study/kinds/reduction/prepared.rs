@@ -7,6 +7,7 @@ use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::runs::at_points;
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
 use crate::study::rounds::Rounds;
@@ -126,20 +127,22 @@ impl Prepared {
         dir: &Path,
     ) -> Result<Vec<FullState>, String> {
         let id = &case.record.id;
-        let kept = KeptStates::read(dir, id)?;
+        let mut kept = KeptStates::read(dir, id)?;
         let points = points(case, record, rounds).ok_or_else(|| format!("{id}: its points are not known"))?;
         let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
         let columns: Vec<&Vec<f64>> = self.names.iter().map(column).collect::<Result<_, _>>()?;
-        let rows = kept.x.len();
-        let expected = if record.motion.is_some() { rows } else { points.len() + 1 };
-        if rows != expected || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
-            return Err(format!("{id}: it has {rows} states in place of {expected}; run the study again"));
+        let states = kept.x.len();
+        let rows = if record.motion.is_some() { (0..states).collect() } else { at_points(&kept.t) };
+        let expected = if record.motion.is_some() { states } else { points.len() + 1 };
+        if rows.len() != expected || columns.iter().any(|c| c.len() != states) || kept.lambda.len() != states {
+            return Err(format!("{id}: it has {} states in place of {expected}; run the study again", rows.len()));
         }
-        let states = kept.x.into_iter().zip(kept.lambda).enumerate().skip(1).map(|(row, (x, lambda))| {
+        let states = rows.into_iter().enumerate().skip(1).map(|(point, row)| {
             let inputs = match record.motion {
                 Some(motion) => self.inputs(&in_time::at(&record.inputs, &points, motion, kept.t[row])),
-                None => self.inputs(&points[row - 1]),
+                None => self.inputs(&points[point - 1]),
             };
+            let [x, lambda] = [&mut kept.x, &mut kept.lambda].map(|all| std::mem::take(&mut all[row]));
             FullState { inputs, x, lambda, values: columns.iter().map(|c| c[row]).collect() }
         });
         Ok(states.collect())

@@ -51,7 +51,9 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     let members: BTreeMap<String, toml::Table> = values
         .iter()
         .enumerate()
-        .map(|(k, point)| (label(k), members(&record.inputs, std::slice::from_ref(point))))
+        .map(|(k, point)| {
+            (label(k), members(&record.inputs, std::slice::from_ref(point), prepared.names.iter().map(String::as_str)))
+        })
         .collect();
     let record = serde_json::to_value(step).map_err(|e| e.to_string())?;
     Ok(Some(Round { family: TRAINING.into(), members, record }))
