@@ -130,7 +130,9 @@ impl Controls {
             self.check_ranges(&signals, state.t)?;
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
-            memory.controller = reply.memory;
+            if !reply.memory.is_null() {
+                memory.controller = reply.memory;
+            }
             memory.stopped = orders.stop;
         }
         if !self.inputs.is_empty() {
