@@ -372,7 +372,7 @@ fn described(
         // JSON has no infinite number: a bar that is not known is null
         quantities.insert(quantity.name.clone(), json!({ "value": value, "bar": bar.is_finite().then_some(bar) }));
     }
-    let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+    let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.contains(*u));
     // A model that moves remembers where it was
     let in_range = within_ranges && (twin.dt().is_none() || twin.in_range());
     let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest_changes).all(|(bar, size)| *bar <= t * size);

@@ -2,6 +2,7 @@
 
 use super::error::ReductionError;
 use crate::math::signal::{Clock, Ramp};
+use crate::math::units::within;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,11 @@ impl Input {
     /// The value at which a model begins: that of the scene, or zero, or the nearest end of the range.
     pub fn at_start(&self) -> f64 {
         self.start.map_or(self.unloaded(), |start| start.clamp(self.range[0], self.range[1]))
+    }
+
+    /// Whether a value is within the range, but for the rounding of its unit.
+    pub fn contains(&self, value: f64) -> bool {
+        within(value, self.range.into())
     }
 
     /// Zero, or the nearest end of the range.

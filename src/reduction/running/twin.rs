@@ -294,7 +294,7 @@ impl Twin {
         if !self.equations.accept(&self.at) {
             return Err(self.no_equilibrium());
         }
-        let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+        let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.contains(*u));
         let dynamics = self.model.dynamics.as_ref();
         let time = self.time().unwrap_or(0.0);
         self.in_range =
