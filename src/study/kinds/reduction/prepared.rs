@@ -41,30 +41,36 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares the scene from cases of the study, one of which is there.
+    /// Prepares the scene from cases of the study with its results in `dir`, one of which is there.
     ///
     /// # Errors
     ///
     /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
-    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, Underived> {
-        check_files(&record.scene, cases)?;
+    pub fn of(
+        results: &Results,
+        record: &ReductionRecord,
+        cases: &[&StoredCase],
+        dir: &Path,
+    ) -> Result<Self, Underived> {
+        let file = record.scene_file(dir);
+        check_files(&file, cases)?;
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
         let marks = marks(&record.inputs, &factors);
         let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (spec, text) =
-            changed_scene(&record.scene, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+            changed_scene(&file, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
         let mut all: toml::Table = changes.into_iter().collect();
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
-        let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
-        check_mesh(&record.scene, &body, cases)?;
-        let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
+        let body: Arc<Body> = Body::load(&file, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
+        check_mesh(&file, &body, cases)?;
+        let scene = Scene::build(&file, spec, text, body.clone()).map_err(|e| e.to_string())?;
         let places = places(&scene, &record.inputs, (&marks, &factors))?;
         Ok(Self {
             scene,
-            file: record.scene.clone(),
+            file,
             body,
             inputs: record.inputs.clone(),
             places,

@@ -20,7 +20,7 @@ const SEED: u64 = 3;
 pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Round>, String> {
     let Some(plan) = &record.greedy else { return Ok(None) };
     let Some(cases) = converged(results, Role::Training) else { return Ok(None) };
-    let prepared = Prepared::of(results, record, &cases).map_err(|e| e.to_string())?;
+    let prepared = Prepared::of(results, record, &cases, dir).map_err(|e| e.to_string())?;
     let states = prepared.runs(&cases, record, dir)?.concat();
     let shares = candidates(record, plan, &states_in_shares(record, &prepared, &states));
     let inputs: Vec<Vec<f64>> = shares.iter().map(|share| prepared.inputs(&in_units(&record.inputs, share))).collect();
