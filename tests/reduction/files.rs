@@ -83,8 +83,9 @@ fn models_are_made_with_the_files_of_their_cases() {
     let ran = durometer(at, &["run", "study.toml", "--out", "out", "--partition", "1/1"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let out = at.join("out");
+    let reported = || durometer(at, &["report", "out"]);
     let report = || {
-        durometer(at, &["report", "out"]);
+        reported();
         let summary = json(&out.join("summary.json"));
         (summary["verdict"].as_str().expect("words").to_string(), summary["warnings"].to_string())
     };
@@ -92,6 +93,12 @@ fn models_are_made_with_the_files_of_their_cases() {
     let (verdict, warnings) = report();
     assert!(verdict.starts_with("No verdict: no model could be made"), "{verdict}");
     assert!(warnings.contains("the file guides.csv has other contents now"), "{warnings}");
+    let told = reported();
+    assert!(
+        told.code == Some(3) && told.err.contains("not complete: ") && told.err.contains("guides.csv"),
+        "{}",
+        told.err
+    );
     std::fs::remove_file(at.join("guides.csv")).expect("it was there");
     let (verdict, warnings) = report();
     assert!(verdict.starts_with("No verdict"), "{verdict}");
