@@ -53,10 +53,10 @@ double durometer_twin_time(const durometer_twin *twin);
 
 /* Inputs of the present equilibrium. */
 const double *durometer_twin_present_inputs(const durometer_twin *twin);
-/* Whether they are within their ranges: 1 or 0. Of a model that moves, whether they were so since the last rest, and changed no faster than in the runs
- * that it is made of. */
+/* Whether they are within their ranges: 1 or 0. Of a model that moves, whether they were so since the last rest, changed no faster than in the runs
+ * that it is made of, and no more time has passed than in these. */
 int durometer_twin_in_range(const durometer_twin *twin);
-/* Quantities at the present equilibrium, their error bars (infinite beyond the ranges), and estimates of the value of the full model less that of this
+/* Quantities at the present equilibrium, their error bars (infinite where they are not in range), and estimates of the value of the full model less that of this
  * one. */
 const double *durometer_twin_values(const durometer_twin *twin);
 const double *durometer_twin_bars(const durometer_twin *twin);

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed.\n\nExit codes: 0 done, 2 bad input, 3 a stored file of a study is missing or not the one that was stored."
+    after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed.\n\nExit codes: 0 done, 2 bad input, 3 a stored file of a study is missing or not the one that was stored, or a study has no result, such as a reduced model."
 )]
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden; or the record of a run,
@@ -50,7 +50,13 @@ fn redraw(args: Args) -> CommandResult {
     } else {
         say!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
     }
-    Ok(soundness(&summary))
+    let sound = soundness(&summary);
+    if let Some(why) = &summary.without_result {
+        summary.warnings.iter().for_each(|warning| tell!("warning: {warning}"));
+        tell!("not complete: {why}");
+        return Ok(Outcome::RunIncomplete);
+    }
+    Ok(sound)
 }
 
 /// Draws the report of a folder with a fit of any kind, and lists its files. Returns the name of the stored result and the answer in words; none where it holds no fit.

@@ -10,6 +10,7 @@ use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport,
 use durometer::scene::control::strict_json::Strict;
 use durometer::storage::unix_time;
 use serde_json::{Map, Value, json};
+use std::fmt::Display;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
@@ -38,7 +39,7 @@ pub struct Args {
     /// Largest error bar that is accepted, as a share of the largest change in the training runs, e.g. 1%; answers say whether it is kept
     #[arg(long, value_name = "SHARE", value_parser = share)]
     tolerance: Option<f64>,
-    /// End where an error bar is above the tolerance, or an input beyond its range
+    /// End where an error bar is above the tolerance, an input beyond its range, or the model without an answer
     #[arg(long, requires = "tolerance")]
     stop: bool,
     /// The scene of the study that made the model: where an error bar is above the tolerance, or an input beyond its range, the answer is that of the full
@@ -86,11 +87,10 @@ struct Models {
 }
 
 impl Models {
-    /// Back to rest.
+    /// The reduced model back to rest.
     fn reset(&mut self) {
         self.twin.reset();
         self.inputs.copy_from_slice(self.twin.inputs());
-        self.fallback.iter_mut().for_each(|fallback| fallback.full.reset());
     }
 }
 
@@ -102,6 +102,7 @@ fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     say!("{}", json!({ "listening": listener.local_addr()?.to_string() }));
     for connection in listener.incoming() {
         models.reset();
+        models.fallback.iter_mut().for_each(|fallback| fallback.full.reset());
         // A client that vanishes, or sends what is no text, has no more answers; the next one does
         let served = connection.map_err(Into::into).and_then(|stream| {
             stream.set_nodelay(true)?;
@@ -135,9 +136,11 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
         if text.as_ref().is_ok_and(|line| line.trim().is_empty()) {
             continue;
         }
-        let (answer, trusted) = match text.and_then(|line| answer(models, line, args.tolerance)) {
+        let answered = text.map_err(Refused::Line).and_then(|line| answer(models, line, args.tolerance));
+        let (answer, trusted) = match answered {
             Ok(answer) => answer,
-            Err(why) => (json!({ "error": why }), true),
+            Err(Refused::Line(why)) => (json!({ "error": why }), true),
+            Err(Refused::Model(why)) => (json!({ "error": why }), false),
         };
         if !tell(&answer) {
             return Ok(Outcome::Complete);
@@ -180,8 +183,56 @@ fn opening(twin: &Twin) -> Value {
     opening
 }
 
-/// The answer to a line, and whether it may be trusted; an error in words where the line asks for what cannot be done.
-fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), String> {
+/// Why a line has no answer, in words; the model stays where it is.
+enum Refused {
+    /// The line asks for what is none
+    Line(String),
+    /// The model does not reach what the line asks for
+    Model(String),
+}
+
+impl From<String> for Refused {
+    fn from(why: String) -> Self {
+        Self::Line(why)
+    }
+}
+
+impl Refused {
+    fn model(why: impl Display) -> Self {
+        Self::Model(why.to_string())
+    }
+}
+
+/// A line as it is understood.
+struct Asked {
+    resets: bool,
+    /// Inputs that are given, none where the key is left away
+    inputs: Option<Vec<(usize, f64)>>,
+    targets: Vec<Target>,
+    moving: Vec<bool>,
+}
+
+/// The answer to a line, and whether it may be trusted.
+fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), Refused> {
+    let asked = understood(&models.twin, line)?;
+    let start = Instant::now();
+    let before = (models.twin.save(), models.inputs.clone());
+    if asked.resets {
+        models.reset();
+    }
+    let answered = match &asked.inputs {
+        None if models.twin.dt().is_some() => answer_in_time(&mut models.twin, &asked, (start, tolerance)),
+        _ => answer_at(models, &asked, (start, tolerance)),
+    };
+    if answered.is_err() {
+        models.twin.restore(&before.0);
+        models.inputs = before.1;
+    }
+    answered
+}
+
+/// The requests of a line.
+fn understood(twin: &Twin, line: &str) -> Result<Asked, String> {
     let refused = |why: String| format!("the line is no JSON object: {why}; write {{\"inputs\": {{…}}}}");
     let Strict(asked) = serde_json::from_str(line).map_err(|e| refused(e.to_string()))?;
     let Value::Object(asked) = asked else { return Err(refused("it is another value".into())) };
@@ -194,48 +245,55 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
         Some(Value::Bool(true)) => true,
         Some(other) => return Err(format!("\"reset\" is {other}; write true, or leave it away")),
     };
-    let names: Vec<String> = models.twin.model().inputs.iter().map(|i| i.name.clone()).collect();
+    let names: Vec<String> = twin.model().inputs.iter().map(|i| i.name.clone()).collect();
     let given: Vec<(usize, f64)> = numbers(&asked, "inputs")?
         .into_iter()
         .map(|(name, value)| Ok((index(&names, &name)?, value)))
         .collect::<Result<_, String>>()?;
-    targets(&models.twin, numbers(&asked, "target")?)?;
-    let moving = moving(&models.twin, &asked, &names)?;
-    let start = Instant::now();
-    if resets {
-        models.reset();
-    }
-    let Models { twin, fallback, inputs: last } = models;
-    if twin.dt().is_some() && !asked.contains_key("inputs") {
-        return answer_in_time(twin, (&asked, &moving), (start, tolerance));
-    }
-    // A model that moves goes on from where its last step has brought it, by a target too
-    let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
-    given.into_iter().for_each(|(k, value)| inputs[k] = value);
-    if twin.dt().is_some() && asked.contains_key("target") {
+    let targets = targets(twin, numbers(&asked, "target")?)?;
+    let moving = moving(twin, &asked, &names)?;
+    let (has_inputs, has_target) = (asked.contains_key("inputs"), asked.contains_key("target"));
+    if twin.dt().is_some() && has_inputs && has_target {
         return Err("a line is one step in time: give \"inputs\", or a \"target\"".into());
     }
+    Ok(Asked { resets, inputs: has_inputs.then_some(given), targets, moving })
+}
+
+/// The answer at the inputs of a line, or at those by which its targets are met.
+fn answer_at(
+    models: &mut Models,
+    asked: &Asked,
+    (start, tolerance): (Instant, Option<f64>),
+) -> Result<(Value, bool), Refused> {
+    let Models { twin, fallback, inputs: last } = models;
+    // A model that moves goes on from where its last step has brought it, by a target too
+    let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
+    asked.inputs.iter().flatten().for_each(|&(k, value)| inputs[k] = value);
     let mut reached = twin.step(&inputs);
-    let targets = targets(twin, numbers(&asked, "target")?)?;
     let mut met = None;
-    if !targets.is_empty() {
-        let found = reach_by(twin, &targets, &moving).map_err(|e| e.to_string())?;
+    if !asked.targets.is_empty() {
+        let found = reach_by(twin, &asked.targets, &asked.moving).map_err(Refused::model)?;
         (inputs, met) = (found.inputs, Some(found.met));
         reached = Ok(StepReport { iterations: found.iterations, parts: 1 });
     }
     let full = match fallback {
-        Some(fallback) => fallback.correct(twin, &inputs, reached).map_err(|e| e.to_string())?,
+        Some(fallback) => {
+            if asked.resets {
+                fallback.full.reset();
+            }
+            fallback.correct(twin, &inputs, reached).map_err(Refused::model)?
+        }
         None => None,
     };
     if let (Some(values), Some(t)) = (&full, tolerance) {
         let is_met =
             |of: &Target| (values[of.quantity] - of.value).abs() <= t * twin.model().largest_changes[of.quantity];
-        met = met.map(|met| met && targets.iter().all(is_met));
+        met = met.map(|met| met && asked.targets.iter().all(is_met));
     }
     // Where the full model answers, the reduced one need not have reached these inputs
     let report = match reached {
         Err(_) if full.is_some() => StepReport { iterations: 0, parts: 0 },
-        reached => reached.map_err(|e| e.to_string())?,
+        reached => reached.map_err(Refused::model)?,
     };
     last.copy_from_slice(&inputs);
     Ok(described(twin, (&inputs, full.as_deref()), report, met, (start, tolerance)))
@@ -244,18 +302,17 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
 /// The answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
 fn answer_in_time(
     twin: &mut Twin,
-    (asked, moving): (&Map<String, Value>, &[bool]),
+    asked: &Asked,
     (start, tolerance): (Instant, Option<f64>),
-) -> Result<(Value, bool), String> {
-    let targets = targets(twin, numbers(asked, "target")?)?;
-    let (report, met) = if !targets.is_empty() {
-        let reached = reach_by(twin, &targets, moving).map_err(|e| e.to_string())?;
+) -> Result<(Value, bool), Refused> {
+    let (report, met) = if !asked.targets.is_empty() {
+        let reached = reach_by(twin, &asked.targets, &asked.moving).map_err(Refused::model)?;
         (StepReport { iterations: reached.iterations, parts: 1 }, Some(reached.met))
-    } else if asked.contains_key("reset") {
+    } else if asked.resets {
         (StepReport { iterations: 0, parts: 0 }, None)
     } else {
         let inputs = twin.inputs().to_vec();
-        (twin.step(&inputs).map_err(|e| e.to_string())?, None)
+        (twin.step(&inputs).map_err(Refused::model)?, None)
     };
     Ok(described(twin, (twin.inputs(), None), report, met, (start, tolerance)))
 }
@@ -315,7 +372,7 @@ fn described(
         // JSON has no infinite number: a bar that is not known is null
         quantities.insert(quantity.name.clone(), json!({ "value": value, "bar": bar.is_finite().then_some(bar) }));
     }
-    let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+    let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.contains(*u));
     // A model that moves remembers where it was
     let in_range = within_ranges && (twin.dt().is_none() || twin.in_range());
     let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest_changes).all(|(bar, size)| *bar <= t * size);

@@ -3,6 +3,7 @@
 use super::news::{Extent, News, Seen, SignalState};
 use super::thinned::Thinned;
 use crate::math::threads::locked;
+use crate::math::units::within;
 use crate::report::viewer::film::Film;
 use crate::report::viewer::frame::Frame;
 use crate::scene::Scene;
@@ -219,8 +220,7 @@ impl Board {
                     let Some(known) = signals.iter_mut().find(|s| s.name == signal) else {
                         return Err(format!("there is no signal \"{signal}\" that a page may set"));
                     };
-                    let within = |(low, high)| (low..=high).contains(&value);
-                    if !value.is_finite() || !known.range.is_none_or(within) {
+                    if !value.is_finite() || known.range.is_some_and(|range| !within(value, range)) {
                         return Err(format!("{value} is not within the range of {signal}"));
                     }
                     known.value = value;

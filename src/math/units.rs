@@ -301,6 +301,15 @@ pub fn spaced(text: &str) -> Option<String> {
     (!unit.is_empty()).then(|| format!("{number} {unit}"))
 }
 
+/// Relative rounding of a number that was multiplied with the powers of a unit.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Whether a number is within two others but for the rounding of their units: 0.0041 is not beyond 4.1 mm, which is 0.0040999999999999995 m.
+pub fn within(value: f64, (low, high): (f64, f64)) -> bool {
+    let rounding = ROUNDING * low.abs().max(high.abs());
+    low - rounding <= value && value <= high + rounding
+}
+
 /// A number as it is shown, with nine significant digits: 0.93 g/cm^3 is 930 kg/m^3, where the product of the factors is 929.9999999999999.
 pub fn shown(x: f64) -> f64 {
     format!("{x:.8e}").parse().unwrap_or(x)
@@ -366,6 +375,23 @@ fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Of the lengths with one decimal of a millimetre every twentieth is rounded to another number than the same length in metres.
+    #[test]
+    fn the_end_of_a_range_is_within_it() {
+        let metres = |text: &str| parse(text, Dimension::LENGTH).expect("a length");
+        let ends = |text: &str| (metres("-40 mm"), metres(text));
+        let mut rounded = 0;
+        for tenths in 1..400_u32 {
+            let (whole, tenth) = (tenths / 10, tenths % 10);
+            let end: f64 = format!("{tenths}e-4").parse().expect("a number");
+            let range = ends(&format!("{whole}.{tenth} mm"));
+            rounded += u32::from(range.1 != end);
+            assert!(within(end, range) && !within(end * (1.0 + 1e-12), range), "{tenths}");
+        }
+        assert!(rounded > 0, "0.0041 is not 4.1 times 0.001");
+        assert!(!within(f64::NAN, (0.0, 1.0)) && within(-0.04, ends("4.1 mm")));
+    }
 
     #[test]
     fn decimals_lose_no_number() {

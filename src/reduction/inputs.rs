@@ -2,6 +2,7 @@
 
 use super::error::ReductionError;
 use crate::math::signal::{Clock, Ramp};
+use crate::math::units::within;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -31,10 +32,27 @@ impl Input {
         self.start.map_or(self.unloaded(), |start| start.clamp(self.range[0], self.range[1]))
     }
 
+    /// Whether a value is within the range, but for the rounding of its unit.
+    pub fn contains(&self, value: f64) -> bool {
+        within(value, self.range.into())
+    }
+
     /// Zero, or the nearest end of the range.
     pub fn unloaded(&self) -> f64 {
         0.0_f64.clamp(self.range[0], self.range[1])
     }
+}
+
+/// Largest change of an input in a part of a change, as a share of its range, where quantities count turns: they are the same whatever the inputs before.
+pub const SHARE: f64 = 1.0 / 16.0;
+/// Least part that a change is cut into for that, of one far beyond the ranges.
+const CUT: f64 = 1.0 / 64.0;
+
+/// The largest part of a change of the inputs in which each of them changes by [`SHARE`] of its range at most.
+pub fn largest_part(inputs: &[Input], from: impl Fn(usize) -> f64, to: &[f64]) -> f64 {
+    let changes = to.iter().zip(inputs).enumerate();
+    let shares = changes.map(|(k, (to, input))| (to - from(k)).abs() / (input.range[1] - input.range[0]));
+    (SHARE / shares.fold(SHARE, f64::max)).max(CUT)
 }
 
 /// c + Σ r_k u_k of the inputs u.

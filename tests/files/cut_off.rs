@@ -113,6 +113,69 @@ fn an_interrupted_run_names_the_flag_by_which_it_could_go_on() {
     assert!(code == Some(3) && !said.contains(flag) && at.join("kept/scene-end.state").exists(), "{said}");
 }
 
+/// While a run estimates its errors, another one does not take its name: record and errors would be those of two runs.
+#[test]
+fn a_name_is_taken_until_all_is_written() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(2)).expect("writable");
+    let finer = ["--set", "mesh.grid.divisions=[16,5,5]", "--set", "mesh.element='tet10'"];
+    let mut run = simulate(at, &[&["--out", "r", "--error", "all"], &finer[..]].concat());
+    let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program runs");
+    let (record, start) = (at.join("r/scene.json"), Instant::now());
+    while !record.exists() && start.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    // It takes no more time, so that it still estimates when the other one comes
+    Command::new("kill").args(["-STOP", &child.id().to_string()]).status().expect("kill");
+    let (code, error) = output(simulate(at, &["--out", "r"]));
+    assert!(!at.join("r/scene.errors.csv").exists(), "it was stopped while it estimated");
+    child.kill().expect("it is there");
+    child.wait().expect("it was killed");
+    assert!(code == Some(2) && error.contains("another process runs a scene of this name"), "{error}");
+    let (code, error) = output(simulate(at, &["--out", "r"]));
+    assert_eq!(code, Some(0), "{error}");
+}
+
+/// The names of the files in a folder that end like this, in order.
+fn names(folder: &Path, end: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten();
+    let mut all: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    all.retain(|name| name.ends_with(end));
+    all.sort();
+    all
+}
+
+/// A run that goes on next to the fields of its part before keeps them, and its collections name all of them; a part of another run it replaces, its skins too.
+#[test]
+fn fields_of_a_restart_follow_those_before() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 10 2 10\nvertex 20 2 10\nvertex 20 8 10\nendloop\nendfacet\n";
+    std::fs::write(at.join("glove.stl"), format!("solid a\n{facet}endsolid a\n")).expect("writable");
+    let skin = "[[skin]]\nname = 'glove'\nfile = 'glove.stl'\nunit = 'mm'\nreach = '1 mm'\n";
+    std::fs::write(at.join("scene.toml"), scene(4) + skin).expect("writable");
+    let run = |more: &[&str]| {
+        let (code, error) = output(simulate(at, more));
+        assert_eq!(code, Some(0), "{error}");
+    };
+    run(&["--out", "r", "--vtu", "--save-state", "0.5 s"]);
+    let read = |file: &str| std::fs::read_to_string(at.join("r").join(file)).expect("a collection");
+    let collections = || ["scene.pvd", "scene-glove.pvd"].map(read);
+    let (files, whole) = (names(&at.join("r"), ".vtu"), collections());
+    assert_eq!(files.len(), 11, "five states of the body and of the skin, and the regions");
+    run(&["--out", "r", "--vtu", "--restart", "r/scene-0.5s.state"]);
+    assert_eq!((names(&at.join("r"), ".vtu"), collections()), (files, whole));
+    // Rows of another run: its fields are none of this one
+    run(&["--out", "r", "--vtu", "--set", "laws.rubber.E='90 kPa'"]);
+    run(&["--out", "r", "--vtu", "--restart", "r/scene-0.5s.state"]);
+    assert_eq!(collections().map(|text| text.matches("DataSet").count()), [2, 2]);
+    assert_eq!(names(&at.join("r"), ".vtu").len(), 5);
+    // Without fields none of them are left
+    run(&["--out", "r"]);
+    assert_eq!([".vtu", ".pvd"].map(|end| names(&at.join("r"), end).len()), [0, 0]);
+}
+
 /// A folder that cannot be made or written is refused before the run.
 #[test]
 fn an_unwritable_folder_is_refused_first() {

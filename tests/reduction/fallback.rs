@@ -2,12 +2,14 @@
 
 use crate::bar::without_cable;
 use crate::common::program::{Ended, durometer, durometer_with};
+use durometer::reduction::polynomial::Quadratic;
+use durometer::reduction::quantities::{ReducedQuantity, ReducedReading};
 use durometer::reduction::running::fallback::By;
 use durometer::reduction::training::full_model::FullModelError;
 use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
 use durometer::scene::{Body, changed_scene, mesh_sha256, read_scene};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const STUDY: &str = r#"
 kind = "reduction"
@@ -96,6 +98,7 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
     assert!(answer["by"] == "full" && (value - plain(at, 8.0, 60e3)).abs() < 1e-8, "{answer}");
     in_the_library(at, &file);
     it_begins_without_loads(at, &file);
+    rotations_are_counted(at, &file);
     others_are_refused(at, &file);
 }
 
@@ -131,10 +134,43 @@ kind = "position"
 region = "xmax"
 "#;
 
-/// A study marks its inputs by values within their ranges, and the full model has none of them at its start. The model is one of another scene, with the origin of this one.
-fn it_begins_without_loads(at: &Path, file: &str) {
-    let scene = at.join("wound.toml");
-    std::fs::write(&scene, WOUND).expect("room");
+/// A bar that winds up by 300°, whose angle is recorded.
+const TURNED: &str = r#"
+[mesh.grid]
+kind = "box"
+size = ["100 mm", "6 mm", "6 mm"]
+divisions = [20, 2, 2]
+[laws.rubber]
+law = "neo_hookean"
+mu = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["2 mm", "3 mm", "5 mm"], ["18 mm", "3 mm", "5 mm"], ["34 mm", "3 mm", "5 mm"], ["50 mm", "3 mm", "5 mm"], ["66 mm", "3 mm", "5 mm"], ["82 mm", "3 mm", "5 mm"], ["98 mm", "3 mm", "5 mm"]]
+pull_point = ["-10 mm", "3 mm", "5 mm"]
+guide_radius = "2.5 mm"
+drive = { kind = "length", signal = "0 mm" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "bending_angle"
+root = "xmin"
+tip = "xmax"
+"#;
+
+/// A model with the origin of a scene whose cable is an input; what it is made of is another scene.
+fn of_scene(at: &Path, file: &str, (name, text): (&str, &str)) -> (ReducedModel, PathBuf) {
+    let scene = at.join(name);
+    std::fs::write(&scene, text).expect("room");
     let (spec, text) = read_scene(&scene, &[]).expect("a scene");
     let marked = "kind = 'controlled'\ninitial = '20 mm'\nrange = ['0 mm', '40 mm']";
     let marked: toml::Table = marked.parse().expect("TOML");
@@ -143,9 +179,36 @@ fn it_begins_without_loads(at: &Path, file: &str) {
     model.origin.scene = changed_scene(&scene, &text, &changes).expect("a scene").1;
     model.origin.changes = changes.into_iter().collect::<toml::Table>().to_string();
     model.origin.mesh_sha256 = mesh_sha256(&Body::load(&scene, &spec.mesh, &mut |_| {}).expect("a grid"));
+    (model, scene)
+}
+
+/// A study marks its inputs by values within their ranges, and the full model has none of them at its start.
+fn it_begins_without_loads(at: &Path, file: &str) {
+    let (model, scene) = of_scene(at, file, ("wound.toml", WOUND));
     let mut full = FullModel::open(&model, &scene).unwrap_or_else(|e| panic!("{e}"));
     let tip = full.step(&[30e-3, 60e3]).unwrap_or_else(|e| panic!("{e}"));
     assert!(tip.len() == 1 && tip[0].is_finite(), "{tip:?}");
+}
+
+/// An angle counts its rotations from any inputs to any others, as in small steps: from rest, and from the other end of the range.
+fn rotations_are_counted(at: &Path, file: &str) {
+    let (mut model, scene) = of_scene(at, file, ("turned.toml", TURNED));
+    let direction = Quadratic { coordinates: 1, constant: vec![0.0; 3], linear: vec![], quadratic: vec![] };
+    let reading = ReducedReading::Turned { direction, rest: [1.0, 0.0, 0.0], axis: None };
+    model.quantities = vec![ReducedQuantity { name: "bending_angle_deg".into(), reading }];
+    model.inputs[0].range = [0.0, 26e-3];
+    let mut full = FullModel::open(&model, &scene).unwrap_or_else(|e| panic!("{e}"));
+    let angle = |full: &mut FullModel, u: f64| full.step(&[u, 100e3]).unwrap_or_else(|e| panic!("{e}"))[0];
+    let mut slowly = 0.0;
+    for k in 1..=60 {
+        slowly = angle(&mut full, 23e-3 * f64::from(k) / 60.0);
+    }
+    assert!(slowly > 260.0, "{slowly}");
+    full.reset();
+    for (u, expected) in [(23e-3, slowly), (0.0, 0.0), (23e-3, slowly)] {
+        let found = angle(&mut full, u);
+        assert!((found - expected).abs() < 0.01, "{u}: {found} in place of {expected}");
+    }
 }
 
 /// The same in the library.

@@ -83,8 +83,9 @@ fn models_are_made_with_the_files_of_their_cases() {
     let ran = durometer(at, &["run", "study.toml", "--out", "out", "--partition", "1/1"]);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
     let out = at.join("out");
+    let reported = || durometer(at, &["report", "out"]);
     let report = || {
-        durometer(at, &["report", "out"]);
+        reported();
         let summary = json(&out.join("summary.json"));
         (summary["verdict"].as_str().expect("words").to_string(), summary["warnings"].to_string())
     };
@@ -92,6 +93,12 @@ fn models_are_made_with_the_files_of_their_cases() {
     let (verdict, warnings) = report();
     assert!(verdict.starts_with("No verdict: no model could be made"), "{verdict}");
     assert!(warnings.contains("the file guides.csv has other contents now"), "{warnings}");
+    let told = reported();
+    assert!(
+        told.code == Some(3) && told.err.contains("not complete: ") && told.err.contains("guides.csv"),
+        "{}",
+        told.err
+    );
     std::fs::remove_file(at.join("guides.csv")).expect("it was there");
     let (verdict, warnings) = report();
     assert!(verdict.starts_with("No verdict"), "{verdict}");
@@ -111,6 +118,27 @@ fn models_are_made_with_the_files_of_their_cases() {
     assert_eq!(verdict, of_cases);
     assert!(warnings.contains("not made anew") && warnings.contains("guides.csv"), "{warnings}");
     assert!(models(&out).iter().all(|file| out.join(file).is_file()));
+}
+
+/// A study is one wherever it is called from, and a report finds its scene and the files that this names.
+#[test]
+fn the_folder_of_the_call_does_not_matter() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (above, at) = (folder.path(), folder.path().join("inside"));
+    std::fs::create_dir(&at).expect("room");
+    written(&at);
+    let ran = durometer(&at, &["run", "study.toml", "--out", "out", "--partition", "1/1"]);
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    let reported = durometer(above, &["report", "inside/out"]);
+    assert_eq!(reported.code, Some(0), "{}\n{}", reported.out, reported.err);
+    let summary = json(&at.join("out/summary.json"));
+    assert!(summary["verdict"].as_str().is_some_and(|verdict| verdict.starts_with("The model of")), "{summary}");
+    let [study, made] = ["study.json", "derived.json"].map(|name| at.join("out").join(name));
+    let read = || [&study, &made].map(|file| std::fs::read(file).expect("it is there"));
+    let before = read();
+    let ran = durometer(above, &["run", "inside/study.toml", "--out", "inside/out"]);
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    assert!(read() == before, "the study is the same, and its models are not made again");
 }
 
 /// The guides are at other places now: the full model is refused, also in the library. A model that does not know the files takes them, and they are named.

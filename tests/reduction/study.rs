@@ -95,13 +95,7 @@ fn a_study_makes_models_that_the_program_steps() {
     }
     the_weight_is_held(&answers);
 
-    // A line that cannot be meant so has no effect, and its answer says why
-    let held = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": \"yes\"}\n{\"reset\": true, \"inputs\": {\"none\": 1}}\n\
-        {\"inputs\": {\"cable_imposed_tension_N\": 0.1, \"cable_imposed_tension_N\": 0.3}}\n{\"inputs\": {}}\n";
-    let held = lines(&durometer_with(at, &["twin", &model], held).out);
-    assert!(held[2..5].iter().all(|refused| refused["error"].is_string()), "{held:?}");
-    assert_eq!(held[1]["inputs"], held[5]["inputs"]);
-
+    refused_lines_have_no_effect(at, &model);
     let strict = durometer_with(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
     assert_eq!(strict.code, Some(3), "{}", strict.out);
     assert_eq!(durometer(at, &["twin", "scene.toml"]).code, Some(2));
@@ -120,6 +114,22 @@ fn a_study_makes_models_that_the_program_steps() {
     };
     assert_eq!(of("out")[0][0]["name"], "xmax_x_m");
     assert_eq!(of("out"), of("fresh"));
+}
+
+/// A line that cannot be meant so has no effect, and its answer says why.
+fn refused_lines_have_no_effect(at: &Path, model: &str) {
+    let held = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": \"yes\"}\n{\"reset\": true, \"inputs\": {\"none\": 1}}\n\
+        {\"inputs\": {\"cable_imposed_tension_N\": 0.1, \"cable_imposed_tension_N\": 0.3}}\n{\"inputs\": {}}\n";
+    let held = lines(&durometer_with(at, &["twin", model], held).out);
+    assert!(held[2..5].iter().all(|refused| refused["error"].is_string()), "{held:?}");
+    assert_eq!(held[1]["inputs"], held[5]["inputs"]);
+    // Nor has a reset with inputs at which there is no equilibrium, and it is no answer to be trusted
+    let far = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": true, \"inputs\": {\"body_acceleration_m_s2\": 1e9}}\n{\"inputs\": {}}\n";
+    let answered = lines(&durometer_with(at, &["twin", model], far).out);
+    assert!(answered[2]["error"].is_string(), "{answered:?}");
+    assert_eq!(answered[1]["inputs"], answered[3]["inputs"]);
+    let stopped = durometer_with(at, &["twin", model, "--tolerance", "5%", "--stop"], far);
+    assert_eq!((stopped.code, lines(&stopped.out).len()), (Some(3), 3), "{}", stopped.out);
 }
 
 /// The weight is that of the scene, and no search moves it that is not told so: the cable alone only bends the bar down. The first line says what the bars rest on.
@@ -250,11 +260,15 @@ fn a_study_makes_models_that_move() {
     assert!(answers[7]["in_range"] == false && answers[7]["quantities"]["xmax_z_m"]["bar"].is_null(), "{}", answers[7]);
 
     // Inputs that are not given are those of the last step, also where a target has found them
-    let targeted =
-        "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}}\n";
+    let targeted = "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}}\n\
+        {\"reset\": true, \"inputs\": {}, \"target\": {\"xmax_z_m\": 0.005}}\n{}\n";
     let targeted = lines(&durometer_with(at, &["twin", &model], targeted).out);
     assert_ne!(targeted[1]["inputs"], targeted[2]["inputs"]);
     assert_eq!(targeted[2]["inputs"], targeted[3]["inputs"]);
+    assert!(
+        targeted[4]["error"].is_string() && targeted[5]["t_s"] == 0.04,
+        "a refused line resets nothing: {targeted:?}"
+    );
 
     // The duration of a run is that of one stage
     let second = "[[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"10 ms\"\n";

@@ -12,7 +12,7 @@ use durometer::scene::{
 };
 use durometer::solve::Status;
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, State, Want};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -680,6 +680,44 @@ fn a_controller_reaches_its_goal_and_survives_a_restart() {
     let again = scene.run_with(options);
     assert_eq!(pi.begun_at, whole.rows[15][0]);
     assert!(bits(&again) == bits(&whole));
+}
+
+/// Gives a memory at the first point alone.
+#[derive(Default)]
+struct Once {
+    known: Value,
+}
+
+impl Controller for Once {
+    fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+        self.known = opening.memory.clone();
+        Ok(())
+    }
+
+    fn step(&mut self, observation: &Observation, _: &mut [f64]) -> Result<Reply, ControlError> {
+        let memory = if observation.row[0] == 0.0 { json!(42) } else { Value::Null };
+        Ok(Reply { memory, ..Reply::default() })
+    }
+}
+
+#[test]
+fn a_memory_stays_until_there_is_another() {
+    let text = format!(
+        "{LAW}{CABLE}drive = {{ kind = \"length\", signal = {{ kind = \"controlled\", initial = \"0 mm\" }} }}\n{STATIC}"
+    );
+    let scene = bar(&text);
+    let (mut once, mut middle) = (Once::default(), None);
+    let mut saved = |checkpoint: &Checkpoint, _: &str| middle = Some(checkpoint.clone());
+    let options = RunOptions {
+        controller: Some(&mut once),
+        save_at: vec![0.5],
+        on_save: Some(&mut saved),
+        ..RunOptions::default()
+    };
+    scene.run_with(options);
+    let mut once = Once::default();
+    scene.run_with(RunOptions { restart: middle, controller: Some(&mut once), ..RunOptions::default() });
+    assert_eq!(once.known, json!(42));
 }
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");

@@ -94,6 +94,15 @@ fn a_report_counts_no_damaged_result() {
     assert!(errors.lines().any(warned), "{errors}");
     call(&at, &["run", "study.toml", "--out", "r", "--only", "E101kPa"], 0);
     call(&at, &["report", "r"], 0);
+    // Without its series a case has no first value, from which its peaks count
+    std::fs::remove_file(cases.join(case(2, "csv"))).expect("stored");
+    let (said, errors) = call(&at, &["report", "r", "--json"], 3);
+    let named = |line: &str| line.contains(&case(2, "csv")) && line.contains("The case does not count");
+    assert!(errors.lines().any(named), "{errors}");
+    let summary: Value = serde_json::from_str(&said).expect("JSON");
+    let ids: Vec<&str> = summary["cases"].as_array().expect("cases").iter().filter_map(|c| c["id"].as_str()).collect();
+    assert_eq!(ids, [0, 1, 3].map(|k| format!("sweep-press-E{}kPa", 100 + k)));
+    call(&at, &["run", "study.toml", "--out", "r", "--only", "E102kPa"], 0);
     (0..4).for_each(change);
     let (_, errors) = call(&at, &["report", "r"], 2);
     assert!(errors.contains("no case has a sound result"), "{errors}");

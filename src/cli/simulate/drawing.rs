@@ -1,5 +1,6 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
+use super::earlier::is_of_run;
 use durometer::live::{self, Board, Listener, Served, Shown};
 use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::report::files;
@@ -36,7 +37,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers.
+    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers and collections.
     pub fn new(
         (out, name): (&Path, &str),
         (vtu, shown, live): (bool, bool, bool),
@@ -48,7 +49,10 @@ impl Drawing {
             Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
             None => (&USUAL[..], ScheduleSpec::default()),
         };
-        let fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
+        let mut fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
+        if let (Some(fields), Some(checkpoint)) = (&mut fields, from.filter(|from| is_of_run(out, name, from))) {
+            fields.go_on(scene, checkpoint.state.t);
+        }
         let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
         let mut film = (shown || live).then(|| Film::new(scene, what, &Limits::USUAL));
         if let (Some(film), Some(checkpoint)) = (&mut film, from) {

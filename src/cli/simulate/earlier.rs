@@ -1,7 +1,12 @@
 //! The files of an earlier run of `durometer simulate` under the same name.
 
+use durometer::mesh::grid_file::read_collection;
+use durometer::scene::Checkpoint;
 use durometer::storage::{self, DATA_LIMIT};
+use durometer::study::store::csv_text;
 use durometer::study::store::record::CaseRecord;
+use std::collections::HashSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -15,23 +20,39 @@ impl Earlier {
     pub fn find(out: &Path, name: &str) -> Self {
         let record = storage::read(&out.join(format!("{name}.json")), DATA_LIMIT).ok();
         let record = record.and_then(|bytes| serde_json::from_slice::<CaseRecord>(&bytes).ok());
-        if record.is_none_or(|record| record.id != name) {
-            return Self(Vec::new());
-        }
+        let Some(record) = record.filter(|record| record.id == name) else { return Self(Vec::new()) };
         let mut files: Vec<PathBuf> = ENDS.iter().map(|end| out.join(format!("{name}.{end}"))).collect();
         files.extend(figures(out, name));
-        files.extend(fields(out, name));
+        files.push(out.join(format!("{name}-regions.vtu")));
+        let of_skins = skins(&record).into_iter().map(|skin| format!("{name}-{skin}"));
+        for stem in std::iter::once(name.to_string()).chain(of_skins) {
+            let collection = out.join(format!("{stem}.pvd"));
+            files.extend(frames(&collection));
+            files.push(collection);
+        }
         Self(files.into_iter().filter_map(|file| Some((changed(&file)?, file))).map(|(t, file)| (file, t)).collect())
     }
 
-    /// Removes those that this run has not written again.
+    /// Removes those that this run has not written again. The collections of a run that goes on name states of its part before.
     pub fn remove(self) {
-        for (file, before) in self.0 {
-            if changed(&file) == Some(before) {
-                std::fs::remove_file(&file).ok();
-            }
+        let (again, old): (Vec<_>, Vec<_>) =
+            self.0.into_iter().partition(|(file, before)| changed(file) != Some(*before));
+        let collections = again.iter().filter(|(file, _)| file.extension() == Some("pvd".as_ref()));
+        let kept: HashSet<PathBuf> = collections.flat_map(|(file, _)| frames(file)).collect();
+        for (file, _) in old.iter().filter(|(file, _)| !kept.contains(file)) {
+            std::fs::remove_file(file).ok();
         }
     }
+}
+
+/// Whether the rows in the folder up to the time of a checkpoint are rows of it: what lies there under this name is then of the run that goes on.
+pub fn is_of_run(out: &Path, name: &str, checkpoint: &Checkpoint) -> bool {
+    let Ok(text) = storage::read_text(&out.join(format!("{name}.csv")), DATA_LIMIT) else { return false };
+    let rows: HashSet<String> = checkpoint.rows().iter().map(|row| csv_text::line(row)).collect();
+    let time = |line: &str| line.split(',').next().and_then(|t| t.parse::<f64>().ok());
+    let is_before = |line: &&str| time(line).is_some_and(|t| t <= checkpoint.state.t);
+    let before: Vec<&str> = text.split_inclusive('\n').skip(1).filter(is_before).collect();
+    !before.is_empty() && before.into_iter().all(|line| rows.contains(line))
 }
 
 fn changed(file: &Path) -> Option<SystemTime> {
@@ -48,14 +69,17 @@ fn figures(out: &Path, name: &str) -> Vec<PathBuf> {
     all
 }
 
-/// The collection for ParaView with the files of the body that it names.
-fn fields(out: &Path, name: &str) -> Vec<PathBuf> {
-    let collection = out.join(format!("{name}.pvd"));
-    let Ok(text) = storage::read_text(&collection, DATA_LIMIT) else { return Vec::new() };
-    let named = text.split("file=\"").skip(1).filter_map(|rest| rest.split('"').next());
-    let is_own =
-        |file: &&str| file.strip_prefix(name).is_some_and(|rest| rest.starts_with('-') && !rest.contains(['/', '\\']));
-    let frames = named.filter(is_own).map(|file| out.join(file));
-    let regions = out.join(format!("{name}-regions.vtu"));
-    frames.chain([regions, collection.clone()]).collect()
+/// Names of the skins of the scene of a record.
+fn skins(record: &CaseRecord) -> Vec<String> {
+    let scene: toml::Table = record.provenance.scene.parse().unwrap_or_default();
+    let all = scene.get("skin").and_then(toml::Value::as_array).into_iter().flatten();
+    all.filter_map(|skin| Some(skin.get("name")?.as_str()?.to_string())).collect()
+}
+
+/// The files that a collection for ParaView names, `<stem>-….vtu` next to it.
+fn frames(collection: &Path) -> Vec<PathBuf> {
+    let text = |part: Option<&OsStr>| part.map_or_else(String::new, |part| part.to_string_lossy().into_owned());
+    let stem = format!("{}-", text(collection.file_stem()));
+    let is_own = |file: &PathBuf| file.parent() == collection.parent() && text(file.file_name()).starts_with(&stem);
+    read_collection(collection).unwrap_or_default().into_iter().map(|(_, file)| file).filter(is_own).collect()
 }

@@ -109,19 +109,19 @@ fn simulate(args: Args) -> CommandResult {
     };
     let stopwatch = Stopwatch::start();
     let run = scene.run_with(options);
-    let spent = stopwatch.spent();
-    let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
+    let (spent, waited) = (stopwatch.spent(), controller.map_or(0.0, |c| c.waited.as_secs_f64()));
     let (mut drawn, film) = drawing.finish();
     let mut record = outcome::record(&scene, &run, own_time(spent, &run, waited, &drawn));
     record.id.clone_from(&name);
     record.notes.extend(note);
     record.phases.build_s = build_s;
-    let (json, full) = replace((partial, earlier), &args.out, &scene, &run, &record)?;
+    let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &record)?;
     states.end(&run);
     let errors =
         estimator.map(|estimator| estimate(estimator.stopped_by(stop.clone()), &args, &name, &run, &bars)).transpose();
     let found = errors.as_ref().ok().and_then(|found| found.as_ref()?.as_ref());
     drawn.show(film, &scene, (&run, &record), found);
+    partial.remove();
     let errors = errors?;
     let has_errors = errors.as_ref().is_none_or(Option::is_some);
     bars.finished(&record, false);
@@ -169,18 +169,16 @@ fn check_out(out: &Path, name: &str) -> Result<Earlier, Box<dyn std::error::Erro
 
 /// Writes the results in place of the rows that were written as they came, and of the files of the run before. Returns the record as JSON, and the failure that ended the rows.
 fn replace(
-    (partial, earlier): (PartialSeries, Earlier),
+    (partial, earlier): (&mut PartialSeries, Earlier),
     out: &Path,
     scene: &Scene,
     run: &Run,
     record: &CaseRecord,
 ) -> Result<(String, Option<StoreError>), String> {
-    let (rows, full) = partial.end();
-    let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", rows.display());
+    let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", partial.path().display());
     let json = write(out, &record.id, scene, run, record).map_err(kept)?;
-    std::fs::remove_file(&rows).ok();
     earlier.remove();
-    Ok((json, full))
+    Ok((json, partial.failure()))
 }
 
 /// The recorder of the derivatives that are asked for, if there are any.

@@ -14,6 +14,7 @@ use super::residual::Residual;
 use crate::material::LawSpecError;
 use crate::math::tensor::Vec3;
 use crate::reduction::forces::CableDrive;
+use crate::reduction::inputs::largest_part;
 use crate::reduction::model::{ReducedModel, TimeEstimate};
 use crate::reduction::quantities::{ReducedReading, winding};
 use crate::system::State;
@@ -92,11 +93,6 @@ pub enum StepError {
 const ITERATIONS: usize = 400;
 /// Smallest part of a change of the inputs.
 const SMALLEST: f64 = 1.0 / 256.0;
-/// Largest change of an input in a part, as a share of its range, where a model at rest has quantities that count turns: they are the same whatever the
-/// inputs before.
-const SHARE: f64 = 1.0 / 16.0;
-/// Least part that a change is cut into for that, of one far beyond the ranges.
-const CUT: f64 = 1.0 / 64.0;
 
 impl Twin {
     /// The model at rest, with all inputs at the values of the scene at its start; where these are not known, as of a model that moves, at zero, or at the nearest
@@ -298,7 +294,7 @@ impl Twin {
         if !self.equations.accept(&self.at) {
             return Err(self.no_equilibrium());
         }
-        let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+        let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.contains(*u));
         let dynamics = self.model.dynamics.as_ref();
         let time = self.time().unwrap_or(0.0);
         self.in_range =
@@ -320,9 +316,7 @@ impl Twin {
         if self.model.dynamics.is_some() || self.memory.is_empty() {
             return 1.0;
         }
-        let changes = inputs.iter().zip(&self.model.inputs).enumerate();
-        let shares = changes.map(|(k, (to, input))| (to - self.begins_at(k)).abs() / (input.range[1] - input.range[0]));
-        (SHARE / shares.fold(SHARE, f64::max)).max(CUT)
+        largest_part(&self.model.inputs, |k| self.begins_at(k), inputs)
     }
 
     /// Back to the start of the step.

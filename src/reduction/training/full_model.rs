@@ -4,6 +4,7 @@
 
 use crate::math::units::parts;
 use crate::reduction::constants::Constants;
+use crate::reduction::inputs::{Input, largest_part};
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
 use crate::scene::{
@@ -46,7 +47,9 @@ pub struct FullModel {
     body: Arc<Body>,
     constants: Constants,
     /// Inputs that are signals
-    signals: usize,
+    signals: Vec<Input>,
+    /// Whether quantities count turns
+    turns: bool,
     /// Columns of the quantities
     names: Vec<String>,
     running: Option<Running>,
@@ -58,6 +61,8 @@ pub struct FullModel {
 struct Running {
     /// Values of the inputs behind the signals
     constants: Vec<f64>,
+    /// The signals of the last step; zero at rest
+    signals: Vec<f64>,
     /// None at its end
     ask: Option<Sender<Vec<f64>>>,
     answer: Receiver<Answer>,
@@ -115,27 +120,31 @@ impl FullModel {
         let changes: Vec<(String, toml::Value)> =
             open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
         let text = changed_scene(file, &text, &changes)?.1;
-        let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k)).count();
+        let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k));
+        let signals = signals.map(|k| model.inputs[k].clone()).collect();
         let names = model.quantities.iter().map(|q| q.name.clone()).collect();
+        let turns = model.quantities.iter().any(|q| q.reading.memory() > 0);
         Ok(Self {
             file: file.into(),
             text,
             body,
             constants: model.constants.clone(),
             signals,
+            turns,
             names,
             running: None,
             uncompared,
         })
     }
 
-    /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest.
+    /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest. Where quantities count turns, the way is cut into
+    /// parts, as that of the reduced model is.
     ///
     /// # Errors
     ///
     /// [`FullModelError::NoEquilibrium`]; the next step begins at rest.
     pub fn step(&mut self, inputs: &[f64]) -> Result<Vec<f64>, FullModelError> {
-        let (signals, constants) = inputs.split_at(self.signals);
+        let (signals, constants) = inputs.split_at(self.signals.len());
         let is_other = |running: &Running| running.constants != constants;
         if self.running.as_ref().is_some_and(is_other) {
             self.reset();
@@ -145,7 +154,8 @@ impl FullModel {
             if self.running.is_none() {
                 self.running = Some(self.start(constants)?);
             }
-            match self.running.as_mut().expect("it runs").step(signals) {
+            let inputs: &[Input] = if self.turns { &self.signals } else { &[] };
+            match self.running.as_mut().expect("it runs").go(inputs, signals) {
                 Ok(values) => return Ok(values),
                 Err(why) => {
                     self.reset();
@@ -169,18 +179,31 @@ impl FullModel {
     }
 
     fn start(&self, constants: &[f64]) -> Result<Running, FullModelError> {
-        let changes: Vec<(String, toml::Value)> = self.constants.changes(self.signals, constants);
+        let changes: Vec<(String, toml::Value)> = self.constants.changes(self.signals.len(), constants);
         let (spec, text) = changed_scene(&self.file, &self.text, &changes)?;
         let scene = Scene::build(&self.file, spec, text, self.body.clone())?;
         let columns = scene.columns();
         let places: Vec<usize> = self.names.iter().filter_map(|n| columns.iter().position(|c| c == n)).collect();
         let ((ask, asked), (tell, answer)) = (channel(), channel());
         let thread = std::thread::spawn(move || run(&scene, Asked { asked, tell, places, started: false }));
-        Ok(Running { constants: constants.to_vec(), ask: Some(ask), answer, thread: Some(thread) })
+        let signals = vec![0.0; self.signals.len()];
+        Ok(Running { constants: constants.to_vec(), signals, ask: Some(ask), answer, thread: Some(thread) })
     }
 }
 
 impl Running {
+    /// The quantities at these signals, reached in parts in which none of the inputs changes by more than a share of its range.
+    fn go(&mut self, inputs: &[Input], signals: &[f64]) -> Result<Vec<f64>, String> {
+        let parts = (1.0 / largest_part(inputs, |k| self.signals[k], signals)).ceil();
+        for part in 1..parts as usize {
+            let between = self.signals.iter().zip(signals).map(|(from, to)| from + part as f64 / parts * (to - from));
+            self.step(&between.collect::<Vec<f64>>())?;
+        }
+        let values = self.step(signals)?;
+        self.signals.copy_from_slice(signals);
+        Ok(values)
+    }
+
     fn step(&mut self, signals: &[f64]) -> Result<Vec<f64>, String> {
         let sent = self.ask.as_ref().is_some_and(|ask| ask.send(signals.to_vec()).is_ok());
         match self.answer.recv() {

@@ -32,7 +32,7 @@ pub struct Reply {
     pub stop: bool,
     /// Save a state to restart from
     pub save: bool,
-    /// Kept in saved states and given back after a restart
+    /// Kept in saved states and given back after a restart; the last one stays where this is null
     pub memory: Value,
 }
 

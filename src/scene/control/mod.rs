@@ -22,6 +22,7 @@ pub(super) use prepare::build_controls;
 pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;
+use crate::math::units::within;
 use crate::system::State;
 use event::{Event, Then, fire, look};
 use input::values;
@@ -76,7 +77,7 @@ impl Controls {
     /// Refuses values from outside that are not within their ranges.
     fn check_ranges(&self, values: &[f64], t: f64) -> Result<(), ControlError> {
         for ((signal, range), &value) in self.controlled().into_iter().zip(self.ranges()).zip(values) {
-            if let Some((low, high)) = range.filter(|(low, high)| value < *low || value > *high) {
+            if let Some((low, high)) = range.filter(|range| !value.is_nan() && !within(value, *range)) {
                 return Err(ControlError::OutOfRange { signal, value, t, low, high });
             }
         }
@@ -130,7 +131,9 @@ impl Controls {
             self.check_ranges(&signals, state.t)?;
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
-            memory.controller = reply.memory;
+            if !reply.memory.is_null() {
+                memory.controller = reply.memory;
+            }
             memory.stopped = orders.stop;
         }
         if !self.inputs.is_empty() {

@@ -49,6 +49,11 @@ pub fn dimension(column: &str) -> (Dimension, f64) {
     (*dimension, if *printed == "deg" { 1.0_f64.to_radians() } else { 1.0 })
 }
 
+/// Whether a column is an angle.
+pub fn is_angle(column: &str) -> bool {
+    dimension(column).0 == Dimension::ANGLE
+}
+
 /// Whether two columns are results in the same unit: the size of one tells what is small in the other. Time and the iterations of the solver are no results.
 pub fn comparable(a: &str, b: &str) -> bool {
     let is_result = |column: &str| !["t_s", "newton_iterations"].contains(&column);

@@ -162,6 +162,11 @@ impl Checkpoint {
         (Self { state, origin, position, memory, control, balance, cables, rows, signals, memories, peak }, outcome)
     }
 
+    /// The rows recorded so far.
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+
     /// Number of rows recorded so far.
     pub fn recorded(&self) -> usize {
         self.rows.len()

@@ -323,7 +323,7 @@ impl SignalSpec {
                 let end = |q| parse(q, dimension);
                 let range =
                     range.as_ref().map(|[low, high]| Ok::<_, SignalError>((end(low)?, end(high)?))).transpose()?;
-                if range.is_some_and(|(low, high)| low >= high || !(low..=high).contains(&initial)) {
+                if range.is_some_and(|(low, high)| low >= high || !units::within(initial, (low, high))) {
                     return Err(SignalError::Range);
                 }
                 site.input(Source::Controlled { initial, range })

@@ -67,7 +67,7 @@ pub fn rows(run: &Run) -> String {
 }
 
 /// A row as a line.
-pub(super) fn line(row: &[f64]) -> String {
+pub fn line(row: &[f64]) -> String {
     let mut text = String::new();
     for (k, value) in row.iter().enumerate() {
         write!(text, "{}{value}", if k > 0 { "," } else { "" }).expect("writing to a string cannot fail");

@@ -2,6 +2,7 @@
 
 use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::mesh::error::MeshError;
+use crate::mesh::grid_file::read_collection;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::mesh::{Region, TetMesh};
 use crate::scene::Scene;
@@ -20,6 +21,8 @@ pub struct Fields {
     frames: Vec<(f64, String)>,
     /// Per skin: its name and its frames
     skins: Vec<(String, Vec<(f64, String)>)>,
+    /// Whether a state was added
+    begun: bool,
     failure: Option<MeshError>,
     spent: Spent,
 }
@@ -27,7 +30,21 @@ pub struct Fields {
 impl Fields {
     pub fn new(dir: impl Into<PathBuf>, name: &str, what: &[FieldSpec]) -> Self {
         let (what, spent) = (what.to_vec(), Spent::default());
-        Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, spent }
+        let (dir, name, failure) = (dir.into(), name.into(), None);
+        Self { dir, name, what, frames: vec![], skins: vec![], begun: false, failure, spent }
+    }
+
+    /// Takes over the states up to the time `until` \[s\] that the collections in the folder name, and that a part of the run before a restart has written.
+    pub fn go_on(&mut self, scene: &Scene, until: f64) {
+        let earlier = |of: &str| -> Vec<(f64, String)> {
+            let all = read_collection(&self.dir.join(format!("{of}.pvd"))).unwrap_or_default().into_iter();
+            let there = all.filter(|(t, file)| *t <= until && file.is_file());
+            there.filter_map(|(t, file)| Some((t, file.file_name()?.to_str()?.to_string()))).collect()
+        };
+        let frames = earlier(&self.name);
+        let of_skin = |name: &String| (name.clone(), earlier(&format!("{}-{name}", self.name)));
+        self.skins = scene.skins.iter().map(|skin| of_skin(&skin.name)).collect();
+        self.frames = frames;
     }
 
     /// The folder into which they are written.
@@ -53,12 +70,13 @@ impl Fields {
             (nodes.into_iter().map(data).collect(), cells.into_iter().map(data).collect());
         let frame = format!("{}-{number:04}.vtu", self.name);
         self.failure = write_vtu(&self.dir.join(&frame), &scene.body.mesh, &nodes, &cells).err();
-        let first = self.frames.is_empty();
         self.frames.push((state.t, frame));
-        if first {
+        if !std::mem::replace(&mut self.begun, true) {
             let written = self.write_regions(scene);
             self.failure = self.failure.take().or(written.err());
-            self.skins = scene.skins.iter().map(|skin| (skin.name.clone(), vec![])).collect();
+            if self.skins.is_empty() {
+                self.skins = scene.skins.iter().map(|skin| (skin.name.clone(), vec![])).collect();
+            }
         }
         for (skin, (name, frames)) in scene.skins.iter().zip(&mut self.skins) {
             let frame = format!("{}-{name}-{number:04}.vtu", self.name);

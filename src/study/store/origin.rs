@@ -1,5 +1,6 @@
 //! `origin.json` in a folder of results: the file of their study, by which two studies of one name are told apart.
 
+use crate::catalogue::brought;
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::folder::{StoreError, unwritable};
 use serde::{Deserialize, Serialize};
@@ -65,6 +66,20 @@ pub fn other(dir: &Path, file: &Path) -> Option<PathBuf> {
     }
 }
 
+/// The file of the study whose results a folder holds, where it is noted and there: of those that the program or a project brings, that of the project of the folder.
+pub fn file(dir: &Path) -> Option<PathBuf> {
+    let found = match Origin::read(dir)? {
+        Origin::File(stored) => dir.join(stored),
+        Origin::Brought(inside) => {
+            let study = Path::new("studies").join(inside);
+            let own =
+                dir.canonicalize().ok()?.ancestors().map(|project| project.join(&study)).find(|file| file.is_file());
+            own.or_else(|| brought(&study).ok())?
+        }
+    };
+    found.is_file().then_some(found)
+}
+
 /// The path of a file from a folder, of which both are absolute and without links.
 fn relative(folder: &Path, file: &Path) -> PathBuf {
     let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
@@ -94,6 +109,7 @@ mod tests {
         assert_eq!(other(&dir, &a), None, "nothing is noted");
         note(&dir, &a).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(other(&dir, &a), None);
+        assert_eq!(super::file(&dir).and_then(|found| found.canonicalize().ok()), a.canonicalize().ok());
         assert_eq!(other(&dir, &b), a.canonicalize().ok());
         std::fs::rename(at.join("home"), at.join("moved")).expect("own folder");
         let dir = at.join("moved/r/foo");

@@ -9,7 +9,7 @@ use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The rows of a run while it goes on: `<name>.partial.csv`, which is locked. A run that is killed leaves it; one that has written its files removes it.
+/// The rows of a run while it goes on: `<name>.partial.csv`, which is locked as long as this value lives. A run that is killed leaves it; one that has written its files removes it.
 pub struct PartialSeries {
     path: PathBuf,
     file: File,
@@ -58,9 +58,19 @@ impl PartialSeries {
         self.failure.is_none()
     }
 
-    /// The end of a run: the failure that ended it, if one did. The file stays until it is removed.
-    pub fn end(self) -> (PathBuf, Option<StoreError>) {
-        (self.path, self.failure)
+    /// The file of the rows.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The failure that ended the rows, if one did.
+    pub fn failure(&mut self) -> Option<StoreError> {
+        self.failure.take()
+    }
+
+    /// Removes the file, when all that the run writes under this name is written: until then no other process takes the name.
+    pub fn remove(self) {
+        std::fs::remove_file(&self.path).ok();
     }
 }
 

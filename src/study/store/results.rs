@@ -114,9 +114,11 @@ impl Results {
             return Ok(());
         }
         self.study.asks.iter().for_each(|asks| record.restrict(*asks, self.study.is_reference(id)));
-        // A file that was taken away, to save space, does not make the numbers of the others wrong
+        // A file that was taken away, to save space, does not make the numbers of the others wrong, but for the series: peaks count from its first value
+        let is_series = |f: &Unsound| f.file == format!("cases/{id}.csv");
+        let is_spared = |f: &Unsound| !is_series(f) && !dir.join(&f.file).exists();
         let (missing, changed): (Vec<Unsound>, Vec<Unsound>) =
-            check_in(dir, id).err().unwrap_or_default().into_iter().partition(|f| !dir.join(&f.file).exists());
+            check_in(dir, id).err().unwrap_or_default().into_iter().partition(is_spared);
         let (pictures, numbers): (Vec<Unsound>, Vec<Unsound>) = changed.into_iter().partition(is_picture);
         let sentence = |Unsound { file, fact }: &Unsound, what: &str| {
             format!("{file}: {fact}. {what}; run the study again to compute it anew.")

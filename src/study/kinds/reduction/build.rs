@@ -106,7 +106,7 @@ fn make(
         let runs = training.iter().chain(held_back).map(|case| (&*case.record.id, case.record.cuts));
         in_time::uncut(training[0].record.dt_s, runs)?;
     }
-    let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
+    let prepared = Prepared::of(results, record, &[training, held_back].concat(), dir)?;
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();

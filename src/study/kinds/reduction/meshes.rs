@@ -3,6 +3,7 @@
 use crate::reduction::{ReducedModel, Twin};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{Comparison, MeshRecord, MeshesRecord, ReductionRecord};
+use crate::study::kinds::reduction::runs::at_points;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
 
@@ -35,9 +36,11 @@ pub fn compare(
 
 /// \[quantities × points\] changes of a case from its first row, at rest.
 fn changes(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec<Vec<f64>>> {
+    let at = at_points(&case.series.t_s);
     let change = |name: &String| {
-        let rows = case.series.columns.get(name)?.get(..=of.points)?;
-        Some(rows[1..].iter().map(|value| value - rows[0]).collect())
+        let column = case.series.columns.get(name)?;
+        let rows = at.get(..=of.points)?.iter().map(|&row| column.get(row).copied()).collect::<Option<Vec<f64>>>()?;
+        Some(rows.get(1..)?.iter().map(|value| value - rows[0]).collect())
     };
     names.iter().map(change).collect()
 }

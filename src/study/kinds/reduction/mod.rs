@@ -41,7 +41,11 @@ impl StudyKind for ReductionStudy {
         // The tolerance is a key of all kinds
         let (_, common) = read_table(file)?;
         let tolerance = common.get("tolerance").and_then(toml::Value::as_str).unwrap_or_default();
-        spec::expand(self, tolerance, scene).map_err(|mistake| refuse(file, mistake))
+        let mut expansion = spec::expand(self, tolerance, scene).map_err(|mistake| refuse(file, mistake))?;
+        // One study, wherever it is called from
+        let below = file.parent().and_then(|folder| scene.strip_prefix(folder).ok());
+        expansion.details.scene = below.unwrap_or(scene).into();
+        Ok(expansion)
     }
 
     fn derive(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<serde_json::Value>, Underived> {

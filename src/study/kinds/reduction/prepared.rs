@@ -7,6 +7,7 @@ use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::runs::at_points;
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
 use crate::study::rounds::Rounds;
@@ -40,30 +41,36 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares the scene from cases of the study, one of which is there.
+    /// Prepares the scene from cases of the study with its results in `dir`, one of which is there.
     ///
     /// # Errors
     ///
     /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
-    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, Underived> {
-        check_files(&record.scene, cases)?;
+    pub fn of(
+        results: &Results,
+        record: &ReductionRecord,
+        cases: &[&StoredCase],
+        dir: &Path,
+    ) -> Result<Self, Underived> {
+        let file = record.scene_file(dir);
+        check_files(&file, cases)?;
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
         let marks = marks(&record.inputs, &factors);
         let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (spec, text) =
-            changed_scene(&record.scene, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+            changed_scene(&file, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
         let mut all: toml::Table = changes.into_iter().collect();
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
-        let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
-        check_mesh(&record.scene, &body, cases)?;
-        let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
+        let body: Arc<Body> = Body::load(&file, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
+        check_mesh(&file, &body, cases)?;
+        let scene = Scene::build(&file, spec, text, body.clone()).map_err(|e| e.to_string())?;
         let places = places(&scene, &record.inputs, (&marks, &factors))?;
         Ok(Self {
             scene,
-            file: record.scene.clone(),
+            file,
             body,
             inputs: record.inputs.clone(),
             places,
@@ -126,20 +133,22 @@ impl Prepared {
         dir: &Path,
     ) -> Result<Vec<FullState>, String> {
         let id = &case.record.id;
-        let kept = KeptStates::read(dir, id)?;
+        let mut kept = KeptStates::read(dir, id)?;
         let points = points(case, record, rounds).ok_or_else(|| format!("{id}: its points are not known"))?;
         let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
         let columns: Vec<&Vec<f64>> = self.names.iter().map(column).collect::<Result<_, _>>()?;
-        let rows = kept.x.len();
-        let expected = if record.motion.is_some() { rows } else { points.len() + 1 };
-        if rows != expected || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
-            return Err(format!("{id}: it has {rows} states in place of {expected}; run the study again"));
+        let states = kept.x.len();
+        let rows = if record.motion.is_some() { (0..states).collect() } else { at_points(&kept.t) };
+        let expected = if record.motion.is_some() { states } else { points.len() + 1 };
+        if rows.len() != expected || columns.iter().any(|c| c.len() != states) || kept.lambda.len() != states {
+            return Err(format!("{id}: it has {} states in place of {expected}; run the study again", rows.len()));
         }
-        let states = kept.x.into_iter().zip(kept.lambda).enumerate().skip(1).map(|(row, (x, lambda))| {
+        let states = rows.into_iter().enumerate().skip(1).map(|(point, row)| {
             let inputs = match record.motion {
                 Some(motion) => self.inputs(&in_time::at(&record.inputs, &points, motion, kept.t[row])),
-                None => self.inputs(&points[row - 1]),
+                None => self.inputs(&points[point - 1]),
             };
+            let [x, lambda] = [&mut kept.x, &mut kept.lambda].map(|all| std::mem::take(&mut all[row]));
             FullState { inputs, x, lambda, values: columns.iter().map(|c| c[row]).collect() }
         });
         Ok(states.collect())

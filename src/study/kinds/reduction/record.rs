@@ -1,8 +1,9 @@
 //! Records of a reduction study in `study.json` and `derived.json`.
 
+use crate::study::store::origin;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An input of the scene with its range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,7 +64,7 @@ pub struct GreedyRecord {
 /// Details of a reduction study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReductionRecord {
-    /// Scene file, relative to where the study was read
+    /// Scene file, relative to the folder of the study file
     pub scene: PathBuf,
     pub inputs: Vec<InputRecord>,
     /// Member → \[points × inputs\] in the units of the inputs
@@ -82,6 +83,14 @@ pub struct ReductionRecord {
     pub modes: Vec<usize>,
     /// Error of the forces that the choice of points may make \[–\]
     pub sampling: f64,
+}
+
+impl ReductionRecord {
+    /// The scene file of the study whose results are in a folder. Records of earlier versions have its path from where the study was run.
+    pub fn scene_file(&self, dir: &Path) -> PathBuf {
+        let of_study = origin::file(dir).map(|study| study.with_file_name("").join(&self.scene));
+        of_study.filter(|scene| scene.is_file()).unwrap_or_else(|| self.scene.clone())
+    }
 }
 
 /// Meshes that run through points which are held back.

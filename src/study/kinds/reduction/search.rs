@@ -20,7 +20,7 @@ const SEED: u64 = 3;
 pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Round>, String> {
     let Some(plan) = &record.greedy else { return Ok(None) };
     let Some(cases) = converged(results, Role::Training) else { return Ok(None) };
-    let prepared = Prepared::of(results, record, &cases).map_err(|e| e.to_string())?;
+    let prepared = Prepared::of(results, record, &cases, dir).map_err(|e| e.to_string())?;
     let states = prepared.runs(&cases, record, dir)?.concat();
     let shares = candidates(record, plan, &states_in_shares(record, &prepared, &states));
     let inputs: Vec<Vec<f64>> = shares.iter().map(|share| prepared.inputs(&in_units(&record.inputs, share))).collect();
@@ -51,7 +51,9 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     let members: BTreeMap<String, toml::Table> = values
         .iter()
         .enumerate()
-        .map(|(k, point)| (label(k), members(&record.inputs, std::slice::from_ref(point))))
+        .map(|(k, point)| {
+            (label(k), members(&record.inputs, std::slice::from_ref(point), prepared.names.iter().map(String::as_str)))
+        })
         .collect();
     let record = serde_json::to_value(step).map_err(|e| e.to_string())?;
     Ok(Some(Round { family: TRAINING.into(), members, record }))

@@ -149,7 +149,7 @@ pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Ex
             let member = format!("{}", k + 1);
             let changes = match motion {
                 Some(motion) => in_time::run(&record.inputs, &values, motion),
-                None => members(&record.inputs, &values),
+                None => members(&record.inputs, &values, names(&study.quantities)),
             };
             runs.insert(member.clone(), changes.into());
             let all = if role == Role::Training { &mut record.training } else { &mut record.held_back };
@@ -168,6 +168,10 @@ pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Ex
     };
     let rules = RunRules { keep_states: true, share_cases: false, ..RunRules::default() };
     Ok(Expansion { rules, ..Expansion::new(vec![variant], specs, record) })
+}
+
+fn names(quantities: &[Quantity]) -> impl Iterator<Item = &str> {
+    quantities.iter().map(|q| q.name.as_str())
 }
 
 /// Points along a way of short steps, divided into runs.
@@ -208,7 +212,7 @@ fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<Fa
         return mistake("reference", "no state is held back to compare meshes at", "give held_back = 59 or more");
     };
     let points = &points[..points.len().min(COMPARED)];
-    let run = members(&record.inputs, points);
+    let run = members(&record.inputs, points, names(&study.quantities));
     let with = |own: &toml::Table| -> toml::Value {
         let mut all = run.clone();
         all.extend(own.clone());
