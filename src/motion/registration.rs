@@ -8,7 +8,7 @@
 //! = Σ w|e|²/(3n − 6). Limits: linear in ω; errors of both sets count as one.
 
 use super::error::MotionError;
-use crate::math::statistics::{root, t_quantile};
+use crate::math::statistics::{larger, root, t_quantile};
 use crate::math::svd::svd;
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, SMatrix};
@@ -91,7 +91,7 @@ impl Registration {
     pub fn worst_and_rms_left_out(&self) -> Option<[f64; 2]> {
         let all: Vec<f64> = self.leave_one_out.iter().copied().flatten().collect();
         let rms = (all.iter().map(|d| d * d).sum::<f64>() / all.len() as f64).sqrt();
-        (!all.is_empty()).then(|| [all.iter().copied().fold(0.0, f64::max), rms])
+        (!all.is_empty()).then(|| [all.iter().copied().fold(0.0, larger), rms])
     }
 }
 

@@ -136,6 +136,7 @@ pub use sensitivity::parameter_key::{KeyError, KeyValue, LawConstant, ParameterK
 pub use sensitivity::scalar::{ScalarSensitivity, check_scalar, scalar_sensitivity};
 pub use signal::protocol;
 pub use spec::SceneSpec;
+pub(crate) use text::changes;
 pub(crate) use text::name;
 pub use text::overrides;
 pub use text::overrides::find;

@@ -42,6 +42,8 @@ pub enum TableError {
     TwoDecimals { file: String, cells: Vec<String>, decimal: &'static str },
     #[error("{file}: {}", not_numbers(cells))]
     Numbers { file: String, cells: Vec<String> },
+    #[error("{file}: line {line} has {count} columns \"{name}\"; give each a name of its own, or remove all but one")]
+    Twice { file: String, line: u64, name: String, count: usize },
     #[error("{file}: {}; correct one of them", facts.join("; "))]
     TwoUnits { file: String, facts: Vec<String> },
 }
@@ -171,7 +173,7 @@ impl Named {
         let wanted = [numbers, texts].concat();
         let find = |delimiter: char| {
             let lines = split(&text, delimiter);
-            let places = |l: &Line| wanted.iter().map(|name| place(&l.cells, name)).collect::<Option<Vec<usize>>>();
+            let places = |l: &Line| wanted.iter().map(|name| places(&l.cells, name)).collect::<Option<Vec<_>>>();
             let (at, places) = lines.iter().enumerate().find_map(|(k, l)| Some((k, places(l)?)))?;
             Some((delimiter, lines, at, places))
         };
@@ -187,6 +189,11 @@ impl Named {
             }
         }
         let (delimiter, lines, at, places) = found.ok_or_else(|| missing(file, &text, &wanted))?;
+        if let Some((same, name)) = places.iter().zip(&wanted).find(|(same, _)| same.len() > 1) {
+            let (name, line) = ((*name).to_string(), lines[at].number);
+            return Err(TableError::Twice { file: file.into(), line, name, count: same.len() });
+        }
+        let places = places.concat();
         let holds = |c: &String| bare(c).is_empty() || is_unit(bare(c));
         let units = units_below(&lines, at, |l| l.cells.iter().all(holds) && !l.cells.iter().any(|c| is_number(c)));
         let rows = Rows::under(file, delimiter, &lines, at, units.unwrap_or(at) + 1)?;
@@ -245,15 +252,22 @@ impl Named {
         by: &str,
         ratio: impl Fn(&str, &str) -> Option<f64>,
     ) -> Result<(), TableError> {
-        let differs = |(k, stated): (usize, &Option<&str>)| {
-            let (stated, own) = ((*stated)?, self.unit(k)?);
-            let name = self.name(k);
-            let fact = || format!("column \"{name}\" is in {own} by the table and in {stated} by the {by}");
-            ((ratio(&own, stated)? - 1.0).abs() > SAME).then(fact)
-        };
+        let differs =
+            |(k, stated): (usize, &Option<&str>)| of_two_units(self.name(k), &self.unit(k)?, ((*stated)?, by), &ratio);
         let facts: Vec<String> = stated.iter().enumerate().filter_map(differs).collect();
         if facts.is_empty() { Ok(()) } else { Err(TableError::TwoUnits { file: self.file.clone(), facts }) }
     }
+}
+
+/// The fact that a column is in another unit by the table than by what states one; none where the two are one size, or not of one quantity.
+pub fn of_two_units(
+    name: &str,
+    own: &str,
+    (stated, by): (&str, &str),
+    ratio: impl Fn(&str, &str) -> Option<f64>,
+) -> Option<String> {
+    let fact = || format!("column \"{name}\" is in {own} by the table and in {stated} by the {by}");
+    ((ratio(own, stated)? - 1.0).abs() > SAME).then(fact)
 }
 
 /// The wanted names that the nearest line does not have, with those that it has.
@@ -264,24 +278,25 @@ fn missing(file: &str, text: &str, wanted: &[&str]) -> TableError {
         let lines = split(text, delimiter);
         let names = lines.iter().find(|l| count(l) > 1).or_else(|| lines.iter().find(|l| !l.is_empty()));
         if let Some(names) = names.filter(|l| count(l) > known.len()) {
-            absent = wanted.iter().filter(|name| place(&names.cells, name).is_none()).copied().collect();
+            absent = wanted.iter().filter(|name| places(&names.cells, name).is_none()).copied().collect();
             known = names.cells.iter().filter(|c| !c.is_empty()).cloned().collect();
         }
     }
     TableError::Columns { file: file.into(), missing: absent.into_iter().map(String::from).collect(), known }
 }
 
-/// The column of this name, letter by letter or else in other cases, or the only one of this name without its unit.
-fn place(cells: &[String], name: &str) -> Option<usize> {
+/// The columns of this name, letter by letter or else in other cases, or the only one of this name without its unit; `None` where there is none.
+fn places(cells: &[String], name: &str) -> Option<Vec<usize>> {
     let same = |cell: &str| cell.trim().eq_ignore_ascii_case(name.trim());
-    let alone = |cell: &String| same(cell.split(['(', '[']).next().unwrap_or_default());
-    let by_unit = || cells.iter().position(alone).filter(|_| cells.iter().filter(|c| alone(c)).count() == 1);
-    let exact = cells.iter().position(|c| c.trim() == name.trim());
-    exact.or_else(|| cells.iter().position(|c| same(c))).or_else(by_unit)
+    let all = |is: &dyn Fn(&str) -> bool| (0..cells.len()).filter(|k| is(&cells[*k])).collect::<Vec<usize>>();
+    let found = |places: &Vec<usize>| !places.is_empty();
+    let exact = Some(all(&|cell| cell.trim() == name.trim())).filter(found);
+    let by_unit = || all(&|cell| same(cell.split(['(', '[']).next().unwrap_or_default()));
+    exact.or_else(|| Some(all(&same)).filter(found)).or_else(|| Some(by_unit()).filter(|places| places.len() == 1))
 }
 
 /// The text of the last brackets of a name.
-fn in_brackets(name: &str) -> Option<&str> {
+pub fn in_brackets(name: &str) -> Option<&str> {
     let inside = name.trim_end().strip_suffix([')', ']'])?;
     Some(inside[inside.rfind(['(', '['])? + 1..].trim())
 }
@@ -333,5 +348,10 @@ mod tests {
         let said = table.check_units(&[Some("cm"), Some("kN")], "study", ratio).expect_err("others").to_string();
         assert!(said.contains("in mm by the table and in cm by the study; column \"F (N)\" is in N"), "{said}");
         assert_eq!(table.check_units(&[None, None], "study", ratio), Ok(()));
+        let said = refused("note\nu,F,u,F\n0,1,2,3\n", &["F", "u"]);
+        assert!(said.contains("line 2 has 2 columns \"F\"; give each a name of its own"), "{said}");
+        assert!(refused("u,U\n1,2\n", &["μ"]).contains("no column") && named("u,U\n1,2\n", &["U"]).is_ok());
+        assert!(refused("f,g,f\n1,2,3\n", &["F"]).contains("has 2 columns \"F\""));
+        assert_eq!(values("f,g,f\n1,2,3\n", &["g"]), [[2.0]]);
     }
 }

@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
 use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
-use crate::scene::{ParameterKey, SensitivityError, read_scene};
+use crate::scene::{ParameterKey, SensitivityError, changes, read_scene};
 use crate::schema::AnyTable;
 use crate::storage;
 use crate::study::spec::Mistake;
@@ -66,10 +66,11 @@ pub struct UseSpec {
     /// The quantity that is compared
     pub quantity: Quantity,
     /// Changes for all members
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member → its changes: meshes from coarse to fine
+    #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
 }
@@ -105,11 +106,11 @@ pub struct CurveSpec {
     /// Scene file, relative to the study
     pub scene: PathBuf,
     /// Changes of that scene
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member of a family → further changes in the case of that member; a curve of the scene of the study has those of the family if absent
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
     /// Measured curve that the scene is to reproduce

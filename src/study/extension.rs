@@ -3,7 +3,7 @@
 //! The file has the form of a study file, `[family.tet10]` with members in place of `[[family]]`. It belongs to the results: a later run
 //! expands the study with it, and the members may be moved to the study file, which then takes precedence.
 
-use crate::scene::{Line, SceneError, from_text, hint, read_table};
+use crate::scene::{Line, SceneError, changes, from_text, hint, read_table};
 use crate::schema::AnyTable;
 use crate::study::estimate::power_law::Predicted;
 use crate::study::spec::{FamilySpec, refuse};
@@ -42,7 +42,7 @@ pub struct Extension {
 #[serde(deny_unknown_fields)]
 pub struct AddedMeshes {
     /// Family → label → changes by path
-    #[serde(rename = "family", default)]
+    #[serde(rename = "family", default, deserialize_with = "changes::of_series")]
     pub families: BTreeMap<String, toml::Table>,
     /// Family → its line in the file
     #[serde(skip)]

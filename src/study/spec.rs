@@ -2,7 +2,7 @@
 
 use crate::math::units;
 use crate::scene::name::{self, is_name};
-use crate::scene::{SceneError, column, unit_of_column};
+use crate::scene::{SceneError, changes, column, unit_of_column};
 use crate::schema::AnyTable;
 use crate::study::store::record::{Quantity, Role};
 use schemars::JsonSchema;
@@ -21,7 +21,7 @@ pub struct VariantSpec {
     /// Heading over its columns in a matrix, `laws`
     pub group: Option<String>,
     /// Changes by path
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Quantities that are judged
@@ -43,10 +43,11 @@ pub struct FamilySpec {
     /// Variants it is run in, all if absent
     pub variants: Option<Vec<String>>,
     /// Changes for all members
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Name of a member → its changes
+    #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
     /// Name of a member → what it is called in figures and tables; the title of the law or the name itself if absent
@@ -159,6 +160,20 @@ pub fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::from_text;
+
+    #[test]
+    fn the_dotted_keys_of_a_family_are_paths() {
+        let read = |set: &str, member: &str| {
+            let text =
+                format!("name = \"a\"\nrole = \"sizes\"\nset = {{ {set} }}\nmembers = {{ fine = {{ {member} }} }}\n");
+            let family: FamilySpec = from_text(Path::new("study.toml"), &text, "").expect(&text);
+            (family.set, family.members)
+        };
+        let quoted = read("\"numerics.accuracy\" = 1e-5", "\"mesh.cells\" = 9");
+        assert_eq!(read("numerics.accuracy = 1e-5", "mesh.cells = 9"), quoted);
+        assert!(quoted.0.contains_key("numerics.accuracy"));
+    }
 
     #[test]
     fn a_quantity_has_the_unit_of_its_column() {

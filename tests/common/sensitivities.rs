@@ -74,7 +74,7 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
                     got == expected || error <= 1e-6,
                     "{label}: row {row}, d {name}/d {key} = {got:e}, differences say {expected:e} (size {size:e})"
                 );
-                worst = if got == expected { worst } else { worst.max(error) };
+                worst = if got == expected { worst } else { larger(worst, error) };
             }
         }
     }

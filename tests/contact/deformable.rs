@@ -401,7 +401,7 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
             let mean = nodes.iter().map(|&k| uz(k)).sum::<f64>() / nodes.len() as f64;
             nodes.iter().map(|&k| (uz(k) - mean).abs()).fold(0.0, larger) / size
         };
-        let uneven = even("lower.zmax").max(even("upper.zmin"));
+        let uneven = larger(even("lower.zmax"), even("upper.zmin"));
         println!(
             "{element} {lower:?} {upper:?}: uneven by {uneven:.2e} of the shortening, {} iterations",
             run.totals.iterations
@@ -797,7 +797,7 @@ dt = "0.25 s"
     let size = largest(&run.last.x);
     for k in 0..n {
         let (u, v) = (&run.last.x[3 * k..3 * k + 3], &run.last.x[3 * (k + n)..3 * (k + n) + 3]);
-        let away = (u[0] - v[0]).abs().max((u[1] - v[1]).abs()).max((u[2] + v[2]).abs());
+        let away = largest(&[u[0] - v[0], u[1] - v[1], u[2] + v[2]]);
         assert!(away < 1e-6 * size, "node {k}: {away:.1e}");
     }
     assert!(last(&run, "between_force_z_N") > 0.1);

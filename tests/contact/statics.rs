@@ -145,7 +145,7 @@ friction = 0.3
             let mirror = Vec3::new(p.y, p.x, p.z);
             let m = points.iter().position(|q| (q - mirror).norm() < 1e-9).expect("the mesh is symmetric");
             let (u, v) = (&run.last.x[3 * k..3 * k + 3], &run.last.x[3 * m..3 * m + 3]);
-            let away = (u[0] - v[1]).abs().max((u[1] - v[0]).abs()).max((u[2] - v[2]).abs());
+            let away = largest(&[u[0] - v[1], u[1] - v[0], u[2] - v[2]]);
             assert!(away < 1e-6 * size, "{response}, node {k}: {away:.1e} of {size:.1e}");
         }
     }

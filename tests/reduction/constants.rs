@@ -2,6 +2,7 @@
 
 use crate::bar::{Bar, Weight};
 use crate::common::Random;
+use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::reduction::{
@@ -115,7 +116,7 @@ fn bars_hold_over_the_ranges_of_the_constants() {
         for k in 0..names().len() {
             let error = (state.values[k] - twin.values()[k]).abs();
             inside[k] += usize::from(error <= twin.bars()[k]);
-            largest[k] = largest[k].max(error / model.largest_changes[k]);
+            largest[k] = larger(largest[k], error / model.largest_changes[k]);
         }
     }
     println!("inside {inside:?} of {}, largest errors {largest:?}", fresh.len());

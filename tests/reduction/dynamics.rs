@@ -237,7 +237,7 @@ fn bars_hold_for_whole_runs() {
             for k in 0..names().len() {
                 let (error, bar) = ((state.values[k] - twin.values()[k]).abs(), twin.bars()[k]);
                 holds[k] &= error <= bar;
-                errors[k] = errors[k].max(error / model.largest_changes[k]);
+                errors[k] = larger(errors[k], error / model.largest_changes[k]);
                 ratios[k].push(bar / error);
             }
         }

@@ -209,7 +209,7 @@ pub fn check_by(label: &str, table: &Table, paths: &[&str], step: f64) {
                     "{label}: row {row}, d {}/d {key} = {got:e}, differences say {expected:e}, error {error:.1e}",
                     found.columns[c]
                 );
-                (worst, most) = (worst.max(error), most.max(got.abs() * scale / size));
+                (worst, most) = (larger(worst, error), larger(most, got.abs() * scale / size));
             }
         }
         assert!(most > 1e-5, "{label}: {key} changes nothing");
@@ -479,7 +479,7 @@ fn differences_agree_with_exact_derivatives() {
                         a[c][k],
                         b[c][k]
                     );
-                    (worst, most) = (worst.max(error / largest), most.max(found.errors[c][k] / largest));
+                    (worst, most) = (larger(worst, error / largest), larger(most, found.errors[c][k] / largest));
                 }
             }
         }

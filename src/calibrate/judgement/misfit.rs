@@ -1,6 +1,7 @@
 //! Misfit between a law and samples.
 
 use crate::calibrate::{Mode, Sample};
+use crate::math::statistics::larger;
 use serde::{Deserialize, Serialize};
 
 /// One sample compared with the law.
@@ -62,7 +63,7 @@ impl Misfit {
             return None;
         }
         let sum = |f: fn(&Residual) -> f64| rows.iter().map(f).sum::<f64>();
-        let largest = |f: fn(&Residual) -> f64| rows.iter().map(f).fold(0.0, f64::max);
+        let largest = |f: fn(&Residual) -> f64| rows.iter().map(f).fold(0.0, larger);
         let (r2, p2) = (sum(|r| r.residual.powi(2)), sum(|r| r.measured.powi(2)));
         let ratio = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a / b };
         Some(Self {
@@ -103,5 +104,7 @@ mod tests {
         assert!(mixed.bias_relative.abs() < mixed.rms_relative, "{mixed:?}");
         let nothing = Misfit::of(&[row(0.0, 0.0)]).expect("rows");
         assert_eq!((nothing.bias_relative, nothing.rms_relative), (0.0, 0.0));
+        let undefined = Misfit::of(&[row(1e3, 9e2), row(2e3, f64::NAN)]).expect("rows");
+        assert!(undefined.max_pa.is_nan() && undefined.max_relative.is_nan(), "{undefined:?}");
     }
 }

@@ -6,8 +6,10 @@
 //! - dates are texts,
 //! - numbers are finite; TOML has `inf` and `nan` too,
 //! - a list has no more values than its type takes,
+//! - [changes by path](super::changes) have whole paths as keys,
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
+use super::changes;
 use super::kind::{Choice, Chosen};
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, Expected, MapAccess, SeqAccess, Unexpected, Visitor};
@@ -89,8 +91,14 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         visitor.visit_some(self)
     }
 
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, _: &'static str, visitor: V) -> Result<V::Value> {
-        visitor.visit_newtype_struct(self)
+    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value> {
+        let Some(depth) = changes::depth(name) else { return visitor.visit_newtype_struct(self) };
+        let twice = |path: Spanned<_>| {
+            let fact = format!("`{}` is changed twice; leave one of the two out", path.get_ref());
+            ReadError::custom(fact).at(path.span())
+        };
+        let value = changes::joined(self.value, depth).map_err(twice)?;
+        visitor.visit_newtype_struct(Self { value, span: self.span })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -253,6 +261,48 @@ mod tests {
         let rest = toml::from_str("b = -1.5\na = [1, { kind = true }]").expect("TOML");
         let expected = Numbers { seed: u64::MAX, size: 3.0, made: "2026-11-29".into(), rest };
         assert_eq!(of::<Numbers>(text).expect(text), expected);
+    }
+
+    #[derive(Deserialize, Debug, PartialEq)]
+    struct Changed {
+        #[serde(default, deserialize_with = "changes::by_path")]
+        set: toml::Table,
+        #[serde(default, deserialize_with = "changes::of_members")]
+        members: toml::Table,
+        #[serde(default, deserialize_with = "changes::of_series")]
+        sizes: BTreeMap<String, toml::Table>,
+        #[serde(default, deserialize_with = "changes::by_path")]
+        reference: Option<toml::Table>,
+    }
+
+    /// A dotted key is a path with and without quotation marks. A table that is written as one stays whole.
+    #[test]
+    fn dotted_keys_of_changes_are_paths() {
+        let quoted = "set = { \"mesh.element\" = \"tet10\", \"stage.0.dt\" = \"1 s\", numerics = { line.search = true } }\n\
+                      reference = { \"laws.rubber.nu\" = 0.4, \"mesh.disturb\" = { seed = 1 } }\n\
+                      [members]\nfine = { \"mesh.grid.divisions\" = [4, 1] }\nwide = 3\n\
+                      [sizes.all]\nfine = { \"mesh.cells\" = 9, \"mesh.seed\" = 1 }\n";
+        let expected = of::<Changed>(quoted).expect(quoted);
+        assert!(expected.set["numerics"]["line"].is_table(), "{expected:?}");
+        let keys = |table: &toml::Table| table.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(keys(&expected.set), ["mesh.element", "stage.0.dt", "numerics"]);
+        for text in [
+            "set = { mesh.element = \"tet10\", stage.0.dt = \"1 s\", numerics = { line.search = true } }\n\
+             reference = { laws.rubber.nu = 0.4, mesh.disturb = { seed = 1 } }\n\
+             [members]\nfine = { mesh.grid.divisions = [4, 1] }\nwide = 3\n\
+             [sizes]\nall.fine = { mesh.cells = 9, mesh.\"seed\" = 1 }\n",
+            "members.fine.mesh.grid.divisions = [4, 1]\nmembers.wide = 3\n[set]\nmesh.element = \"tet10\"\n\
+             stage.0.\"dt\" = \"1 s\"\n[set.numerics]\nline.search = true\n[reference]\n\"laws.rubber\".nu = 0.4\n\
+             mesh.disturb = { seed = 1 }\n[sizes.all.fine]\nmesh.cells = 9\nmesh.seed = 1\n",
+        ] {
+            assert_eq!(of::<Changed>(text).expect(text), expected, "{text}");
+        }
+        let below = of::<Changed>("[set.mesh.disturb]\nseed = 1\n").expect("a table below an implied one");
+        assert_eq!(keys(&below.set), ["mesh.disturb"]);
+        let twice = "[set]\nmesh.element = \"tet4\"\n\"mesh.element\" = \"tet10\"\n";
+        let e = of::<Changed>(twice).expect_err(twice);
+        assert_eq!(e.message, "`mesh.element` is changed twice; leave one of the two out");
+        assert_eq!(&twice[e.span.expect("a place")], "\"mesh.element\"");
     }
 
     /// With the place of the value, of the key, or of the table that lacks one.

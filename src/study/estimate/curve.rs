@@ -11,6 +11,7 @@
 //! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
+use crate::math::statistics::larger;
 use crate::study::curve::{Curve, l2, lag};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, ROUNDING, Triple, correction, safety_factor};
 use serde::Serialize;
@@ -96,7 +97,7 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         star = on[0].iter().zip(&on[1]).map(|(f1, f2)| f1 + correction(f1 - f2, r, p)).collect();
         gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| fs * correction((f1 - f2).abs(), r, p)).collect();
     }
-    let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let largest = |v: &[f64]| v.iter().fold(0.0, |m, x| larger(m, x.abs()));
     let changes: Vec<f64> = star.iter().map(|value| value - finest.start()).collect();
     let norms = (0..members.len())
         .map(|k| {

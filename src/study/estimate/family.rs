@@ -20,7 +20,7 @@
 //! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
 //! another limit, and the difference of the two is added to U(f*).
 
-use crate::math::statistics::range;
+use crate::math::statistics::{larger, range};
 use crate::mesh::wall::{LEAST_CELLS, shows_bending};
 use crate::report::numbers::percent;
 use crate::scene::ElementSpec;
@@ -433,7 +433,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         } else {
             u1
         };
-        e.uncertainty = beyond.max((f1 - fit.f0).abs());
+        e.uncertainty = larger(beyond, (f1 - fit.f0).abs());
     } else if let (Some(p), Some(star)) = (d.assumed, e.richardson) {
         let delta = (star - f1).abs();
         e.extrapolated = star;

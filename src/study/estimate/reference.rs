@@ -10,6 +10,7 @@
 //! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
 //! change it. `tests/estimates/coverage_of_estimates.rs` measures how often the interval holds.
 
+use crate::math::statistics::larger;
 use crate::report::numbers::{minus_signs, space, within};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::ROUNDING;
@@ -68,7 +69,7 @@ pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option
     let rounding = ROUNDING * leading.extrapolated.abs();
     let gap = |e: &Estimate| (e.extrapolated - leading.extrapolated).abs();
     let others = || estimates.iter().filter(|e| e.family != leading.family);
-    let disagreement = others().filter(|e| e.defensible).map(gap).fold(0.0, f64::max);
+    let disagreement = others().filter(|e| e.defensible).map(gap).fold(0.0, larger);
     let check = |e: &Estimate| CrossCheck {
         of: e.family.clone(),
         value: e.extrapolated,

@@ -15,6 +15,7 @@
 //! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated; nor where a case of a dimension has no result.
 
 use crate::calibrate::inverse::{Bound, Calibration, Found};
+use crate::math::statistics::larger;
 use crate::study::analysis::Analysis;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::step_size::error_of_steps;
@@ -228,7 +229,7 @@ fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option
         error_of_steps(&finest.stored.record, &runs)
     };
     let families: BTreeSet<&str> = cases.iter().filter(|s| s.role == Role::TimeStep).map(|s| s.family).collect();
-    families.into_iter().filter_map(of).reduce(f64::max)
+    families.into_iter().filter_map(of).reduce(larger)
 }
 
 /// Changes of a constant by the nuisance families from the size on the same mesh; none without such a family.

@@ -10,7 +10,7 @@ pub mod report;
 mod words;
 
 use crate::calibrate::inverse::MeasuredSpec;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, changes};
 use crate::schema::AnyTable;
 use crate::study::analysis::Analysis;
 use crate::study::calibration_plan::{CalibrationPlan, CalibrationSpec, CurveSpec, UseSpec};
@@ -52,7 +52,7 @@ pub struct MeasuredVariantSpec {
     /// In words, for sentences and figures; the name if absent
     pub label: Option<String>,
     /// Changes by path
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Quantities that are reported

@@ -2,6 +2,7 @@
 
 use crate::calibrate::ErrorModel;
 use crate::calibrate::inverse::{Calibration, Found, Stable};
+use crate::math::statistics::larger;
 use crate::report::names::constant;
 use crate::report::numbers::{capital, digits, percent};
 use crate::study::analysis::{self, Analysis};
@@ -28,7 +29,7 @@ pub fn mesh_verdict(
     if let Some(why) = constants.iter().find(|c| c.mesh_refused).and_then(|c| c.open.as_ref()) {
         return format!("{mesh}: {why}");
     }
-    let Some(worst) = constants.iter().filter_map(|c| c.mesh).reduce(f64::max) else {
+    let Some(worst) = constants.iter().filter_map(|c| c.mesh).reduce(larger) else {
         return format!(
             "{mesh}: one mesh only, whose error is not known and in no interval; add a finer one to the family of role \"sizes\""
         );
@@ -40,7 +41,7 @@ pub fn mesh_verdict(
             percent(worst)
         );
     }
-    let side = if worst > tolerance { "above" } else { "within" };
+    let side = if worst <= tolerance { "within" } else { "above" };
     format!("{mesh}: the error of the mesh is up to {}, {side} the tolerance of {}", percent(worst), percent(tolerance))
 }
 

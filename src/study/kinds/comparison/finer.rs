@@ -1,5 +1,6 @@
 //! Knowledge of the error of the mesh in the differences between members: what a finer mesh changes in them.
 
+use crate::math::statistics::larger;
 use crate::report::numbers::percent;
 use crate::study::analysis::ByQuantity;
 use crate::study::kinds::comparison::findings::{ComparisonFindings, MemberDifferences};
@@ -54,7 +55,7 @@ pub fn is_judged(q: &MemberDifferences, reference: &str) -> bool {
 /// The largest change of a difference on the finer mesh, and whose; `None` where no member was run on one.
 pub fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &str) -> Option<String> {
     let others = q.members.iter().filter(|c| c.member != reference);
-    let largest = percent(others.filter_map(|c| c.mesh_drift).reduce(f64::max)?);
+    let largest = percent(others.filter_map(|c| c.mesh_drift).reduce(larger)?);
     let Judged { with: members, without } = Judged::of(std::iter::once(q), reference);
     let plural = if members.len() == 1 { "" } else { "s" };
     let of = Judged::names(study, &members, &without);

@@ -10,6 +10,7 @@
 //! From one run, value, corrected, uncertainty and bar are those of its estimate. From many runs, value is that of the finest mesh of a family,
 //! corrected ± uncertainty is f* ± U(f*), and bar = |value − f*| + U(f*), as a convergence study states it.
 
+use crate::math::statistics::range;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::kinds::coverage::record::{JudgedFamily, ProblemRecord};
@@ -151,9 +152,7 @@ fn scatter(
         levels(stored, &j.family, &truth.material, &truth.quantity.name).into_iter().nth(1).map(|(level, _)| level)
     };
     let values: Vec<f64> = problem.judged.iter().filter(of).filter_map(second).map(|level| level.f).collect();
-    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-    (values.len() > 1).then_some(most - least)
+    (values.len() > 1).then(|| range(values.into_iter()))
 }
 
 impl Mark {

@@ -3,6 +3,7 @@
 //! A family is one problem in one formulation with one seed, its members are the sizes, and the materials are its variants. The families
 //! of the truth are references: the errors of their cases are not estimated from their own runs.
 
+use crate::scene::changes;
 use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
@@ -43,7 +44,7 @@ pub struct ChangesSpec {
     /// In words; the name if absent
     pub label: Option<String>,
     /// Changes by path
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Of a formulation: which of the sizes of a problem it is run with
@@ -78,6 +79,7 @@ pub struct ProblemSpec {
     #[serde(rename = "quantity")]
     pub quantities: Vec<Quantity>,
     /// Name of a series of sizes → label of a size → its changes; `truth` is the series of the truth
+    #[serde(deserialize_with = "changes::of_series")]
     #[schemars(with = "BTreeMap<String, AnyTable>")]
     pub sizes: BTreeMap<String, toml::Table>,
 }

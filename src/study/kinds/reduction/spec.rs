@@ -2,6 +2,7 @@
 
 use crate::math::units;
 use crate::reduction::training::sampling::WORST;
+use crate::scene::changes;
 use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::reduction::constants;
@@ -44,10 +45,11 @@ pub struct ReductionStudy {
     #[serde(default = "sampling")]
     pub sampling: String,
     /// Other meshes that the models are compared with, each with its changes to the scene; with `reference`
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::of_members")]
     #[schemars(with = "BTreeMap<String, AnyTable>")]
     pub meshes: BTreeMap<String, toml::Table>,
     /// Changes that make the finer mesh from which the errors of meshes and models are counted
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "Option<AnyTable>")]
     pub reference: Option<toml::Table>,
 }

@@ -1,6 +1,6 @@
 //! `[[suite]]` and `[[map]]` of a study of kind `robustness`, as families of cases.
 
-use crate::scene::hint;
+use crate::scene::{changes, hint};
 use crate::schema::AnyTable;
 use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::kind::{Expansion, RunRules};
@@ -26,10 +26,11 @@ pub struct SuiteSpec {
     /// Columns of the matrix it is run in, all if absent
     pub variants: Option<Vec<String>>,
     /// Changes for all members
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member → its changes
+    #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
     /// The statuses, or `Refused`, that are right; if absent `Converged` with a check that wants a converged run, else any
@@ -56,7 +57,7 @@ pub struct MapSpec {
     /// Variants that are compared, side by side
     pub variants: Option<Vec<String>>,
     /// Changes for all points, by path
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// The column whose peak is compared with that of the reference
@@ -65,6 +66,7 @@ pub struct MapSpec {
     #[serde(rename = "axis")]
     pub axes: Vec<AxisSpec>,
     /// Changes that make the case that a row is compared with; if absent, the first value along x in the first variant
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "Option<AnyTable>")]
     pub reference: Option<toml::Table>,
 }

@@ -16,6 +16,7 @@
 //! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a
 //! change of zero. A list whose axes go together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
+use crate::math::statistics::extent;
 use crate::report::numbers::{
     capital, digits, minus_signs, percent, readable, significant, space, span, unsigned_zero,
 };
@@ -170,8 +171,7 @@ impl Trend {
 impl Dependence {
     /// Smallest and largest value.
     pub fn range(&self) -> [f64; 2] {
-        let values = || self.points.iter().map(|p| p.value);
-        [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        extent(self.points.iter().map(|p| p.value))
     }
 
     /// No change is positive, and one is negative: what falls gains in magnitude.
@@ -348,7 +348,8 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     let ends = exponent(middle[0], middle[middle.len() - 1]);
     // Without a step the quotient is rounding
     let elasticity = between.zip(ends).filter(|_| !list && trend != Trend::Constant).map(|(all, ends)| {
-        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max), ends]
+        let [least, most] = extent(all.into_iter());
+        [least, most, ends]
     });
     let change = lines.iter().map(|line| q.spread_of_line(line).share(tolerance)).fold(0.0, f64::max);
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })

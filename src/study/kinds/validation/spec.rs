@@ -1,5 +1,6 @@
 //! Keys of a validation as the study file gives them.
 
+use crate::scene::changes;
 use crate::schema::AnyTable;
 use crate::study::spec::FamilySpec;
 use schemars::JsonSchema;
@@ -100,7 +101,7 @@ pub struct RecordSpec {
     /// Relative to the study; its scene if absent
     pub scene: Option<PathBuf>,
     /// Changes by path
-    #[serde(default)]
+    #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Measured tracks of markers

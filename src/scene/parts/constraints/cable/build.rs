@@ -169,10 +169,10 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
         GuidesSpec::List(points) => vec![(None, points.iter().map(vector).collect())],
         GuidesSpec::File(GuideFile { file, unit, cable }) => {
             let fail = |e| part(builder.file, place, e);
-            let unit =
+            let size =
                 units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(builder.file, place, e))?;
-            let read = read_guides(&builder.base.join(file), cable.as_deref()).map_err(fail)?;
-            read.into_iter().map(|c| (c.name, c.points.into_iter().map(|p| p * unit).collect())).collect()
+            let read = read_guides(&builder.base.join(file), unit, cable.as_deref()).map_err(fail)?;
+            read.into_iter().map(|c| (c.name, c.points.into_iter().map(|p| p * size).collect())).collect()
         }
     };
     let several = lists.len() > 1;

@@ -2,10 +2,12 @@
 //!
 //! A CSV file has one point a row, x, y, z, and a name of its cable in a fourth column if it holds several. Columns are separated by commas,
 //! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment. A header is optional; with one, the columns `x`, `y`, `z`
-//! and `name` or `cable` may come in any order, among others. A JSON file is a list of points, a list of such lists, or an object of them by name.
+//! and `name` or `cable` may come in any order, among others, and a unit in their brackets is that of the scene. A JSON file is a list of points, a list of such lists, or an object of them by name.
 
 use crate::math::tensor::Vec3;
+use crate::math::units;
 use crate::scene::error::hint;
+use crate::storage::columns::{in_brackets, of_two_units};
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording;
 use serde_json::Value;
@@ -40,15 +42,13 @@ fn path_remedy(file: &Path) -> &'static str {
     }
 }
 
-/// Reads a file; all faults of its rows are in one error. With `only`, the cable of this name alone.
-pub(super) fn read_guides(file: &Path, only: Option<&str>) -> Result<Vec<Listed>, GuideFileError> {
+/// Reads a file, whose header has no other unit than that of the scene; all faults of its rows are in one error. With `only`, the cable of this name alone.
+pub(super) fn read_guides(file: &Path, unit: &str, only: Option<&str>) -> Result<Vec<Listed>, GuideFileError> {
     let unreadable = |e: std::io::Error| GuideFileError::Unreadable { file: file.into(), reason: e.to_string() };
     let text = decoded(&storage::read(file, DATA_LIMIT).map_err(unreadable)?)
         .map_err(|line| GuideFileError::Encoding { file: file.into(), line })?;
     let cables = match file.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
-        Some("csv" | "txt") => {
-            csv(&text).map_err(|faults| (faults, "a row is x, y, z, and a name if there are several cables"))
-        }
+        Some("csv" | "txt") => csv(&text, unit),
         Some("json") => json(&text)
             .map_err(|faults| (faults, "give [[x, y, z], …], a list of these, or { \"name\": [[x, y, z], …], … }")),
         _ => return Err(GuideFileError::Format { file: file.into() }),
@@ -82,6 +82,11 @@ fn decoded(bytes: &[u8]) -> Result<String, usize> {
     }
 }
 
+/// Facts, and the remedy.
+type Faults = (Vec<String>, &'static str);
+
+const ROW: &str = "a row is x, y, z, and a name if there are several cables";
+
 /// Indices of the columns.
 struct Columns {
     of: [usize; 3],
@@ -91,14 +96,19 @@ struct Columns {
 }
 
 impl Columns {
-    /// Of a header: its names, a unit in brackets left out.
-    fn named(cells: &[String]) -> Result<Self, String> {
+    /// Of a header: its names with their units in brackets, which are that of the scene.
+    fn named(cells: &[String], unit: &str) -> Result<Self, Faults> {
         let title = |cell: &String| cell.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
         let titles: Vec<String> = cells.iter().map(title).collect();
         let find = |name: &str| titles.iter().position(|t| t == name);
         let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(find) else {
-            return Err(format!("its header ({}) has no columns x, y and z", cells.join(", ")));
+            return Err((vec![format!("its header ({}) has no columns x, y and z", cells.join(", "))], ROW));
         };
+        let differs = |k: usize| of_two_units(&cells[k], in_brackets(&cells[k])?, (unit, "scene"), units::ratio);
+        let facts: Vec<String> = [x, y, z].into_iter().filter_map(differs).collect();
+        if !facts.is_empty() {
+            return Err((facts, "correct one of them"));
+        }
         Ok(Self { of: [x, y, z], name: find("name").or_else(|| find("cable")), count: cells.len() })
     }
 
@@ -110,10 +120,10 @@ impl Columns {
     }
 }
 
-fn csv(text: &str) -> Result<Vec<Listed>, Vec<String>> {
+fn csv(text: &str, unit: &str) -> Result<Vec<Listed>, Faults> {
     let rows = (1..).zip(text.lines().map(|line| line.split('#').next().unwrap_or_default().trim()));
     let mut rows = rows.filter(|(_, line)| !line.is_empty()).peekable();
-    let Some(&(_, first)) = rows.peek() else { return Err(vec!["it has no row".into()]) };
+    let Some(&(_, first)) = rows.peek() else { return Err((vec!["it has no row".into()], ROW)) };
     let separator = [';', '\t', ','].into_iter().find(|c| first.contains(*c));
     let split = |line: &str| -> Vec<String> {
         let trim = |cell: &str| cell.trim().trim_matches('"').to_string();
@@ -128,7 +138,7 @@ fn csv(text: &str) -> Result<Vec<Listed>, Vec<String>> {
     let columns = match numbers {
         0 => {
             rows.next();
-            Columns::named(&cells).map_err(|fault| vec![fault])?
+            Columns::named(&cells, unit)?
         }
         _ => Columns::of_row(&cells),
     };
@@ -147,7 +157,7 @@ fn csv(text: &str) -> Result<Vec<Listed>, Vec<String>> {
     if cables.is_empty() && faults.is_empty() {
         faults.push("it has no row below its header".into());
     }
-    if faults.is_empty() { Ok(cables) } else { Err(faults) }
+    if faults.is_empty() { Ok(cables) } else { Err((faults, ROW)) }
 }
 
 fn number(cell: &str) -> Option<f64> {
@@ -215,7 +225,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join(name);
         std::fs::write(&file, content).expect("writable");
-        read_guides(&file, None).map_err(|e| e.to_string())
+        read_guides(&file, "mm", None).map_err(|e| e.to_string())
     }
 
     fn listed(name: Option<&str>, points: &[[f64; 3]]) -> Listed {
@@ -262,6 +272,9 @@ mod tests {
         );
         says("a.csv", b"a,b,c\n1,2,3\n", &["its header (a, b, c) has no columns x, y and z"]);
         says("a.csv", b"x,y,z\n", &["no row below its header"]);
+        let [x, z] = ["x [m]", "z (cm)"].map(|name| format!("column \"{name}\" is in "));
+        let both = [&*x, &*z, "m by the table and in mm by the scene", "correct one of them"];
+        says("a.csv", b"x [m],y [millimeter],z (cm)\n20,10,15\n", &both);
         says("a.csv", b"", &["it has no row"]);
         says("a.csv", b"1,2,3\n4,5,6 \xb5\n", &["line 2 is not UTF-8"]);
         says("a.json", b"[[1, 2], [1, 2, 3], [1, 2, \"3\"]]", &["is not three numbers"]);
@@ -272,7 +285,7 @@ mod tests {
         );
         says("a.json", b"[[1, 2, 3]", &["it is no JSON", "line 1"]);
         says("a.xlsx", b"", &["give a .csv or a .json"]);
-        let windows = read_guides(Path::new("..\\no\\guides.csv"), None).expect_err("no file").to_string();
+        let windows = read_guides(Path::new("..\\no\\guides.csv"), "mm", None).expect_err("no file").to_string();
         assert!(windows.contains("write / in place of \\"), "{windows}");
         let many = "1,2\n".repeat(40);
         says("a.csv", format!("1,2,3\n{many}").as_bytes(), &["line 9 has 2 columns", "and 32 more"]);
