@@ -1,6 +1,6 @@
 //! The class `Calibration`: numbers of a scene from measured curves, by simulating them.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{incomplete, input, refused, with_result};
 use crate::keys::parsed;
 use crate::raised::Raised;
@@ -119,7 +119,7 @@ impl Calibration {
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();
-        self.found.covariance.as_ref().map(|rows| array(py, rows.concat(), [n, n])).transpose()
+        self.found.covariance.as_ref().map(|rows| own_array(py, rows.concat(), [n, n])).transpose()
     }
 
     /// Directions that the curves do not determine, in words.

@@ -1,6 +1,6 @@
 //! The class `Fit`: the constants of a law from tests with homogeneous deformation.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{input, refused};
 use crate::run::follower;
 use crate::solve::apart;
@@ -142,7 +142,7 @@ impl Fit {
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let n = self.result.parameters.len();
-        array(py, self.result.covariance.concat(), [n, n])
+        own_array(py, self.result.covariance.concat(), [n, n])
     }
 
     /// Whether every constant has a finite interval.

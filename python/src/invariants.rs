@@ -54,6 +54,6 @@ impl Invariants {
     /// \[3 × 3\] J F⁻ᵀ.
     #[getter]
     fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        crate::array::array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
+        crate::array::own_array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
     }
 }

@@ -1,6 +1,6 @@
 //! The class `Run`: the columns of a run as arrays, its mesh, and the fields that were recorded.
 
-use crate::array::{array, indices};
+use crate::array::{array, indices, own_array};
 use crate::built::{Built, Done};
 use crate::error::{input, refused};
 use crate::keys::{names, parsed};
@@ -21,8 +21,8 @@ use std::ffi::CString;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
-/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas. A run can be pickled; a copy that was made so has
-/// everything but `gradient`.
+/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas. Its arrays are for reading only: what is computed from
+/// them in place is computed from a copy, `z = run["xmax_z_m"].copy()`. A run can be pickled; a copy that was made so has everything but `gradient`.
 #[pyclass(module = "durometer", frozen)]
 pub struct Run {
     /// Names of the columns; the first is `t_s`
@@ -141,7 +141,7 @@ impl Run {
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(nodes, _) => return nodes.call_method0(py, "copy"),
+            Origin::Pickled(nodes, _) => return Ok(nodes.clone_ref(py)),
         };
         let points = &scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
@@ -152,7 +152,7 @@ impl Run {
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(_, cells) => return cells.call_method0(py, "copy"),
+            Origin::Pickled(_, cells) => return Ok(cells.clone_ref(py)),
         };
         let mesh = &scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
@@ -217,7 +217,7 @@ impl Run {
         if found.errors.iter().any(|error| *error > 0.0) {
             self.warn(py, &of_columns, &keys, &found)?;
         }
-        array(py, found.values, [keys.len()])
+        own_array(py, found.values, [keys.len()])
     }
 
     /// The body as an unstructured grid of pyvista with the fields of `field_times[k]`: displaced where "displacement" is one of them, else at rest.

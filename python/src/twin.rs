@@ -1,6 +1,6 @@
 //! The class `Twin`: a reduced model that steps.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{input, refused};
 use crate::value::{mapping, number};
 use durometer::math::threads::locked;
@@ -174,7 +174,7 @@ impl Twin {
         let shape = [self.model.quantities.len(), self.model.inputs.len()];
         let mut out = vec![0.0; shape[0] * shape[1]];
         self.with(py, |model| model.sensitivities(&mut out));
-        array(py, out, shape)
+        own_array(py, out, shape)
     }
 
     /// Back to rest.

@@ -29,6 +29,32 @@ def test_columns_are_views_and_have_units(beam: durometer.Scene) -> None:
     assert "xmax_z_m" in run and "xmax" not in run
 
 
+def test_what_was_recorded_cannot_be_written_into(beam: durometer.Scene) -> None:
+    run = beam.run(fields=["displacement", "von_mises"])
+    found = beam.sensitivities(["laws.silicone.E"])
+    before, derivatives = run.values.copy(), found.values.copy()
+    with pytest.raises(ValueError, match="read-only"):
+        run["xmax_z_m"] *= 1e3
+    times = run.times
+    with pytest.raises(ValueError, match="read-only"):
+        times *= 1e3
+    assert numpy.array_equal(run.values, before)
+    for one in (run, pickle.loads(pickle.dumps(run))):
+        arrays = [one.values, one["xmax_z_m"], one.times, one.signals, one.nodes, one.cells, one.field_times, one.displacements]
+        arrays += [*one.fields.values(), *one.cell_fields.values()]
+        assert not any(array.flags.writeable for array in arrays)
+    assert not any(array.flags.writeable for array in (found.values, found.errors, found.times, found["xmax_z_m", "laws.silicone.E"]))
+    # What is made of them is the user's
+    frame = run.frame
+    frame["xmax_z_m"] *= 1e3
+    frame.iloc[0, 0] = 77.0
+    of_keys = found.frame
+    of_keys.iloc[0, 0] = 77.0
+    gradient = run.gradient({"xmax_z_m": 1.0}, ["laws.silicone.E"])
+    gradient *= 2.0
+    assert numpy.array_equal(run.values, before) and numpy.array_equal(found.values, derivatives)
+
+
 def test_displacements_move_the_nodes_of_the_probe(beam: durometer.Scene) -> None:
     run = beam.run(fields=["displacement"])
     tip = run.nodes[:, 0] > 19.9e-3
@@ -38,7 +64,7 @@ def test_displacements_move_the_nodes_of_the_probe(beam: durometer.Scene) -> Non
     assert sunk < 0 and abs(sunk / recorded - 1) < 0.05
 
 
-def test_a_frame_shares_the_numbers_and_carries_units(beam: durometer.Scene) -> None:
+def test_a_frame_has_the_numbers_and_carries_units(beam: durometer.Scene) -> None:
     run = beam.run()
     frame = run.to_pandas()
     assert list(frame.index) == list(run.times) and frame.index.name == "t_s"
@@ -71,6 +97,8 @@ def test_meshes_go_to_meshio(beam: durometer.Scene, tmp_path: Path) -> None:
     pytest.importorskip("meshio")
     mesh = beam.run(fields=["displacement", "von_mises"]).to_meshio()
     assert mesh.cells[0].type == "tetra" and mesh.point_data["displacement_m"].shape == (45, 3)
+    mesh.point_data["displacement_m"] *= 2.0
+    mesh.points += 1.0
     mesh.write(tmp_path / "beam.msh")
     assert (tmp_path / "beam.msh").stat().st_size > 1000
 
