@@ -63,8 +63,14 @@ class DoubtfulDerivative(UserWarning):
         self.doubtful = doubtful
 
 
-#: Packages through which derivatives are asked for
+#: Packages through which runs and derivatives are asked for
 BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}
+
+
+def warn_of_limits(limits: list[str]) -> None:
+    """A warning of each limit on the use of the numbers of a run, at the line that asked for the run."""
+    for limit in limits:
+        warnings.warn(limit, UserWarning, stacklevel=level_of_user())
 
 
 def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:

@@ -2,7 +2,7 @@
 
 use crate::array::{array, indices, own_array};
 use crate::built::{Built, Done};
-use crate::error::{input, refused};
+use crate::error::{input, refused, with_result};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
 use crate::value::mapping;
@@ -13,11 +13,10 @@ use durometer::scene::{
 };
 use durometer::study::limits::{WARNING, limits_of_run};
 use durometer::system::State;
-use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
-use std::ffi::CString;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
@@ -46,9 +45,12 @@ pub struct Run {
     /// The remedy; empty where the run converged
     #[pyo3(get)]
     remedy: String,
-    /// Notes on the scene and on the run, in words; warnings on its numbers come as `UserWarning`
+    /// Notes on the scene and on the run, in words
     #[pyo3(get)]
     notes: Vec<String>,
+    /// Limits on the use of its numbers, in words; what returns the run also warns of them, by `UserWarning`
+    #[pyo3(get)]
+    warnings: Vec<String>,
     record: String,
     rows: usize,
     origin: Origin,
@@ -276,6 +278,7 @@ impl Run {
             fact: of("fact")?.extract()?,
             remedy: of("remedy")?.extract()?,
             notes: of("notes")?.extract()?,
+            warnings: of("warnings")?.extract()?,
             record: of("record")?.extract()?,
             origin: Origin::Pickled(any("nodes")?, any("cells")?),
             field_times: any("field_times")?,
@@ -290,7 +293,7 @@ impl Run {
 }
 
 /// Attributes that a pickled run keeps, in addition to its record.
-const PICKLED: [&str; 13] = [
+const PICKLED: [&str; 14] = [
     "columns",
     "values",
     "signals",
@@ -299,6 +302,7 @@ const PICKLED: [&str; 13] = [
     "fact",
     "remedy",
     "notes",
+    "warnings",
     "nodes",
     "cells",
     "field_times",
@@ -316,11 +320,8 @@ impl Run {
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
         let (Done { run, record }, scene) = (done, &*built.scene);
-        for (kind, limit) in limits_of_run(&record) {
-            let text = if kind == WARNING { limit } else { format!("{kind}: {limit}") };
-            let text = CString::new(text).map_err(|e| input(&e.to_string(), ""))?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
-        }
+        let in_words = |(kind, limit): (&str, String)| if kind == WARNING { limit } else { format!("{kind}: {limit}") };
+        let warnings = limits_of_run(&record).into_iter().map(in_words).collect();
         let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());
@@ -344,6 +345,7 @@ impl Run {
             fact,
             remedy,
             notes,
+            warnings,
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
             origin: Origin::Here(Box::new((built, run.last, run.memories.last().cloned().unwrap_or_default()))),
@@ -351,6 +353,15 @@ impl Run {
             fields: fields.unbind(),
             cell_fields: cell_fields.unbind(),
         })
+    }
+
+    /// Warns of the limits of the run, which some call is to return. Where a filter makes an exception of a warning, its `result` is what the call would
+    /// have returned.
+    pub fn warned<T>(&self, py: Python<'_>, returned: Py<T>) -> PyResult<Py<T>> {
+        match py.import("durometer.errors")?.call_method1("warn_of_limits", (&self.warnings,)) {
+            Ok(_) => Ok(returned),
+            Err(why) => Err(with_result(py, why, returned.into_any())),
+        }
     }
 
     /// Warns of derivatives of the weighted sum that are not known to their own size, as `Sensitivities.doubtful` judges it.

@@ -160,7 +160,7 @@ impl Scene {
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
     /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
-    /// far, also of one of your own functions, and of KeyboardInterrupt.
+    /// far, also of one of your own functions, of KeyboardInterrupt, and of a warning that a filter makes an exception.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(
         &self,
@@ -170,12 +170,13 @@ impl Scene {
         controller: Option<&Bound<'_, PyAny>>,
         fields: Option<&Bound<'_, PyAny>>,
         check: bool,
-    ) -> PyResult<Run> {
+    ) -> PyResult<Py<Run>> {
         threads::set(threads)?;
         let follower = follower(py, progress)?;
         let built = self.build(py, follower.as_ref())?;
         let wanted = Wanted { follower, controller, fields, keys: vec![] };
-        Ok(solve(py, built, wanted, check)?.0)
+        let (run, _) = solve(py, built, wanted, check)?;
+        run.get().warned(py, run.clone_ref(py))
     }
 
     /// Runs all stages with the derivatives of the recorded columns by keys of the scene, exact in the constants of laws and by differences of
@@ -188,13 +189,14 @@ impl Scene {
         threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
-    ) -> PyResult<Sensitivities> {
+    ) -> PyResult<Py<Sensitivities>> {
         threads::set(threads)?;
         let (keys, follower) = (parsed(keys)?, follower(py, progress)?);
         let built = self.build(py, follower.as_ref())?;
         let wanted = Wanted { follower, controller: None, fields: None, keys };
         let (run, found) = solve(py, built, wanted, check)?;
-        Sensitivities::new(py, found.expect("keys were given"), run, check)
+        let found = Sensitivities::new(py, found.expect("keys were given"), run.clone_ref(py), check)?;
+        run.get().warned(py, Py::new(py, found)?)
     }
 
     /// How `pickle` makes the scene again: from its text, with the folder in which its files are found.

@@ -73,9 +73,8 @@ impl Sensitivities {
 }
 
 impl Sensitivities {
-    pub fn new(py: Python<'_>, found: Found, run: Run, check: bool) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, found: Found, run: Py<Run>, check: bool) -> PyResult<Self> {
         let (rows, columns, keys) = (found.rows.len(), found.columns.len(), found.keys.len());
-        let run = Py::new(py, run)?;
         if let Some((t, why)) = found.stopped.as_ref().filter(|_| check) {
             let fact = format!("there is no derivative at t = {t} s: {why}");
             return Err(incomplete("NoDerivative", &fact, "end the run before, or take another stage", run.into_any()));

@@ -10,7 +10,7 @@ from typing import Any
 import durometer
 import numpy
 import pytest
-from conftest import BEAM
+from conftest import BEAM, LOCKED
 
 KEYS = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.0", "effect.gravity.direction.1"]
 COLUMNS = ["xmax_z_m", "xmin_reaction_z_N"]
@@ -329,6 +329,14 @@ def test_a_warning_names_the_line_that_asked_for_derivatives(scene: durometer.Sc
         else:
             importlib.import_module("jax").grad(lambda numbers: at_end(numbers)[0])(at_end.start)
     assert [warning.filename for warning in told] == [__file__]
+
+
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_a_warning_names_the_line_that_asked_for_a_run(name: str) -> None:
+    at_end = backend(name).function(durometer.Scene.from_toml(LOCKED), KEYS[:1], COLUMNS[:1])
+    with pytest.warns(UserWarning, match="locking alarm") as told:
+        at_end(at_end.start)
+    assert {warning.filename for warning in told} == {__file__}
 
 
 @pytest.mark.filterwarnings("error::durometer.DoubtfulDerivative")
