@@ -23,7 +23,7 @@ pub struct Unknown {
     pub bounds: [f64; 2],
     /// A usual size of the value, where it is zero \[SI\]
     pub usual: f64,
-    /// The number in the scene, of what is no constant of a law
+    /// The number in the scene with its unit; none of a constant of a law in pascal, or without a unit
     value: Option<KeyValue>,
 }
 
@@ -73,7 +73,9 @@ impl Unknown {
             return Err(refuse(format!("law {} does not give it; it gives {known}", of.law)));
         };
         let bounds = limits(&parameter, start, bounds.get(key.path())).map_err(refuse)?;
-        Ok(Self { key: key.clone(), parameter, start, bounds, usual: 1.0, value: None })
+        let is_usual = [Dimension::PRESSURE, Dimension::NONE].contains(&parameter.dimension);
+        let value = table.get(of.key).filter(|_| !is_usual).map(KeyValue::of).transpose().map_err(refuse)?;
+        Ok(Self { key: key.clone(), parameter, start, bounds, usual: 1.0, value })
     }
 
     fn of_scene(file: &Path, text: &str, key: &ParameterKey, bounds: &Bounds) -> Result<Self, String> {
