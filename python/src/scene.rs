@@ -86,7 +86,7 @@ impl Scene {
         };
         // The scene is built later, perhaps from another folder
         let file = std::path::absolute(file)?;
-        let (spec, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
+        let (spec, text) = changed_scene(&file, &text, &[], &KnownLaws::default()).map_err(refused)?;
         Self::of(file, &text, spec.known_laws)
     }
 
@@ -235,14 +235,15 @@ impl Scene {
 
     /// The same scene with this value of a key.
     pub fn changed(&self, key: &str, value: Value) -> PyResult<Self> {
-        let (spec, text) = changed_scene(&self.file, &self.text(), &[(key.into(), value.clone())]).map_err(refused)?;
+        let changes = [(key.into(), value.clone())];
+        let (spec, text) = changed_scene(&self.file, &self.text(), &changes, &self.known_laws).map_err(refused)?;
         let parsed = key.parse::<ParameterKey>().ok();
         let constant = parsed.as_ref().and_then(ParameterKey::law_constant);
         if let Some((constant, law)) = constant.and_then(|constant| Some((constant.key, spec.laws.get(constant.law)?)))
         {
             check_constant(&self.known_laws, law, constant, value)?;
         }
-        Self::of(self.file.clone(), &text, self.known_laws.clone())
+        Self::of(self.file.clone(), &text, spec.known_laws)
     }
 
     /// The key as the text gives it, for a value in SI units.

@@ -9,6 +9,8 @@ import pytest
 from conftest import BEAM, PULLED
 
 IDENTITY = numpy.eye(3)
+#: One cell
+SMALL = BEAM.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
 
 
 class PythonNeoHookean(durometer.Law):
@@ -416,6 +418,30 @@ def test_a_law_is_registered_again(linear: bool) -> None:
     assert abs(after[-1] - after[0]) < 0.7 * abs(sunk[-1] - sunk[0])
 
 
+def test_a_scene_keeps_the_constants_of_its_law() -> None:
+    name = "python_renamed"
+
+    def registered(**changes: object) -> None:
+        durometer.register_law(type("Renamed", (OfParameters,), {"name": name, **changes}))
+
+    def other_bounds(least: float, most: float) -> list[durometer.Parameter]:
+        return [durometer.Parameter("shear", "μ", "Pa", (least, most), "shear modulus"), OfParameters.parameters[1]]
+
+    registered()
+    text = SMALL.replace("neo_hookean", name).replace('E = "100 kPa"\nnu = 0.45', 'shear = "40 kPa"\nratio = 5.0')
+    scene = durometer.Scene.from_toml(text)
+    run = scene.run(threads=1)
+    start = scene.set("laws.silicone.shear", "30 kPa")
+    curve = durometer.Curve(start, "t_s", run.times[1:], "xmax_z_m", run["xmax_z_m"][1:])
+    renamed = durometer.Parameter("stiffness", "μ", "Pa", (0.0, float("inf")), "shear modulus")
+    for changes in ({"parameters": [renamed, OfParameters.parameters[1]]}, {"parameters": other_bounds(0.0, 20e3)}):
+        registered(**changes)
+        again = start.set("laws.silicone.shear", "40 kPa").run(threads=1)
+        assert numpy.array_equal(again["xmax_z_m"], run["xmax_z_m"])
+        found = durometer.Calibration.from_curves([curve], ["laws.silicone.shear"], threads=1, check=False)
+        assert found.constants["laws.silicone.shear"] == pytest.approx(40e3, rel=1e-3)
+
+
 class Graded(PythonNeoHookean):
     """The same with a shear modulus that falls with a length."""
 
@@ -434,10 +460,6 @@ class Graded(PythonNeoHookean):
 
     def moduli(self):
         return self.mu, self.lambda_ + 2 / 3 * self.mu
-
-
-#: One cell
-SMALL = BEAM.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
 
 
 @pytest.mark.parametrize("bounds", [["laws.silicone.depth"], {"laws.silicone.depth": ("0.1 mm", "5 mm")}], ids=["free", "bounded"])

@@ -140,7 +140,7 @@ fn it_begins_without_loads(at: &Path, file: &str) {
     let marked: toml::Table = marked.parse().expect("TOML");
     let changes = [("constraint.cable.drive.signal".to_string(), toml::Value::from(marked))];
     let mut model = ReducedModel::read(&at.join(file)).expect("a model");
-    model.origin.scene = changed_scene(&scene, &text, &changes).expect("a scene").1;
+    model.origin.scene = changed_scene(&scene, &text, &changes, &spec.known_laws).expect("a scene").1;
     model.origin.changes = changes.into_iter().collect::<toml::Table>().to_string();
     model.origin.mesh_sha256 = mesh_sha256(&Body::load(&scene, &spec.mesh, &mut |_| {}).expect("a grid"));
     let mut full = FullModel::open(&model, &scene).unwrap_or_else(|e| panic!("{e}"));

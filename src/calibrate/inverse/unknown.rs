@@ -2,7 +2,7 @@
 
 use super::InverseError;
 use crate::material::Parameter;
-use crate::material::registry::{given, quantity};
+use crate::material::registry::quantity;
 use crate::math::threads::locked;
 use crate::math::units::{self, Dimension};
 use crate::scene::{KeyValue, ParameterKey, SceneError, SceneSpec};
@@ -66,7 +66,7 @@ impl Unknown {
         let refuse = |fact: String| format!("{key}: {fact}");
         let of = key.law_constant().ok_or_else(|| refuse("it is no constant of a law".into()))?;
         let table = spec.laws.get(of.law).ok_or_else(|| refuse("the scene has no such law".into()))?;
-        let (entry, values, _) = given(table).map_err(|e| refuse(e.to_string()))?;
+        let (entry, values, _) = spec.known_laws.given(table).map_err(|e| refuse(e.to_string()))?;
         let parameter = entry.keys.iter().find(|p| p.name == of.key).copied();
         let (Some(parameter), Some(&start)) = (parameter, values.get(of.key)) else {
             let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
