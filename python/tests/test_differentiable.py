@@ -254,6 +254,49 @@ def test_a_design_without_an_answer_is_one_kind_of_exception(method: str) -> Non
         EndValues(scene, [pull], COLUMNS, method, 0).values(of.start[:1])
 
 
+#: A compiled function of JAX, and calls of it after a good one: of a design without an answer, and of one that is interrupted
+COMPILED = """
+import sys
+import durometer
+import durometer.jax
+import jax
+from durometer._end_values import EndValues
+
+jax.config.update("jax_enable_x64", True)
+at_end = durometer.jax.function(durometer.Scene.from_toml(TEXT), ["laws.silicone.E"], ["xmax_z_m"])
+numbers = jax.numpy.asarray(at_end.start)
+compiled = {"jit": jax.jit(at_end), "grad": jax.jit(jax.value_and_grad(lambda numbers: at_end(numbers)[0])), "vmap": jax.vmap(at_end)}[KIND]
+row = (lambda numbers: numbers[None]) if KIND == "vmap" else (lambda numbers: numbers)
+if GOOD_FIRST:
+    jax.block_until_ready(compiled(row(numbers)))
+for _ in range(2):
+    try:
+        jax.block_until_ready(compiled(row(-numbers)))
+    except (durometer.RunError, jax.errors.JaxRuntimeError, ValueError) as error:
+        assert "E (Young's modulus) = -100000" in str(error), error
+
+def interrupted(self, numbers):
+    raise interrupt
+
+interrupt = KeyboardInterrupt()
+EndValues._solved = interrupted
+try:
+    jax.block_until_ready(compiled(row(2.0 * numbers)))
+except KeyboardInterrupt as raised:
+    assert raised is interrupt and sys.gettrace() is None
+    print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("good_first", [True, False])
+@pytest.mark.parametrize("kind", ["jit", "grad", "vmap"])
+def test_exceptions_of_compiled_functions_are_those_of_the_reference(kind: str, good_first: bool) -> None:
+    backend("jax")
+    code = f"TEXT, KIND, GOOD_FIRST = {TIGHT!r}, {kind!r}, {good_first}\n{COMPILED}"
+    told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
+    assert told.stdout == "interrupted\n", told.stderr
+
+
 @pytest.mark.parametrize("name", ["torch", "jax"])
 def test_a_missing_library_names_the_extra(name: str) -> None:
     code = f"""
