@@ -31,7 +31,7 @@ impl Calibration {
     /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
     /// None for the whole range that has a meaning. Results are in the order of the keys.
     /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve. `check`: raise `RunError` where the search does not settle. Where it ends
+    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve, which ends with the last data point, and at the end of the search. `check`: raise `RunError` where the search does not settle. Where it ends
     /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys \[SI\]; None where none were
     /// better than the first.
     #[staticmethod]
@@ -59,9 +59,12 @@ impl Calibration {
         let (keys, bounds) = wanted(unknowns, scene.get())?;
         let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
         let ((answer, best), raised) = ended(py, Link::default(), follower.as_ref(), |link| {
-            let mut watch = Following { link, best: None };
+            let mut watch = Following { link, best: None, end: 1.0 };
             let _turn = Raised::by(link);
             let answer = calibrate(observed, &settings, None, &mut watch);
+            if answer.is_ok() {
+                link.progress(Progress { t: watch.end, end: watch.end });
+            }
             (answer.map(|(found, _)| found), watch.best)
         })?;
         let so_far = || match best {
@@ -181,10 +184,13 @@ impl Calibration {
 struct Following<'a> {
     link: &'a Link,
     best: Option<Vec<f64>>,
+    /// Of the last forward solve \[s\]
+    end: f64,
 }
 
 impl SearchWatch for Following<'_> {
     fn progress(&mut self, now: Progress) -> bool {
+        self.end = now.end;
         self.link.progress(now)
     }
 

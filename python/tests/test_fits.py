@@ -259,6 +259,16 @@ def test_the_progress_of_a_fit_is_told() -> None:
         durometer.Fit.from_arrays(*arguments, nu=0.45, progress=5)
 
 
+def test_the_progress_of_a_calibration_comes_to_its_end(pulled: durometer.Scene, capsys: pytest.CaptureFixture) -> None:
+    told: list[tuple[float, float]] = []
+    curve = durometer.Curve(pulled, **BOUNDED)
+    for progress in (lambda done, end: told.append((done, end)), True):
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E"], check=False, progress=progress)
+    assert told[-1] == (1.0, 1.0)
+    drawn = capsys.readouterr().err
+    assert drawn.count("\n") == 1 and drawn.endswith("s\n") and "100.0 %" in drawn.rsplit("\r", 1)[-1]
+
+
 def test_a_search_that_is_ended_leaves_its_best_values() -> None:
     truth = durometer.Scene.from_toml(PULLED).set("mesh.grid.divisions", [16, 6, 6]).set("stage.0.dt", "0.25 s")
     run = truth.run()
