@@ -32,13 +32,13 @@ impl Calibration {
     /// None for the whole range that has a meaning. Results are in the order of the keys.
     /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
     /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve, which ends with the last data point, and at the end of the search. `check`: raise `RunError` where the search does not settle. Where it ends
-    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys \[SI\]; None where none were
+    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys `[SI]`; None where none were
     /// better than the first.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, threads = None, progress = None, check = true))]
     fn from_curves(
         py: Python<'_>,
-        curves: Vec<Bound<'_, PyAny>>,
+        curves: &Bound<'_, PyAny>,
         unknowns: &Bound<'_, PyAny>,
         weight: &str,
         accuracy: f64,
@@ -54,6 +54,11 @@ impl Calibration {
             return Err(input(&format!("accuracy is {accuracy}"), "give a share between 0 and 1, such as 0.01"));
         }
         let settings = Settings { profile, accuracy, ..Settings::new(weighting) };
+        let listed: PyResult<Vec<Bound<'_, PyAny>>> = curves.try_iter().and_then(Iterator::collect);
+        let no_list = |_| {
+            input(&format!("curves is of the type {}, and no list", kind(curves)), "give a list of durometer.Curve")
+        };
+        let curves = listed.map_err(no_list)?;
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
         let (keys, bounds) = wanted(unknowns, scene.get())?;
@@ -94,7 +99,7 @@ impl Calibration {
         Ok(this)
     }
 
-    /// Key → value \[SI\], in the order of `unknowns`.
+    /// Key → value `[SI]`, in the order of `unknowns`.
     #[getter]
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.found.constants.iter().map(|f| (&f.key, f.value)).into_py_dict(py)
@@ -111,14 +116,14 @@ impl Calibration {
         all.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
     }
 
-    /// Key → both ends of the 95 % interval \[SI\]; none where the curves do not determine the number.
+    /// Key → both ends of the 95 % interval `[SI]`; none where the curves do not determine the number.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let ends = |interval: Option<[f64; 2]>| interval.map(<(f64, f64)>::from);
         self.found.constants.iter().map(|f| (&f.key, ends(f.interval))).into_py_dict(py)
     }
 
-    /// \[unknowns × unknowns\] \[SI²\], in the order of `constants`; none where a direction is not determined.
+    /// `[unknowns × unknowns]` `[SI²]`, in the order of `constants`; none where a direction is not determined.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();

@@ -20,17 +20,17 @@ use std::collections::BTreeMap;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
-/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas. Its arrays are for reading only: what is computed from
+/// `run["xmax_z_m"]` is a column, `run.times` are the times `[s]`, `run.frame` is a table of pandas. Its arrays are for reading only: what is computed from
 /// them in place is computed from a copy, `z = run["xmax_z_m"].copy()`. A run can be pickled; a copy that was made so has everything but `gradient`.
 #[pyclass(module = "durometer", frozen)]
 pub struct Run {
     /// Names of the columns; the first is `t_s`
     #[pyo3(get)]
     columns: Vec<String>,
-    /// \[times × columns\], all of them: `[output] series` thins the files of the program only
+    /// `[times × columns]`, all of them: `[output] series` thins the files of the program only
     #[pyo3(get)]
     values: Py<PyAny>,
-    /// \[times × signals\] values of the prescribed signals
+    /// `[times × signals]` values of the prescribed signals
     #[pyo3(get)]
     signals: Py<PyAny>,
     /// Names of the signals
@@ -54,13 +54,13 @@ pub struct Run {
     record: String,
     rows: usize,
     origin: Origin,
-    /// \[times\] of the fields \[s\]
+    /// `[times]` of the fields `[s]`
     #[pyo3(get)]
     field_times: Py<PyAny>,
-    /// Name → \[times × nodes × components\]
+    /// Name → `[times × nodes × components]`
     #[pyo3(get)]
     fields: Py<PyDict>,
-    /// Name → \[times × cells × components\]
+    /// Name → `[times × cells × components]`
     #[pyo3(get)]
     cell_fields: Py<PyDict>,
 }
@@ -120,7 +120,7 @@ impl Recorded {
 
 #[pymethods]
 impl Run {
-    /// Times of the rows \[s\].
+    /// Times of the rows `[s]`.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.column(py, 0)
@@ -138,7 +138,7 @@ impl Run {
         self.status == "Converged"
     }
 
-    /// \[nodes × 3\] positions at rest \[m\].
+    /// `[nodes × 3]` positions at rest `[m]`.
     #[getter]
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
@@ -149,7 +149,7 @@ impl Run {
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
-    /// \[cells × nodes of a cell\] indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
+    /// `[cells × nodes of a cell]` indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
     #[getter]
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
@@ -161,7 +161,7 @@ impl Run {
         indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
 
-    /// \[times × nodes × 3\] displacements \[m\] at `field_times`, of a run with the field "displacement".
+    /// `[times × nodes × 3]` displacements `[m]` at `field_times`, of a run with the field "displacement".
     #[getter]
     fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.fields.bind(py).get_item("displacement_m")?.ok_or_else(|| {
@@ -189,7 +189,7 @@ impl Run {
         Self::frame(slf)
     }
 
-    /// \[keys\] derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
+    /// `[keys]` derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
     /// columns and keys. Exact in the constants of laws, by differences of the equations in others; a warning `DoubtfulDerivative` names those whose
     /// estimated error is above 1e-6 of their size. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
     fn gradient(&self, py: Python<'_>, weights: &Bound<'_, PyAny>, keys: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {

@@ -156,7 +156,7 @@ impl Scene {
     /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
     ///
     /// `threads`: those that it may use, one for each core by default; no result depends on it.
-    /// `progress`: True, or a function that is called with the time that is done and the end \[s\].
+    /// `progress`: True, or a function that is called with the time that is done and the end `[s]`.
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
     /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
@@ -249,7 +249,11 @@ impl Scene {
     /// The key as the text gives it, for a value in SI units.
     pub fn with_si(&self, key: &str, value: f64) -> PyResult<Self> {
         let parsed: ParameterKey = key.parse().map_err(refused)?;
-        self.changed(key, parsed.value(&self.table).map_err(refused)?.written_si(value))
+        let written = parsed.value(&self.table).map_err(refused)?.written_si(value);
+        // A whole number stays one: there are keys that take no other
+        let is_whole = matches!(overrides::find(&self.table, key), Ok(Value::Integer(_)));
+        let whole = |number: f64| format!("{number}").parse().map(Value::Integer).ok();
+        self.changed(key, written.as_float().filter(|_| is_whole).and_then(whole).unwrap_or(written))
     }
 
     pub fn file(&self) -> &Path {

@@ -250,6 +250,12 @@ def test_options_are_numbers_in_si_units_too() -> None:
     assert not [warning for warning in durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean").warnings if "--nu" in warning]
 
 
+@pytest.mark.parametrize("pair", [(1.0, 1.3), [1.0, 1.3], numpy.array([1.0, 1.3])])
+def test_a_range_is_any_pair(pair: object) -> None:
+    fit = durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45, range=pair)
+    assert fit.result == durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45, range=(1.0, 1.3)).result
+
+
 def test_the_progress_of_a_fit_is_told() -> None:
     told: list[tuple[float, float]] = []
     arguments = (STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean")
