@@ -108,8 +108,6 @@ class EndValues:
         """The run with these numbers, or where the adjoint does not serve, its sensitivities; kept for the next call."""
         numbers = numpy.asarray(numbers, dtype=float)
         self.checked(numbers.shape)
-        if not numpy.isfinite(numbers).all():
-            raise InputError(f"the numbers are {numbers.tolist()}", "give finite numbers")
         place = numbers.tobytes()
         with self._lock:
             found = self._runs.get(place)
@@ -126,6 +124,8 @@ class EndValues:
         """The same anew. The keys are those of the scene: what it refuses now it refuses because of the numbers, and they are a design without an answer."""
         scene = self.scene
         try:
+            if not numpy.isfinite(numbers).all():
+                raise InputError(f"the numbers are {numbers.tolist()}", "give finite numbers")
             for key, number in zip(self.keys, numbers):
                 scene = scene.set_si(key, float(number))
             if self.method == "adjoint":

@@ -6,19 +6,19 @@ from ._extras import extra
 
 
 def of_run(run: Any) -> Any:
-    """The rows of a run, indexed by time; the columns keep the memory of the arrays."""
+    """A copy of the rows of a run, indexed by time."""
     pandas = extra("pandas", "pandas")
-    frame = pandas.DataFrame(run.values, columns=run.columns, copy=False).set_index("t_s")
+    frame = pandas.DataFrame(run.values, columns=run.columns, copy=True).set_index("t_s")
     frame.attrs["units"] = run.units
     return frame
 
 
 def of_sensitivities(found: Any) -> Any:
-    """The derivatives, indexed by time, with (column, key) over each."""
+    """A copy of the derivatives, indexed by time, with (column, key) over each."""
     pandas = extra("pandas", "pandas")
     columns = pandas.MultiIndex.from_product([found.columns, found.keys], names=["column", "key"])
-    index = pandas.Index(found.times, name="t_s")
-    return pandas.DataFrame(found.values.reshape(len(index), -1), index=index, columns=columns, copy=False)
+    index = pandas.Index(found.times.copy(), name="t_s")
+    return pandas.DataFrame(found.values.reshape(len(index), -1), index=index, columns=columns, copy=True)
 
 
 def of_constants(fit: Any) -> Any:

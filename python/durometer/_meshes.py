@@ -11,8 +11,8 @@ KINDS = {4: (10, "tetra"), 10: (24, "tetra10")}
 
 
 def at(fields: dict[str, numpy.ndarray], k: int) -> dict[str, numpy.ndarray]:
-    """The fields at one time; those of one component without an axis for it."""
-    return {name: values[k, :, 0] if values.shape[2] == 1 else values[k] for name, values in fields.items()}
+    """Copies of the fields at one time; those of one component without an axis for it."""
+    return {name: (values[k, :, 0] if values.shape[2] == 1 else values[k]).copy() for name, values in fields.items()}
 
 
 def pyvista_grid(run: Any, k: int) -> Any:
@@ -36,4 +36,4 @@ def meshio_mesh(run: Any, k: int) -> Any:
     name = KINDS[run.cells.shape[1]][1]
     of_cells = {field: [values] for field, values in at(run.cell_fields, k).items()}
     # Its formats know no unsigned numbers
-    return meshio.Mesh(run.nodes, [(name, run.cells.astype(numpy.int64))], point_data=at(run.fields, k), cell_data=of_cells)
+    return meshio.Mesh(run.nodes.copy(), [(name, run.cells.astype(numpy.int64))], point_data=at(run.fields, k), cell_data=of_cells)

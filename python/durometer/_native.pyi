@@ -76,6 +76,7 @@ class Run:
     fact: str
     remedy: str
     notes: list[str]
+    warnings: list[str]
     field_times: NDArray[numpy.float64]
     fields: dict[str, NDArray[numpy.float64]]
     cell_fields: dict[str, NDArray[numpy.float64]]

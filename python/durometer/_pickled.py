@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import numpy
+
 from ._native import Run, Scene
 from .report import Report
 
@@ -12,7 +14,11 @@ def scene(file: Any, text: str) -> Scene:
 
 
 def run(kept: dict[str, Any]) -> Run:
-    """A run of its results."""
+    """A run of its results, for reading only as before."""
+    for item in (kept, kept["fields"], kept["cell_fields"]):
+        for array in item.values():
+            if isinstance(array, numpy.ndarray):
+                array.flags.writeable = False
     return Run._pickled(kept)
 
 

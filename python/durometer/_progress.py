@@ -17,6 +17,7 @@ class Bar:
     def __init__(self) -> None:
         self.start = time.monotonic()
         self.drawn = 0.0
+        self.is_open = False
 
     def __call__(self, done: float, end: float) -> None:
         now, share = time.monotonic(), done / end if end > 0 else 0.0
@@ -26,8 +27,15 @@ class Bar:
         full = round(WIDTH * min(share, 1.0))
         bar = "#" * full + "." * (WIDTH - full)
         sys.stderr.write(f"\r{bar} {100 * share:5.1f} %  {now - self.start:6.1f} s")
-        sys.stderr.write("\n" if share >= 1.0 else "")
         sys.stderr.flush()
+        self.is_open = True
+
+    def close(self) -> None:
+        """Ends the line of what was drawn."""
+        if self.is_open:
+            sys.stderr.write("\n")
+            sys.stderr.flush()
+        self.is_open = False
 
 
 def follower(progress: Any) -> Callable[[float, float], Any] | None:
@@ -40,3 +48,9 @@ def follower(progress: Any) -> Callable[[float, float], Any] | None:
         fact = f"progress of the type {type(progress).__name__} cannot be called"
         raise InputError(fact, "give True, or a function of what is done and what is to be done")
     return progress
+
+
+def close(follower: Callable[[float, float], Any]) -> None:
+    """Ends the line of a bar, when the work that it follows has come to its end or was stopped."""
+    if isinstance(follower, Bar):
+        follower.close()

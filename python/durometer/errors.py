@@ -3,6 +3,7 @@
 import sys
 import warnings
 from collections.abc import Callable
+from types import FrameType
 from typing import Any
 
 
@@ -63,8 +64,14 @@ class DoubtfulDerivative(UserWarning):
         self.doubtful = doubtful
 
 
-#: Packages through which derivatives are asked for
+#: Packages through which runs and derivatives are asked for
 BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}
+
+
+def warn_of_limits(limits: list[str]) -> None:
+    """A warning of each limit on the use of the numbers of a run, at the line that asked for the run."""
+    for limit in limits:
+        warnings.warn(limit, UserWarning, stacklevel=level_of_user())
 
 
 def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
@@ -76,8 +83,30 @@ def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
 def level_of_user() -> int:
     """How many calls above the caller the code of the user is; 2, the next one, where a thread of JAX calls and there is none."""
     frame, level = sys._getframe(1), 1
-    while frame.f_globals.get("__name__", "").split(".")[0] in BETWEEN:
+    while is_between(frame):
         if frame.f_back is None:
             return 2
         frame, level = frame.f_back, level + 1
     return level
+
+
+def is_between(frame: FrameType) -> bool:
+    """Whether the code is of a package through which the user calls."""
+    return frame.f_globals.get("__name__", "").split(".")[0] in BETWEEN
+
+
+def raise_at_user(why: BaseException) -> None:
+    """Raises the exception in the code of the user as soon as it goes on, whatever a package between makes of it; not under a debugger."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and is_between(frame):
+        frame = frame.f_back
+    if frame is None or sys.gettrace() is not None:
+        return
+
+    def going_on(frame: FrameType, event: str, argument: Any) -> None:
+        sys.settrace(None)
+        frame.f_trace = None
+        raise why.with_traceback(None)
+
+    frame.f_trace = going_on
+    sys.settrace(lambda frame, event, argument: None)

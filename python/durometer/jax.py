@@ -8,7 +8,7 @@ import numpy
 from ._end_values import EndFunction, EndValues, no_second_derivatives
 from ._extras import extra
 from ._native import Scene
-from .errors import InputError
+from .errors import InputError, raise_at_user
 
 
 def function(
@@ -24,8 +24,8 @@ def function(
     It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other. Forward mode (`jax.jvp`, and with it
     `jax.hessian`) raises the `TypeError` of JAX, and a derivative of a derivative `InputError`. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
     for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
-    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` and `jax.vmap` an exception of a run comes as the
-    `JaxRuntimeError` of JAX, which holds its text.
+    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` and `jax.vmap` JAX raises in place of an exception of a
+    run its `JaxRuntimeError`, or a `ValueError` where a call before has succeeded, with its text. `KeyboardInterrupt` comes through.
 
     Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
     `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.
@@ -38,8 +38,17 @@ def function(
         host_in_type = lambda *given: host(*map(numpy.asarray, given)).astype(numbers.dtype)  # noqa: E731
         if not any(isinstance(given, jax.core.Tracer) for given in (numbers, *others)):
             return jax.numpy.asarray(host_in_type(numbers, *others))
+
+        def called_back(*given: Any) -> numpy.ndarray:
+            try:
+                return host_in_type(*given)
+            except KeyboardInterrupt as interrupt:
+                # JAX makes an error of it, like that of a design without an answer
+                raise_at_user(interrupt)
+                raise
+
         shape = jax.ShapeDtypeStruct((size,), numbers.dtype)
-        return jax.pure_callback(host_in_type, shape, numbers, *others, vmap_method="sequential")
+        return jax.pure_callback(called_back, shape, numbers, *others, vmap_method="sequential")
 
     @jax.custom_vjp
     def ended(numbers: Any) -> Any:

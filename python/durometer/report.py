@@ -16,7 +16,8 @@ class Report:
     """What the run of a study has left in a folder: `summary.json`, tables, figures and the page `index.html`."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)
+        # The session may go to another folder
+        self.folder = Path(folder).absolute()
         file = self.folder / "summary.json"
         try:
             self.summary: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
@@ -69,7 +70,8 @@ class Report:
 
     def _table(self, name: str) -> Path:
         if name not in self.tables:
-            raise InputError(f"the report has no table {name}", f"known: {', '.join(self.tables)}")
+            remedy = f"known: {', '.join(self.tables)}" if self.tables else "it has no tables"
+            raise InputError(f"the report has no table {name}", remedy)
         return self.folder / "tables" / f"{name}.csv"
 
     def __repr__(self) -> str:

@@ -22,8 +22,7 @@ pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link);
-    let (read, text) = changed_scene(file, text, &[])?;
-    let spec = SceneSpec { known_laws: known_laws.clone(), ..read };
+    let (spec, text) = changed_scene(file, text, &[], known_laws)?;
     let body = body(file, &spec, &text, link)?;
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;
     Ok(Built { scene: Arc::new(scene), raised: raised.clone() })

@@ -1,6 +1,6 @@
 //! The class `Calibration`: numbers of a scene from measured curves, by simulating them.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{incomplete, input, refused, with_result};
 use crate::keys::parsed;
 use crate::raised::Raised;
@@ -31,14 +31,14 @@ impl Calibration {
     /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
     /// None for the whole range that has a meaning. Results are in the order of the keys.
     /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve. `check`: raise `RunError` where the search does not settle. Where it ends
-    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys \[SI\]; None where none were
+    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve, which ends with the last data point, and at the end of the search. `check`: raise `RunError` where the search does not settle. Where it ends
+    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys `[SI]`; None where none were
     /// better than the first.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, threads = None, progress = None, check = true))]
     fn from_curves(
         py: Python<'_>,
-        curves: Vec<Bound<'_, PyAny>>,
+        curves: &Bound<'_, PyAny>,
         unknowns: &Bound<'_, PyAny>,
         weight: &str,
         accuracy: f64,
@@ -54,14 +54,22 @@ impl Calibration {
             return Err(input(&format!("accuracy is {accuracy}"), "give a share between 0 and 1, such as 0.01"));
         }
         let settings = Settings { profile, accuracy, ..Settings::new(weighting) };
+        let listed: PyResult<Vec<Bound<'_, PyAny>>> = curves.try_iter().and_then(Iterator::collect);
+        let no_list = |_| {
+            input(&format!("curves is of the type {}, and no list", kind(curves)), "give a list of durometer.Curve")
+        };
+        let curves = listed.map_err(no_list)?;
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
         let (keys, bounds) = wanted(unknowns, scene.get())?;
         let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
         let ((answer, best), raised) = ended(py, Link::default(), follower.as_ref(), |link| {
-            let mut watch = Following { link, best: None };
+            let mut watch = Following { link, best: None, end: 1.0 };
             let _turn = Raised::by(link);
             let answer = calibrate(observed, &settings, None, &mut watch);
+            if answer.is_ok() {
+                link.progress(Progress { t: watch.end, end: watch.end });
+            }
             (answer.map(|(found, _)| found), watch.best)
         })?;
         let so_far = || match best {
@@ -91,7 +99,7 @@ impl Calibration {
         Ok(this)
     }
 
-    /// Key → value \[SI\], in the order of `unknowns`.
+    /// Key → value `[SI]`, in the order of `unknowns`.
     #[getter]
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.found.constants.iter().map(|f| (&f.key, f.value)).into_py_dict(py)
@@ -108,18 +116,18 @@ impl Calibration {
         all.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
     }
 
-    /// Key → both ends of the 95 % interval \[SI\]; none where the curves do not determine the number.
+    /// Key → both ends of the 95 % interval `[SI]`; none where the curves do not determine the number.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let ends = |interval: Option<[f64; 2]>| interval.map(<(f64, f64)>::from);
         self.found.constants.iter().map(|f| (&f.key, ends(f.interval))).into_py_dict(py)
     }
 
-    /// \[unknowns × unknowns\] \[SI²\], in the order of `constants`; none where a direction is not determined.
+    /// `[unknowns × unknowns]` `[SI²]`, in the order of `constants`; none where a direction is not determined.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();
-        self.found.covariance.as_ref().map(|rows| array(py, rows.concat(), [n, n])).transpose()
+        self.found.covariance.as_ref().map(|rows| own_array(py, rows.concat(), [n, n])).transpose()
     }
 
     /// Directions that the curves do not determine, in words.
@@ -181,10 +189,13 @@ impl Calibration {
 struct Following<'a> {
     link: &'a Link,
     best: Option<Vec<f64>>,
+    /// Of the last forward solve \[s\]
+    end: f64,
 }
 
 impl SearchWatch for Following<'_> {
     fn progress(&mut self, now: Progress) -> bool {
+        self.end = now.end;
         self.link.progress(now)
     }
 

@@ -12,14 +12,14 @@ use pyo3::types::PyDict;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A point of the time grid as a controller sees it: `now["column"]`, the time `now.t` \[s\], that of the next point `now.next`, and the
+/// A point of the time grid as a controller sees it: `now["column"]`, the time `now.t` `[s]`, that of the next point `now.next`, and the
 /// values of the signals so far, `now.signals`. It returns the new values by name, one number where there is one signal, or None.
 #[pyclass(module = "durometer", frozen)]
 pub struct Observation {
-    /// Time of the row \[s\]
+    /// Time of the row `[s]`
     #[pyo3(get)]
     t: f64,
-    /// Time of the next point \[s\], at which the signals reach what is set now
+    /// Time of the next point `[s]`, at which the signals reach what is set now
     #[pyo3(get)]
     next: f64,
     /// Names of the recorded columns
@@ -28,7 +28,7 @@ pub struct Observation {
     /// The recorded row
     #[pyo3(get)]
     row: Py<PyAny>,
-    /// Signal → its value so far \[SI\]
+    /// Signal → its value so far `[SI]`
     #[pyo3(get)]
     signals: Py<PyDict>,
     values: Vec<f64>,

@@ -1,11 +1,11 @@
 //! The class `Fit`: the constants of a law from tests with homogeneous deformation.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{input, refused};
 use crate::run::follower;
 use crate::solve::apart;
 use crate::threads;
-use crate::value::{kind, mapping, numbers, plain};
+use crate::value::{kind, mapping, numbers, pair, plain};
 use durometer::calibrate::{
     Accuracy, Dimensions, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange,
     fit, fit_experiment,
@@ -38,7 +38,7 @@ pub struct Fit {
 impl Fit {
     /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
     ///
-    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range ((from, to) in stretch), weight, noise, loss, stable, nu, kappa,
+    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable, nu, kappa,
     /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
     /// lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive, stress_positive, strain_from, cycle, zero,
     /// toe; of a test piece whose displacement and force were measured gauge_length, width, thickness, diameter, area, compliance. Quantities are texts
@@ -70,7 +70,7 @@ impl Fit {
         Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))?, of_arrays: false })
     }
 
-    /// Fits a law to arrays of stretch and of nominal stress \[Pa\] of one mode; the options are those of `from_csv` but for its columns.
+    /// Fits a law to arrays of stretch and of nominal stress `[Pa]` of one mode; the options are those of `from_csv` but for its columns.
     ///
     /// `second_stretch`: of a biaxial test, the stretch in the other direction. Points of the other direction follow those of the first, with the
     /// stretches exchanged.
@@ -119,7 +119,7 @@ impl Fit {
         self.result.law
     }
 
-    /// Constant → value \[SI\], in the order of the law.
+    /// Constant → value `[SI]`, in the order of the law.
     #[getter]
     fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.result.parameters.iter().map(|p| (p.name, p.value)).into_py_dict(py)
@@ -132,17 +132,17 @@ impl Fit {
         self.result.parameters.iter().map(|p| (p.name, unit(p.unit))).into_py_dict(py)
     }
 
-    /// Constant → both ends of the 95 % interval \[SI\]; infinite where the data do not determine it.
+    /// Constant → both ends of the 95 % interval `[SI]`; infinite where the data do not determine it.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.result.parameters.iter().map(|p| (p.name, <(f64, f64)>::from(p.interval))).into_py_dict(py)
     }
 
-    /// \[constants × constants\] by the scatter of the data \[SI²\], in the order of `constants`.
+    /// `[constants × constants]` by the scatter of the data `[SI²]`, in the order of `constants`.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let n = self.result.parameters.len();
-        array(py, self.result.covariance.concat(), [n, n])
+        own_array(py, self.result.covariance.concat(), [n, n])
     }
 
     /// Whether every constant has a finite interval.
@@ -455,7 +455,12 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>, known: &[&str]) -> PyResu
 }
 
 fn range(key: &str, value: &Bound<'_, PyAny>) -> PyResult<StretchRange> {
-    let (from, to): (f64, f64) = option(key, value, "two stretches such as (1.0, 1.6)", || value.extract().ok())?;
-    let range = format!("{from}..{to}").parse();
-    range.map_err(|e: durometer::calibrate::FitError| refused(in_python(&e.to_string())))
+    let wanted = "two stretches such as (1.0, 1.6)";
+    let (from, to) = option(key, value, wanted, || pair(key, value).ok())?;
+    format!("{from}..{to}").parse().map_err(|e| match e {
+        FitError::Range { reason, .. } => {
+            input(&format!("the option {key} is {from} to {to}: {reason}"), &format!("give {wanted}"))
+        }
+        other => refused(in_python(&other.to_string())),
+    })
 }

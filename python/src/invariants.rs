@@ -51,9 +51,9 @@ impl Invariants {
         self.0.i_2ln(self.0.ln_j())
     }
 
-    /// \[3 × 3\] J F⁻ᵀ.
+    /// `[3 × 3]` J F⁻ᵀ.
     #[getter]
     fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        crate::array::array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
+        crate::array::own_array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
     }
 }

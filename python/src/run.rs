@@ -1,8 +1,8 @@
 //! The class `Run`: the columns of a run as arrays, its mesh, and the fields that were recorded.
 
-use crate::array::{array, indices};
+use crate::array::{array, indices, own_array};
 use crate::built::{Built, Done};
-use crate::error::{input, refused};
+use crate::error::{input, refused, with_result};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
 use crate::value::mapping;
@@ -13,25 +13,24 @@ use durometer::scene::{
 };
 use durometer::study::limits::{WARNING, limits_of_run};
 use durometer::system::State;
-use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
-use std::ffi::CString;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
-/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas. A run can be pickled; a copy that was made so has
-/// everything but `gradient`.
+/// `run["xmax_z_m"]` is a column, `run.times` are the times `[s]`, `run.frame` is a table of pandas. Its arrays are for reading only: what is computed from
+/// them in place is computed from a copy, `z = run["xmax_z_m"].copy()`. A run can be pickled; a copy that was made so has everything but `gradient`.
 #[pyclass(module = "durometer", frozen)]
 pub struct Run {
     /// Names of the columns; the first is `t_s`
     #[pyo3(get)]
     columns: Vec<String>,
-    /// \[times × columns\], all of them: `[output] series` thins the files of the program only
+    /// `[times × columns]`, all of them: `[output] series` thins the files of the program only
     #[pyo3(get)]
     values: Py<PyAny>,
-    /// \[times × signals\] values of the prescribed signals
+    /// `[times × signals]` values of the prescribed signals
     #[pyo3(get)]
     signals: Py<PyAny>,
     /// Names of the signals
@@ -46,19 +45,22 @@ pub struct Run {
     /// The remedy; empty where the run converged
     #[pyo3(get)]
     remedy: String,
-    /// Notes on the scene and on the run, in words; warnings on its numbers come as `UserWarning`
+    /// Notes on the scene and on the run, in words
     #[pyo3(get)]
     notes: Vec<String>,
+    /// Limits on the use of its numbers, in words; what returns the run also warns of them, by `UserWarning`
+    #[pyo3(get)]
+    warnings: Vec<String>,
     record: String,
     rows: usize,
     origin: Origin,
-    /// \[times\] of the fields \[s\]
+    /// `[times]` of the fields `[s]`
     #[pyo3(get)]
     field_times: Py<PyAny>,
-    /// Name → \[times × nodes × components\]
+    /// Name → `[times × nodes × components]`
     #[pyo3(get)]
     fields: Py<PyDict>,
-    /// Name → \[times × cells × components\]
+    /// Name → `[times × cells × components]`
     #[pyo3(get)]
     cell_fields: Py<PyDict>,
 }
@@ -118,7 +120,7 @@ impl Recorded {
 
 #[pymethods]
 impl Run {
-    /// Times of the rows \[s\].
+    /// Times of the rows `[s]`.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.column(py, 0)
@@ -136,30 +138,30 @@ impl Run {
         self.status == "Converged"
     }
 
-    /// \[nodes × 3\] positions at rest \[m\].
+    /// `[nodes × 3]` positions at rest `[m]`.
     #[getter]
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(nodes, _) => return nodes.call_method0(py, "copy"),
+            Origin::Pickled(nodes, _) => return Ok(nodes.clone_ref(py)),
         };
         let points = &scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
-    /// \[cells × nodes of a cell\] indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
+    /// `[cells × nodes of a cell]` indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
     #[getter]
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let scene = match &self.origin {
             Origin::Here(origin) => &origin.0.scene,
-            Origin::Pickled(_, cells) => return cells.call_method0(py, "copy"),
+            Origin::Pickled(_, cells) => return Ok(cells.clone_ref(py)),
         };
         let mesh = &scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
         indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
 
-    /// \[times × nodes × 3\] displacements \[m\] at `field_times`, of a run with the field "displacement".
+    /// `[times × nodes × 3]` displacements `[m]` at `field_times`, of a run with the field "displacement".
     #[getter]
     fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.fields.bind(py).get_item("displacement_m")?.ok_or_else(|| {
@@ -187,7 +189,7 @@ impl Run {
         Self::frame(slf)
     }
 
-    /// \[keys\] derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
+    /// `[keys]` derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
     /// columns and keys. Exact in the constants of laws, by differences of the equations in others; a warning `DoubtfulDerivative` names those whose
     /// estimated error is above 1e-6 of their size. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
     fn gradient(&self, py: Python<'_>, weights: &Bound<'_, PyAny>, keys: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
@@ -217,7 +219,7 @@ impl Run {
         if found.errors.iter().any(|error| *error > 0.0) {
             self.warn(py, &of_columns, &keys, &found)?;
         }
-        array(py, found.values, [keys.len()])
+        own_array(py, found.values, [keys.len()])
     }
 
     /// The body as an unstructured grid of pyvista with the fields of `field_times[k]`: displaced where "displacement" is one of them, else at rest.
@@ -276,6 +278,7 @@ impl Run {
             fact: of("fact")?.extract()?,
             remedy: of("remedy")?.extract()?,
             notes: of("notes")?.extract()?,
+            warnings: of("warnings")?.extract()?,
             record: of("record")?.extract()?,
             origin: Origin::Pickled(any("nodes")?, any("cells")?),
             field_times: any("field_times")?,
@@ -290,7 +293,7 @@ impl Run {
 }
 
 /// Attributes that a pickled run keeps, in addition to its record.
-const PICKLED: [&str; 13] = [
+const PICKLED: [&str; 14] = [
     "columns",
     "values",
     "signals",
@@ -299,6 +302,7 @@ const PICKLED: [&str; 13] = [
     "fact",
     "remedy",
     "notes",
+    "warnings",
     "nodes",
     "cells",
     "field_times",
@@ -316,11 +320,8 @@ impl Run {
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
         let (Done { run, record }, scene) = (done, &*built.scene);
-        for (kind, limit) in limits_of_run(&record) {
-            let text = if kind == WARNING { limit } else { format!("{kind}: {limit}") };
-            let text = CString::new(text).map_err(|e| input(&e.to_string(), ""))?;
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
-        }
+        let in_words = |(kind, limit): (&str, String)| if kind == WARNING { limit } else { format!("{kind}: {limit}") };
+        let warnings = limits_of_run(&record).into_iter().map(in_words).collect();
         let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());
@@ -344,6 +345,7 @@ impl Run {
             fact,
             remedy,
             notes,
+            warnings,
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
             origin: Origin::Here(Box::new((built, run.last, run.memories.last().cloned().unwrap_or_default()))),
@@ -351,6 +353,15 @@ impl Run {
             fields: fields.unbind(),
             cell_fields: cell_fields.unbind(),
         })
+    }
+
+    /// Warns of the limits of the run, which some call is to return. Where a filter makes an exception of a warning, its `result` is what the call would
+    /// have returned.
+    pub fn warned<T>(&self, py: Python<'_>, returned: Py<T>) -> PyResult<Py<T>> {
+        match py.import("durometer.errors")?.call_method1("warn_of_limits", (&self.warnings,)) {
+            Ok(_) => Ok(returned),
+            Err(why) => Err(with_result(py, why, returned.into_any())),
+        }
     }
 
     /// Warns of derivatives of the weighted sum that are not known to their own size, as `Sensitivities.doubtful` judges it.

@@ -86,7 +86,7 @@ impl Scene {
         };
         // The scene is built later, perhaps from another folder
         let file = std::path::absolute(file)?;
-        let (spec, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
+        let (spec, text) = changed_scene(&file, &text, &[], &KnownLaws::default()).map_err(refused)?;
         Self::of(file, &text, spec.known_laws)
     }
 
@@ -156,11 +156,11 @@ impl Scene {
     /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
     ///
     /// `threads`: those that it may use, one for each core by default; no result depends on it.
-    /// `progress`: True, or a function that is called with the time that is done and the end \[s\].
+    /// `progress`: True, or a function that is called with the time that is done and the end `[s]`.
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
     /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
-    /// far, also of one of your own functions, and of KeyboardInterrupt.
+    /// far, also of one of your own functions, of KeyboardInterrupt, and of a warning that a filter makes an exception.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(
         &self,
@@ -170,12 +170,13 @@ impl Scene {
         controller: Option<&Bound<'_, PyAny>>,
         fields: Option<&Bound<'_, PyAny>>,
         check: bool,
-    ) -> PyResult<Run> {
+    ) -> PyResult<Py<Run>> {
         threads::set(threads)?;
         let follower = follower(py, progress)?;
         let built = self.build(py, follower.as_ref())?;
         let wanted = Wanted { follower, controller, fields, keys: vec![] };
-        Ok(solve(py, built, wanted, check)?.0)
+        let (run, _) = solve(py, built, wanted, check)?;
+        run.get().warned(py, run.clone_ref(py))
     }
 
     /// Runs all stages with the derivatives of the recorded columns by keys of the scene, exact in the constants of laws and by differences of
@@ -188,13 +189,14 @@ impl Scene {
         threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
-    ) -> PyResult<Sensitivities> {
+    ) -> PyResult<Py<Sensitivities>> {
         threads::set(threads)?;
         let (keys, follower) = (parsed(keys)?, follower(py, progress)?);
         let built = self.build(py, follower.as_ref())?;
         let wanted = Wanted { follower, controller: None, fields: None, keys };
         let (run, found) = solve(py, built, wanted, check)?;
-        Sensitivities::new(py, found.expect("keys were given"), run, check)
+        let found = Sensitivities::new(py, found.expect("keys were given"), run.clone_ref(py), check)?;
+        run.get().warned(py, Py::new(py, found)?)
     }
 
     /// How `pickle` makes the scene again: from its text, with the folder in which its files are found.
@@ -233,20 +235,25 @@ impl Scene {
 
     /// The same scene with this value of a key.
     pub fn changed(&self, key: &str, value: Value) -> PyResult<Self> {
-        let (spec, text) = changed_scene(&self.file, &self.text(), &[(key.into(), value.clone())]).map_err(refused)?;
+        let changes = [(key.into(), value.clone())];
+        let (spec, text) = changed_scene(&self.file, &self.text(), &changes, &self.known_laws).map_err(refused)?;
         let parsed = key.parse::<ParameterKey>().ok();
         let constant = parsed.as_ref().and_then(ParameterKey::law_constant);
         if let Some((constant, law)) = constant.and_then(|constant| Some((constant.key, spec.laws.get(constant.law)?)))
         {
             check_constant(&self.known_laws, law, constant, value)?;
         }
-        Self::of(self.file.clone(), &text, self.known_laws.clone())
+        Self::of(self.file.clone(), &text, spec.known_laws)
     }
 
     /// The key as the text gives it, for a value in SI units.
     pub fn with_si(&self, key: &str, value: f64) -> PyResult<Self> {
         let parsed: ParameterKey = key.parse().map_err(refused)?;
-        self.changed(key, parsed.value(&self.table).map_err(refused)?.written_si(value))
+        let written = parsed.value(&self.table).map_err(refused)?.written_si(value);
+        // A whole number stays one: there are keys that take no other
+        let is_whole = matches!(overrides::find(&self.table, key), Ok(Value::Integer(_)));
+        let whole = |number: f64| format!("{number}").parse().map(Value::Integer).ok();
+        self.changed(key, written.as_float().filter(|_| is_whole).and_then(whole).unwrap_or(written))
     }
 
     pub fn file(&self) -> &Path {

@@ -19,10 +19,10 @@ pub struct Sensitivities {
     /// Keys of the scene
     #[pyo3(get)]
     keys: Vec<String>,
-    /// \[times × columns × keys\]
+    /// `[times × columns × keys]`
     #[pyo3(get)]
     values: Py<PyAny>,
-    /// \[columns × keys\] largest estimated error over the times; zero where the derivative is exact
+    /// `[columns × keys]` largest estimated error over the times; zero where the derivative is exact
     #[pyo3(get)]
     errors: Py<PyAny>,
     /// Keys that change nothing that is recorded; none where the derivatives end early
@@ -38,7 +38,7 @@ pub struct Sensitivities {
 
 #[pymethods]
 impl Sensitivities {
-    /// Times of the derivatives \[s\]: those of the run, or the first of them where the derivatives end early.
+    /// Times of the derivatives `[s]`: those of the run, or the first of them where the derivatives end early.
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = isize::try_from(self.values.bind(py).len()?)?;
@@ -73,9 +73,8 @@ impl Sensitivities {
 }
 
 impl Sensitivities {
-    pub fn new(py: Python<'_>, found: Found, run: Run, check: bool) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, found: Found, run: Py<Run>, check: bool) -> PyResult<Self> {
         let (rows, columns, keys) = (found.rows.len(), found.columns.len(), found.keys.len());
-        let run = Py::new(py, run)?;
         if let Some((t, why)) = found.stopped.as_ref().filter(|_| check) {
             let fact = format!("there is no derivative at t = {t} s: {why}");
             return Err(incomplete("NoDerivative", &fact, "end the run before, or take another stage", run.into_any()));

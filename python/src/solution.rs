@@ -27,7 +27,7 @@ pub fn solve(
     built: Built,
     wanted: Wanted<'_, '_>,
     check: bool,
-) -> PyResult<(Run, Option<Sensitivities>)> {
+) -> PyResult<(Py<Run>, Option<Sensitivities>)> {
     let foreign = callable(wanted.controller)?;
     check_control(&built.scene, foreign.is_some())?;
     let mut recorded = Recorded::new(&built.scene, wanted.fields)?;
@@ -45,10 +45,10 @@ pub fn solve(
     let (status, failure) = (done.run.status.clone(), done.run.failure.take());
     let sensitivities = done.run.sensitivities.take();
     let outside = failure.map(|why| in_python(&why, &built.scene));
-    let run = Run::new(py, built, done, recorded, outside.clone())?;
+    let run = Py::new(py, Run::new(py, built, done, recorded, outside.clone())?)?;
     if check && status != Status::Converged {
         let (fact, remedy) = outside.unwrap_or_else(|| (in_words(&status), status.remedy().into()));
-        return Err(incomplete(status.name(), &fact, &remedy, Py::new(py, run)?.into_any()));
+        return Err(incomplete(status.name(), &fact, &remedy, run.into_any()));
     }
     Ok((run, sensitivities))
 }

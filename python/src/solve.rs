@@ -47,6 +47,14 @@ impl Link {
         self.meshers.end_meshers();
     }
 
+    /// Ends the line of a bar that follows the work.
+    fn close(&self, follower: Option<&Bound<'_, PyAny>>) {
+        let closed = |follower: &Bound<'_, PyAny>| {
+            follower.py().import("durometer._progress")?.call_method1("close", (follower,)).map(|_| ())
+        };
+        follower.map_or(Ok(()), closed).unwrap_or_else(|why| self.fail(why));
+    }
+
     /// Calls the function of the user that follows the work.
     fn tell(&self, follower: Option<&Bound<'_, PyAny>>) {
         let now = locked(&self.now).take();
@@ -107,6 +115,7 @@ pub fn ended<T: Send>(
         }
         Ok::<_, PyErr>(py.detach(|| worker.join()))
     })?;
+    link.close(follower);
     match (done, locked(&link.failure).take()) {
         (Ok(done), raised) => Ok((done, raised)),
         (Err(_), Some(why)) => Err(why),

@@ -38,7 +38,8 @@ impl Study {
     #[staticmethod]
     #[pyo3(signature = (name, changes = None))]
     fn load(py: Python<'_>, name: PathBuf, changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let file = find(&name, "study.toml").map_err(refused)?;
+        // The study is run later, perhaps from another folder
+        let file = std::path::absolute(find(&name, "study.toml").map_err(refused)?)?;
         let changes = changes.map(|changes| mapping("changes", changes)).transpose()?.unwrap_or_default();
         let change = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_of(&value)?));
         let changes = changes.into_iter().map(change).collect::<PyResult<Vec<_>>>()?;

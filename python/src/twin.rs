@@ -1,7 +1,8 @@
 //! The class `Twin`: a reduced model that steps.
 
-use crate::array::array;
+use crate::array::own_array;
 use crate::error::{input, refused};
+use crate::keys::names;
 use crate::value::{mapping, number};
 use durometer::math::threads::locked;
 use durometer::reduction::running::inverse::{Target, reach_by};
@@ -85,13 +86,13 @@ impl Twin {
         Self::of(ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?)
     }
 
-    /// Name of each input → its range (least, largest) \[SI\].
+    /// Name of each input → its range (least, largest) `[SI]`.
     #[getter]
     fn ranges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.model.inputs.iter().map(|i| (&i.name, <(f64, f64)>::from(i.range))).into_py_dict(py)
     }
 
-    /// Name of each input → its value at the present equilibrium \[SI\].
+    /// Name of each input → its value at the present equilibrium `[SI]`.
     #[getter]
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let values = self.with(py, |model| model.inputs().to_vec());
@@ -122,19 +123,19 @@ impl Twin {
         self.with(py, |model| model.in_range())
     }
 
-    /// Length of a step in time \[s\] of a model that moves, else None.
+    /// Length of a step in time `[s]` of a model that moves, else None.
     #[getter]
     fn dt(&self) -> Option<f64> {
         self.model.dynamics.as_ref().map(|dynamics| dynamics.dt)
     }
 
-    /// Time since the last rest \[s\] of a model that moves, else None.
+    /// Time since the last rest `[s]` of a model that moves, else None.
     #[getter]
     fn time(&self, py: Python<'_>) -> Option<f64> {
         self.with(py, |model| model.time())
     }
 
-    /// Goes to the equilibrium of these inputs \[SI\], or one step in time with them at its end; those that are not given keep their values. Returns the values of the quantities.
+    /// Goes to the equilibrium of these inputs `[SI]`, or one step in time with them at its end; those that are not given keep their values. Returns the values of the quantities.
     fn step<'py>(&self, py: Python<'py>, inputs: &Bound<'_, PyAny>) -> PyResult<Bound<'py, PyDict>> {
         let given = indexed("input", &self.names_of_inputs(), inputs)?;
         let values = self.with(py, |model| {
@@ -153,7 +154,7 @@ impl Twin {
         py: Python<'_>,
         targets: &Bound<'_, PyAny>,
         tolerance: f64,
-        moving: Option<Vec<String>>,
+        moving: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<bool> {
         if tolerance.is_nan() || tolerance <= 0.0 {
             return Err(input(&format!("tolerance is {tolerance}"), "give a share above zero, such as 1e-4"));
@@ -164,17 +165,18 @@ impl Twin {
         };
         let given = indexed("quantity", &self.names_of_quantities(), targets)?;
         let targets: Vec<Target> = given.into_iter().map(target).collect();
-        let moving = self.moving(moving)?;
+        let named = moving.map(|moving| names("moving", moving, "[\"cable_shortening_m\"]")).transpose()?;
+        let moving = self.moving(named)?;
         Ok(self.with(py, |model| reach_by(model, &targets, &moving)).map_err(refused)?.met)
     }
 
-    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium, in the order of `values` and `inputs`; not a number at
+    /// Derivatives of the quantities by the inputs `[quantities × inputs]` at the present equilibrium, in the order of `values` and `inputs`; not a number at
     /// rest, before the first step.
     fn sensitivities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let shape = [self.model.quantities.len(), self.model.inputs.len()];
         let mut out = vec![0.0; shape[0] * shape[1]];
         self.with(py, |model| model.sensitivities(&mut out));
-        array(py, out, shape)
+        own_array(py, out, shape)
     }
 
     /// Back to rest.

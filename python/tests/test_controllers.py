@@ -125,3 +125,13 @@ def test_an_exception_has_the_rows_so_far(bent: durometer.Scene, kind: type[Base
         bent.run(controller=control, check=False)
     partial = caught.value.result
     assert isinstance(partial, durometer.Run) and partial.times[-1] == 0.5 and partial.status == "Interrupted"
+
+
+def test_a_run_that_is_stopped_ends_the_line_of_its_bar(bent: durometer.Scene, capsys: pytest.CaptureFixture) -> None:
+    def stopping(now: durometer.Observation) -> None:
+        if now.t >= 0.5:
+            now.stop()
+
+    assert bent.run(controller=stopping, progress=True).converged
+    drawn = capsys.readouterr().err
+    assert drawn.count("\n") == 1 and drawn.endswith("s\n")

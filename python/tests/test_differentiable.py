@@ -10,7 +10,7 @@ from typing import Any
 import durometer
 import numpy
 import pytest
-from conftest import BEAM
+from conftest import BEAM, LOCKED
 
 KEYS = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.0", "effect.gravity.direction.1"]
 COLUMNS = ["xmax_z_m", "xmin_reaction_z_N"]
@@ -196,8 +196,11 @@ def test_wrong_functions_and_numbers_are_refused(scene: durometer.Scene, name: s
         at_end(at_end.start[:2])
     with pytest.raises(durometer.InputError, match="of the type"):
         at_end(at_end.start.astype(int) if name == "jax" else at_end.start.to(int))
-    with pytest.raises(durometer.InputError, match="finite"):
-        at_end(at_end.start * float("nan"))
+    # A search may come there: it is a design without an answer
+    for number in ("nan", "inf"):
+        with pytest.raises(durometer.RunError, match="finite") as caught:
+            at_end(at_end.start * float(number))
+        assert caught.value.status == "Refused"
     dynamic = scene.set("stage.0.integrator", "implicit_euler")
     assert library.function(dynamic, KEYS[:1], COLUMNS[:1]).method == "forward"
 
@@ -249,6 +252,49 @@ def test_a_design_without_an_answer_is_one_kind_of_exception(method: str) -> Non
         of.pullback(of.start, numpy.array([1.0, float("nan")]))
     with pytest.raises(durometer.InputError, match="whole number of 1 or more"):
         EndValues(scene, [pull], COLUMNS, method, 0).values(of.start[:1])
+
+
+#: A compiled function of JAX, and calls of it after a good one: of a design without an answer, and of one that is interrupted
+COMPILED = """
+import sys
+import durometer
+import durometer.jax
+import jax
+from durometer._end_values import EndValues
+
+jax.config.update("jax_enable_x64", True)
+at_end = durometer.jax.function(durometer.Scene.from_toml(TEXT), ["laws.silicone.E"], ["xmax_z_m"])
+numbers = jax.numpy.asarray(at_end.start)
+compiled = {"jit": jax.jit(at_end), "grad": jax.jit(jax.value_and_grad(lambda numbers: at_end(numbers)[0])), "vmap": jax.vmap(at_end)}[KIND]
+row = (lambda numbers: numbers[None]) if KIND == "vmap" else (lambda numbers: numbers)
+if GOOD_FIRST:
+    jax.block_until_ready(compiled(row(numbers)))
+for _ in range(2):
+    try:
+        jax.block_until_ready(compiled(row(-numbers)))
+    except (durometer.RunError, jax.errors.JaxRuntimeError, ValueError) as error:
+        assert "E (Young's modulus) = -100000" in str(error), error
+
+def interrupted(self, numbers):
+    raise interrupt
+
+interrupt = KeyboardInterrupt()
+EndValues._solved = interrupted
+try:
+    jax.block_until_ready(compiled(row(2.0 * numbers)))
+except KeyboardInterrupt as raised:
+    assert raised is interrupt and sys.gettrace() is None
+    print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("good_first", [True, False])
+@pytest.mark.parametrize("kind", ["jit", "grad", "vmap"])
+def test_exceptions_of_compiled_functions_are_those_of_the_reference(kind: str, good_first: bool) -> None:
+    backend("jax")
+    code = f"TEXT, KIND, GOOD_FIRST = {TIGHT!r}, {kind!r}, {good_first}\n{COMPILED}"
+    told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
+    assert told.stdout == "interrupted\n", told.stderr
 
 
 @pytest.mark.parametrize("name", ["torch", "jax"])
@@ -329,6 +375,14 @@ def test_a_warning_names_the_line_that_asked_for_derivatives(scene: durometer.Sc
         else:
             importlib.import_module("jax").grad(lambda numbers: at_end(numbers)[0])(at_end.start)
     assert [warning.filename for warning in told] == [__file__]
+
+
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_a_warning_names_the_line_that_asked_for_a_run(name: str) -> None:
+    at_end = backend(name).function(durometer.Scene.from_toml(LOCKED), KEYS[:1], COLUMNS[:1])
+    with pytest.warns(UserWarning, match="locking alarm") as told:
+        at_end(at_end.start)
+    assert {warning.filename for warning in told} == {__file__}
 
 
 @pytest.mark.filterwarnings("error::durometer.DoubtfulDerivative")

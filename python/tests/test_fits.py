@@ -250,6 +250,12 @@ def test_options_are_numbers_in_si_units_too() -> None:
     assert not [warning for warning in durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean").warnings if "--nu" in warning]
 
 
+@pytest.mark.parametrize("pair", [(1.0, 1.3), [1.0, 1.3], numpy.array([1.0, 1.3])])
+def test_a_range_is_any_pair(pair: object) -> None:
+    fit = durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45, range=pair)
+    assert fit.result == durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45, range=(1.0, 1.3)).result
+
+
 def test_the_progress_of_a_fit_is_told() -> None:
     told: list[tuple[float, float]] = []
     arguments = (STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean")
@@ -257,6 +263,16 @@ def test_the_progress_of_a_fit_is_told() -> None:
     assert told and told == sorted(told) and told[-1] == (1.0, 1.0)
     with pytest.raises(durometer.InputError, match="cannot be called"):
         durometer.Fit.from_arrays(*arguments, nu=0.45, progress=5)
+
+
+def test_the_progress_of_a_calibration_comes_to_its_end(pulled: durometer.Scene, capsys: pytest.CaptureFixture) -> None:
+    told: list[tuple[float, float]] = []
+    curve = durometer.Curve(pulled, **BOUNDED)
+    for progress in (lambda done, end: told.append((done, end)), True):
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E"], check=False, progress=progress)
+    assert told[-1] == (1.0, 1.0)
+    drawn = capsys.readouterr().err
+    assert drawn.count("\n") == 1 and drawn.endswith("s\n") and "100.0 %" in drawn.rsplit("\r", 1)[-1]
 
 
 def test_a_search_that_is_ended_leaves_its_best_values() -> None:

@@ -9,6 +9,8 @@ import pytest
 from conftest import BEAM, PULLED
 
 IDENTITY = numpy.eye(3)
+#: One cell
+SMALL = BEAM.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
 
 
 class PythonNeoHookean(durometer.Law):
@@ -414,3 +416,59 @@ def test_a_law_is_registered_again(linear: bool) -> None:
     assert numpy.array_equal(run.gradient(weights, keys), gradient)
     after = durometer.Scene.from_toml(text).run()["xmax_z_m"]
     assert abs(after[-1] - after[0]) < 0.7 * abs(sunk[-1] - sunk[0])
+
+
+def test_a_scene_keeps_the_constants_of_its_law() -> None:
+    name = "python_renamed"
+
+    def registered(**changes: object) -> None:
+        durometer.register_law(type("Renamed", (OfParameters,), {"name": name, **changes}))
+
+    def other_bounds(least: float, most: float) -> list[durometer.Parameter]:
+        return [durometer.Parameter("shear", "μ", "Pa", (least, most), "shear modulus"), OfParameters.parameters[1]]
+
+    registered()
+    text = SMALL.replace("neo_hookean", name).replace('E = "100 kPa"\nnu = 0.45', 'shear = "40 kPa"\nratio = 5.0')
+    scene = durometer.Scene.from_toml(text)
+    run = scene.run(threads=1)
+    start = scene.set("laws.silicone.shear", "30 kPa")
+    curve = durometer.Curve(start, "t_s", run.times[1:], "xmax_z_m", run["xmax_z_m"][1:])
+    renamed = durometer.Parameter("stiffness", "μ", "Pa", (0.0, float("inf")), "shear modulus")
+    for changes in ({"parameters": [renamed, OfParameters.parameters[1]]}, {"parameters": other_bounds(0.0, 20e3)}):
+        registered(**changes)
+        again = start.set("laws.silicone.shear", "40 kPa").run(threads=1)
+        assert numpy.array_equal(again["xmax_z_m"], run["xmax_z_m"])
+        found = durometer.Calibration.from_curves([curve], ["laws.silicone.shear"], threads=1, check=False)
+        assert found.constants["laws.silicone.shear"] == pytest.approx(40e3, rel=1e-3)
+
+
+class Graded(PythonNeoHookean):
+    """The same with a shear modulus that falls with a length."""
+
+    name = "python_graded"
+    linear = False
+    parameters = [
+        durometer.Parameter("shear", "μ", "Pa", (0.0, float("inf")), "shear modulus of a thin wall"),
+        durometer.Parameter("depth", "d", "m", (0.0, float("inf")), "wall at which it is half of that"),
+    ]
+    sample = [40e3, 1e-3]
+
+    def __init__(self, **constants):
+        super().__init__(**constants)
+        self.mu = self.shear / (1 + 1e-3 / self.depth)
+        self.lambda_ = 5 * self.mu
+
+    def moduli(self):
+        return self.mu, self.lambda_ + 2 / 3 * self.mu
+
+
+@pytest.mark.parametrize("bounds", [["laws.silicone.depth"], {"laws.silicone.depth": ("0.1 mm", "5 mm")}], ids=["free", "bounded"])
+def test_a_constant_of_any_unit_is_calibrated(bounds: object) -> None:
+    durometer.register_law(Graded)
+    text = SMALL.replace("neo_hookean", Graded.name).replace('E = "100 kPa"\nnu = 0.45', 'shear = "60 kPa"\ndepth = "1 mm"')
+    truth = durometer.Scene.from_toml(text)
+    run = truth.run(threads=1)
+    curve = durometer.Curve(truth.set("laws.silicone.depth", "0.7 mm"), "t_s", run.times[1:], "xmax_z_m", run["xmax_z_m"][1:])
+    found = durometer.Calibration.from_curves([curve], bounds, threads=1, check=False)
+    assert found.constants["laws.silicone.depth"] == pytest.approx(1e-3, rel=1e-3) and found.units == {"laws.silicone.depth": "m"}
+    assert found.scene.get_si("laws.silicone.depth") == pytest.approx(1e-3, rel=1e-3)

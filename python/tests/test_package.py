@@ -59,6 +59,7 @@ def members() -> list[tuple[str, object]]:
 def test_everything_public_is_documented_and_its_examples_hold(name: str, item: object) -> None:
     text = inspect.getdoc(item)
     assert text and len(text) > 5, f"{name} has no documentation"
+    assert "\\[" not in text, "help() shows what rustdoc takes"
     examples = doctest.DocTestParser().get_doctest(text, {"durometer": durometer}, name, None, 0)
     told: list[str] = []
     doctest.DocTestRunner(verbose=False).run(examples, out=told.append)

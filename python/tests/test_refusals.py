@@ -205,6 +205,25 @@ def test_a_text_is_no_list_of_names(beam: durometer.Scene) -> None:
         durometer.main("simulate --help")
 
 
+def test_one_curve_is_no_list(beam: durometer.Scene) -> None:
+    curve = durometer.Curve(beam, "t_s", [1.0], "xmax_z_m", [1.0])
+    with pytest.raises(durometer.InputError, match="curves is of the type Curve, and no list; give a list of durometer.Curve"):
+        durometer.Calibration.from_curves(curve, ["laws.silicone.E"])
+
+
+def test_a_whole_number_in_si_units_stays_one(beam: durometer.Scene) -> None:
+    key = "mesh.grid.divisions.0"
+    again = beam.set_si(key, beam.get_si(key))
+    assert again.get(key) == 4 and isinstance(again.get(key), int) and again.run().converged
+    assert beam.set_si(key, 2).get("mesh.grid.divisions") == [2, 2, 2]
+    assert beam.set_si("effect.gravity.direction.0", 0.5).get("effect.gravity.direction") == [0.5, 0, -1]
+
+
+def test_output_is_set_where_the_scene_has_none(beam: durometer.Scene) -> None:
+    run = beam.set("output.fields", {"what": ["displacement"]}).run()
+    assert list(run.fields) == ["displacement_m"]
+
+
 def test_a_run_has_columns_by_name(beam: durometer.Scene) -> None:
     run = beam.run()
     assert 3 not in run and "t_s" in run
@@ -222,6 +241,8 @@ def test_a_run_has_columns_by_name(beam: durometer.Scene) -> None:
         ({"terms": "x"}, "the option terms"),
         ({"range": "1:1.2"}, "the option range"),
         ({"nu": 0.45, "range": (1.0, 1.01)}, "widen the option range"),
+        ({"range": (1.6, 1.0)}, r"the option range is 1.6 to 1: the first stretch must be the smaller one; give two stretches such as \(1.0, 1.6\)"),
+        ({"range": [1.1]}, "the option range"),
     ],
 )
 def test_a_wrong_option_of_a_fit_is_named(options: dict, words: str) -> None:

@@ -2,12 +2,13 @@
 
 import pickle
 import sys
+import warnings
 from pathlib import Path
 
 import durometer
 import numpy
 import pytest
-from conftest import BEAM, program
+from conftest import BEAM, LOCKED, program
 
 
 def test_arrays_have_the_shapes_that_are_documented(beam: durometer.Scene) -> None:
@@ -29,6 +30,32 @@ def test_columns_are_views_and_have_units(beam: durometer.Scene) -> None:
     assert "xmax_z_m" in run and "xmax" not in run
 
 
+def test_what_was_recorded_cannot_be_written_into(beam: durometer.Scene) -> None:
+    run = beam.run(fields=["displacement", "von_mises"])
+    found = beam.sensitivities(["laws.silicone.E"])
+    before, derivatives = run.values.copy(), found.values.copy()
+    with pytest.raises(ValueError, match="read-only"):
+        run["xmax_z_m"] *= 1e3
+    times = run.times
+    with pytest.raises(ValueError, match="read-only"):
+        times *= 1e3
+    assert numpy.array_equal(run.values, before)
+    for one in (run, pickle.loads(pickle.dumps(run))):
+        arrays = [one.values, one["xmax_z_m"], one.times, one.signals, one.nodes, one.cells, one.field_times, one.displacements]
+        arrays += [*one.fields.values(), *one.cell_fields.values()]
+        assert not any(array.flags.writeable for array in arrays)
+    assert not any(array.flags.writeable for array in (found.values, found.errors, found.times, found["xmax_z_m", "laws.silicone.E"]))
+    # What is made of them is the user's
+    frame = run.frame
+    frame["xmax_z_m"] *= 1e3
+    frame.iloc[0, 0] = 77.0
+    of_keys = found.frame
+    of_keys.iloc[0, 0] = 77.0
+    gradient = run.gradient({"xmax_z_m": 1.0}, ["laws.silicone.E"])
+    gradient *= 2.0
+    assert numpy.array_equal(run.values, before) and numpy.array_equal(found.values, derivatives)
+
+
 def test_displacements_move_the_nodes_of_the_probe(beam: durometer.Scene) -> None:
     run = beam.run(fields=["displacement"])
     tip = run.nodes[:, 0] > 19.9e-3
@@ -38,7 +65,7 @@ def test_displacements_move_the_nodes_of_the_probe(beam: durometer.Scene) -> Non
     assert sunk < 0 and abs(sunk / recorded - 1) < 0.05
 
 
-def test_a_frame_shares_the_numbers_and_carries_units(beam: durometer.Scene) -> None:
+def test_a_frame_has_the_numbers_and_carries_units(beam: durometer.Scene) -> None:
     run = beam.run()
     frame = run.to_pandas()
     assert list(frame.index) == list(run.times) and frame.index.name == "t_s"
@@ -71,6 +98,8 @@ def test_meshes_go_to_meshio(beam: durometer.Scene, tmp_path: Path) -> None:
     pytest.importorskip("meshio")
     mesh = beam.run(fields=["displacement", "von_mises"]).to_meshio()
     assert mesh.cells[0].type == "tetra" and mesh.point_data["displacement_m"].shape == (45, 3)
+    mesh.point_data["displacement_m"] *= 2.0
+    mesh.points += 1.0
     mesh.write(tmp_path / "beam.msh")
     assert (tmp_path / "beam.msh").stat().st_size > 1000
 
@@ -101,13 +130,14 @@ def test_a_missing_extra_names_its_install(beam: durometer.Scene, monkeypatch, c
 
 
 def test_limits_of_a_run_are_warnings_and_notes(tmp_path: Path) -> None:
-    locked = BEAM.replace("nu = 0.45", "nu = 0.4995").replace("divisions = [4, 2, 2]", "divisions = [6, 2, 2]").replace('"20 mm", "10 mm", "10 mm"', '"60 mm", "10 mm", "10 mm"')
-    (tmp_path / "scene.toml").write_text(locked)
+    (tmp_path / "scene.toml").write_text(LOCKED)
     told = program("simulate", tmp_path / "scene.toml", "--out", tmp_path / "out", "--no-view", "--threads", 1)
     with pytest.warns(UserWarning, match="locking alarm: the pressures scatter by .*; take formulation") as caught:
-        run = durometer.Scene.from_toml(locked).run()
+        run = durometer.Scene.from_toml(LOCKED).run()
     for warning in caught:
         assert str(warning.message) in told.stdout + told.stderr
+    assert {warning.filename for warning in caught} == {__file__}
+    assert run.warnings == [str(warning.message) for warning in caught] == pickle.loads(pickle.dumps(run)).warnings
     # A column that buckles under its own weight
     ramp = 'acceleration = { kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }'
     tall = BEAM.replace('"20 mm", "10 mm", "10 mm"', '"80 mm", "4 mm", "4 mm"').replace("divisions = [4, 2, 2]", "divisions = [20, 1, 1]")
@@ -117,6 +147,35 @@ def test_limits_of_a_run_are_warnings_and_notes(tmp_path: Path) -> None:
     assert any("the equilibrium is unstable" in note for note in run.notes)
     assert run.notes == run.record["notes"] == pickle.loads(pickle.dumps(run)).notes
     assert any("cells across the thinnest wall" in note for note in scene.notes)
+
+
+def test_a_warning_that_is_an_exception_loses_nothing() -> None:
+    scene = durometer.Scene.from_toml(LOCKED)
+
+    class Own(Exception):
+        """Of the user."""
+
+    def failing(t: float, end: float) -> None:
+        raise Own
+
+    def interrupted(t: float, end: float) -> None:
+        raise KeyboardInterrupt
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(UserWarning, match="locking alarm") as warned:
+            scene.run()
+        assert warned.value.result.converged and str(warned.value) in warned.value.result.warnings
+        with pytest.raises(UserWarning, match="locking alarm") as warned:
+            scene.sensitivities(["laws.silicone.E"])
+        assert isinstance(warned.value.result, durometer.Sensitivities)
+        for kind, progress in ((Own, failing), (KeyboardInterrupt, interrupted)):
+            for check in (True, False):
+                with pytest.raises(kind) as raised:
+                    scene.set("stage.0.dt", "0.01 s").run(progress=progress, check=check)
+                assert isinstance(raised.value.result, durometer.Run)
+        with pytest.raises(durometer.RunError):
+            scene.set("constraint.0.components", "y").run()
 
 
 def test_derivatives_that_end_early_have_the_times_of_their_rows() -> None:

@@ -60,6 +60,17 @@ def test_a_study_runs_and_reports(study: durometer.Study, tmp_path: Path) -> Non
     assert again.summary == report.summary and again.verdict in again._repr_html_() or "&" in again._repr_html_()
 
 
+def test_a_study_and_its_report_keep_their_folders(study: durometer.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    loaded = durometer.Study.load("a study")
+    report = loaded.run("out", only="c2")
+    monkeypatch.chdir("elsewhere")
+    assert loaded.file == study.file and report.path == tmp_path / "out" / "index.html"
+    assert report.tables and report.figures and report.path.is_file() and report.rows(report.tables[0])
+    assert loaded.run(tmp_path / "again", only="c2").summary["cases"]
+
+
 def test_a_change_by_an_unknown_key_is_refused_when_the_study_is_loaded(study: durometer.Study) -> None:
     with pytest.raises(durometer.InputError, match="law `neo_hookean` has no parameter `Q`"):
         durometer.Study.load(study.file, {"laws.silicone.Q": 3})

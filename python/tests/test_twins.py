@@ -77,6 +77,8 @@ def test_a_twin_gives_the_numbers_of_the_program(file: Path) -> None:
             twin.reach(wrong)
     with pytest.raises(durometer.InputError, match="no input none"):
         twin.reach({"xmax_z_m": 0.0}, moving=["none"])
+    with pytest.raises(durometer.InputError, match="moving is of the type str, and no list of names"):
+        twin.reach({"xmax_z_m": 0.0}, moving=name)
     with pytest.raises(durometer.InputError, match="tolerance is 0"):
         twin.reach({"xmax_z_m": 0.0}, tolerance=0.0)
 

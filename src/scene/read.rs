@@ -4,8 +4,7 @@ use super::error::{Line, Mistake, SceneError, explain, part};
 use super::spec::SceneSpec;
 use super::text::overrides;
 use super::text::reader::Reader;
-use crate::material::LawSpecError;
-use crate::material::registry::given;
+use crate::material::{KnownLaws, LawSpecError};
 use crate::mesh::format::recognise;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
@@ -21,10 +20,10 @@ use toml::de::{DeTable, DeValue};
 /// Where the file cannot be read or is no scene, with line and remedy; where a change leads nowhere, or the changed scene is refused.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
     let (text, _) = read_table(file)?;
-    changed_scene(file, &text, changes)
+    changed_scene(file, &text, changes, &KnownLaws::default())
 }
 
-/// The same from the text of a scene; the files that it names are found from the folder of `file`.
+/// The same from the text of a scene, which keeps these laws; the files that it names are found from the folder of `file`.
 ///
 /// # Errors
 ///
@@ -33,6 +32,7 @@ pub fn changed_scene(
     file: &Path,
     text: &str,
     changes: &[(String, toml::Value)],
+    known_laws: &KnownLaws,
 ) -> Result<(SceneSpec, String), SceneError> {
     let mut table: toml::Table = text.parse().map_err(|e| syntax(file, text, "", &e))?;
     if is_study(&table) {
@@ -58,24 +58,24 @@ pub fn changed_scene(
         included.extend(std::mem::take(law));
         *law = included;
     }
-    changes.iter().try_for_each(|(path, _)| check_constants(file, &table, path))?;
+    changes.iter().try_for_each(|(path, _)| check_constants(file, &table, path, known_laws))?;
     include_in_effects(file, base, &mut table)?;
     let text = toml::to_string(&table).expect("a table that was read can be written");
     let names: Vec<&str> = changes.iter().map(|c| c.0.as_str()).collect();
-    let spec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
-    Ok((spec, text))
+    let read: SceneSpec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
+    Ok((SceneSpec { known_laws: known_laws.clone(), ..read }, text))
 }
 
 /// Refuses a change of a law by a key that it does not have; a whole law has all its keys changed. Which keys go together is left to the law that is
 /// made of them.
-fn check_constants(file: &Path, table: &toml::Table, path: &str) -> Result<(), SceneError> {
+fn check_constants(file: &Path, table: &toml::Table, path: &str, known_laws: &KnownLaws) -> Result<(), SceneError> {
     let mut steps = path.split('.');
     let (Some("laws"), Some(name)) = (steps.next(), steps.next()) else { return Ok(()) };
     let law = table.get("laws").and_then(|laws| laws.get(name)?.as_table());
     let Some(law) = law else { return Ok(()) };
     let key = steps.next();
     let changed = law.iter().filter(|(own, _)| *own == "law" || key.is_none_or(|key| *own == key));
-    match given(&changed.map(|(key, value)| (key.clone(), value.clone())).collect()) {
+    match known_laws.given(&changed.map(|(key, value)| (key.clone(), value.clone())).collect()) {
         Err(why @ LawSpecError::UnknownKey { .. }) => Err(part(file, format!("laws.{name}"), why)),
         _ => Ok(()),
     }
@@ -300,7 +300,9 @@ mod tests {
         let text = format!("{SCENE}[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"1 MPa\"\nnu = 0.3\n");
         let changed = |changes: &[(&str, toml::Value)]| {
             let changes: Vec<_> = changes.iter().map(|(path, value)| ((*path).to_string(), value.clone())).collect();
-            changed_scene(Path::new("s.toml"), &text, &changes).map(|_| ()).map_err(|e| e.to_string())
+            changed_scene(Path::new("s.toml"), &text, &changes, &KnownLaws::default())
+                .map(|_| ())
+                .map_err(|e| e.to_string())
         };
         let whole = |text: &str| toml::Value::Table(text.parse().expect("a table"));
         for (path, value) in [

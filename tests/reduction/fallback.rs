@@ -176,7 +176,7 @@ fn of_scene(at: &Path, file: &str, (name, text): (&str, &str)) -> (ReducedModel,
     let marked: toml::Table = marked.parse().expect("TOML");
     let changes = [("constraint.cable.drive.signal".to_string(), toml::Value::from(marked))];
     let mut model = ReducedModel::read(&at.join(file)).expect("a model");
-    model.origin.scene = changed_scene(&scene, &text, &changes).expect("a scene").1;
+    model.origin.scene = changed_scene(&scene, &text, &changes, &spec.known_laws).expect("a scene").1;
     model.origin.changes = changes.into_iter().collect::<toml::Table>().to_string();
     model.origin.mesh_sha256 = mesh_sha256(&Body::load(&scene, &spec.mesh, &mut |_| {}).expect("a grid"));
     (model, scene)

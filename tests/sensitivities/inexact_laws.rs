@@ -7,7 +7,7 @@ use durometer::material::{
     register_anew,
 };
 use durometer::math::tensor::Mat3;
-use durometer::scene::{ParameterKey, Scene, SensitivityRecorder, parse_scene};
+use durometer::scene::{ParameterKey, Scene, SceneBuilder, SensitivityRecorder, parse_scene};
 use std::sync::Once;
 use toml::Table;
 
@@ -178,9 +178,11 @@ fn scenes_keep_the_laws_that_they_were_read_with() {
             scene.run_with(options).sensitivities.expect("the options ask for them").rows
         })
     };
-    let scene = read();
+    let (scene, builder) = (read(), SceneBuilder::parse(&text).expect("a scene"));
     let before = derivatives(&scene);
     register_anew(multiple(2.0)).expect("in the place of the other");
     assert_eq!(derivatives(&scene), before);
+    let changed = builder.set("laws.silicone.nu", 0.3).and_then(SceneBuilder::build).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(derivatives(&changed), before);
     assert_ne!(derivatives(&read()), before);
 }

@@ -24,14 +24,11 @@ use super::objective::Point;
 use super::scatter::{self, Along};
 use crate::calibrate::judgement::identify::changes;
 use crate::calibrate::solve::rows::padded;
-use crate::material::{Moduli, law_from_table};
+use crate::material::Moduli;
 use crate::math::svd::svd;
 use crate::math::units::Dimension;
+use crate::scene::SceneSpec;
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeMap;
-
-/// Laws of a scene by name.
-type Laws = BTreeMap<String, toml::Table>;
 
 /// Share of what constants can be that an error of the curve may leave open along a direction that counts as determined \[–\]
 const QUARTER: f64 = 0.25;
@@ -78,7 +75,7 @@ pub struct Coordinates {
 
 impl Coordinates {
     /// Those at a point. `unknown`: the constants; what follows them in the values are offsets of single curves.
-    pub fn new(unknown: &[Unknown], laws: &Laws, start: &Point, size: f64, which: Searched) -> Self {
+    pub fn new(unknown: &[Unknown], spec: &SceneSpec, start: &Point, size: f64, which: Searched) -> Self {
         let p = start.values.len();
         let kind = |k: usize| {
             let value = start.values[k];
@@ -89,7 +86,8 @@ impl Coordinates {
             if parameter.bounds.0 >= 0.0 && value > 0.0 {
                 return (true, 1.0);
             }
-            let modulus = || Some(law_from_table(laws.get(key.law_constant()?.law)?).ok()?.small_strain().mu);
+            let law = || spec.known_laws.law(spec.laws.get(key.law_constant()?.law)?).ok();
+            let modulus = || Some(law()?.small_strain().mu);
             let usual = if parameter.dimension == Dimension::PRESSURE { modulus().unwrap_or(*usual) } else { *usual };
             let width = 0.5 * (high - low);
             (false, if width.is_finite() { width } else { value.abs().max(usual) })
@@ -194,7 +192,7 @@ impl Coordinates {
     }
 
     /// The directions that are left open, in words.
-    pub fn words(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], accuracy: f64) -> Vec<String> {
+    pub fn words(&self, unknown: &[Unknown], spec: &SceneSpec, values: &[f64], accuracy: f64) -> Vec<String> {
         let one = |Open { along: v, is_told }: &Open| {
             let p = unknown.len();
             let names: Vec<&str> = unknown.iter().map(|q| q.parameter.symbol).collect();
@@ -203,7 +201,7 @@ impl Coordinates {
                     if self.kinds[k].0 { v[k] } else { v[k] * self.kinds[k].1 / values[k].abs().max(f64::MIN_POSITIVE) }
                 })
                 .collect();
-            let known = self.staying(unknown, laws, values, v);
+            let known = self.staying(unknown, spec, values, v);
             let better = match is_told {
                 true => {
                     "; the scatter of the data alone would tell it: if the scene is as good as that, state its `accuracy`"
@@ -222,21 +220,21 @@ impl Coordinates {
     }
 
     /// The modulus at rest that stays along a direction, of unknowns of one law.
-    fn staying(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], v: &DVector<f64>) -> Option<String> {
+    fn staying(&self, unknown: &[Unknown], spec: &SceneSpec, values: &[f64], v: &DVector<f64>) -> Option<String> {
         const H: f64 = 1e-4;
         let of: Vec<_> = unknown.iter().map(|q| q.key.law_constant()).collect::<Option<_>>()?;
         let law = of.first()?.law;
         if unknown.len() < 2 || of.iter().any(|c| c.law != law) {
             return None;
         }
-        let table = laws.get(law)?;
+        let table = spec.laws.get(law)?;
         let at = |by: f64| -> Option<Moduli> {
             let there = self.values(&(self.of(values) + v * by));
             let mut table = table.clone();
             for ((q, of), value) in unknown.iter().zip(&of).zip(&there) {
                 table.insert(of.key.into(), q.written(*value));
             }
-            Some(law_from_table(&table).ok()?.small_strain())
+            Some(spec.known_laws.law(&table).ok()?.small_strain())
         };
         // One side of an answer at the end of what the law allows is beyond it
         let (here, there) = (at(0.0)?, at(H).or_else(|| at(-H))?);

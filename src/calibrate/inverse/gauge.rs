@@ -12,7 +12,6 @@ use crate::calibrate::{
     Experiment, FitError, FitOptions, Mode, Model, Partner, Sample, Weighting, fit_experiment, poisson,
 };
 use crate::material::parameter::Values;
-use crate::material::registry::given;
 use crate::material::{Moduli, Parameter};
 
 /// The reading of what is looked for, or why there is none.
@@ -33,7 +32,7 @@ fn read(
 ) -> Result<(Vec<Option<f64>>, f64), String> {
     let constant = model.unknown.iter().find_map(|u| u.key.law_constant());
     let law = constant.ok_or("no constant of a law is looked for")?.law;
-    let (entry, mut known, _) = given(&model.spec.laws[law]).map_err(|e| e.to_string())?;
+    let (entry, mut known, _) = model.spec.known_laws.given(&model.spec.laws[law]).map_err(|e| e.to_string())?;
     let title = entry.info.title;
     let fitted = Model::new(entry.info.name, None)
         .map_err(|_| format!("the law of {law}, {title}, has no closed form for a homogeneous piece"))?;

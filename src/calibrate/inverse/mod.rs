@@ -221,10 +221,10 @@ fn find(
         }
         found = rounds(objective, unknown, accuracy, found.point, until, &mut shares)?;
     }
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, &objective.origin.curves);
+    let (spec, curves) = (&objective.curves[0].model.spec, &objective.origin.curves);
     let which = Searched::Told { accuracy, curves };
-    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
-    let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
+    let coordinates = Coordinates::new(unknown, spec, &found.point, objective.size(), which);
+    let open = coordinates.words(unknown, spec, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
     Ok(Answered { found, coordinates, start: first, gauge, open, left })
 }
@@ -383,7 +383,7 @@ fn doubts(directions: impl Iterator<Item = String>, constants: &[Found], unknown
 fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
     let top = (1.5 * largest).max(2.0);
     let of = |(name, table): (&String, &toml::Table)| {
-        let law = crate::material::law_from_table(table).ok()?;
+        let law = scene.spec.known_laws.law(table).ok()?;
         let one = |(case, mode): (crate::material::LoadCase, Mode)| {
             let looked = range(case, top);
             let found = material_stability(law.as_ref(), case, looked).ok()?;

@@ -74,7 +74,7 @@ impl SceneModel {
             let Some(of) = u.key.law_constant() else { continue };
             let table = spec.laws.get_mut(of.law).expect("the unknowns were looked up in these laws");
             table.insert(of.key.into(), u.written(*value));
-            if let Err(why) = crate::material::law_from_table(table) {
+            if let Err(why) = self.spec.known_laws.law(table) {
                 return Err(Failure::Constants(why.to_string()));
             }
         }

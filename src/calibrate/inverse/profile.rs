@@ -86,7 +86,7 @@ fn squares(
     if others.is_empty() {
         return Ok(start.residual.norm_squared());
     }
-    let laws = &objective.curves[0].model.spec.laws;
-    let coordinates = Coordinates::new(unknown, laws, &start, objective.size(), Searched::But(j));
+    let spec = &objective.curves[0].model.spec;
+    let coordinates = Coordinates::new(unknown, spec, &start, objective.size(), Searched::But(j));
     Ok(search(objective, &coordinates, start, None)?.point.residual.norm_squared())
 }

@@ -26,10 +26,10 @@ pub(super) fn search_again(
     until: Option<Instant>,
     shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
-    let laws = &objective.curves[0].model.spec.laws;
+    let spec = &objective.curves[0].model.spec;
     let size = objective.size();
     let is_silent = |point: &Point| -> Vec<bool> {
-        let coordinates = Coordinates::new(unknown, laws, point, size, Searched::Determined { accuracy });
+        let coordinates = Coordinates::new(unknown, spec, point, size, Searched::Determined { accuracy });
         coordinates.shares().iter().map(|share| *share < SILENT).collect()
     };
     let at_start = (start.values == first).then(|| is_silent(&start));
@@ -88,12 +88,12 @@ pub(super) fn rounds(
     until: Option<Instant>,
     shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.origin.curves.clone());
+    let (spec, curves) = (&objective.curves[0].model.spec, objective.origin.curves.clone());
     objective.begin_at(&start);
     let mut which = Searched::Determined { accuracy };
     let mut found = search::Found { bound: vec![Bound::Free; start.values.len()], point: start, end: End::Stuck };
     for round in 0..=ROUNDS {
-        let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
+        let coordinates = Coordinates::new(unknown, spec, &found.point, objective.size(), which);
         shares.iter_mut().zip(coordinates.shares()).for_each(|(most, share)| *most = most.max(*share));
         let before = found.point.values.clone();
         found = search(objective, &coordinates, found.point, until)?;

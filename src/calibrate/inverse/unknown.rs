@@ -2,7 +2,7 @@
 
 use super::InverseError;
 use crate::material::Parameter;
-use crate::material::registry::{given, quantity};
+use crate::material::registry::quantity;
 use crate::math::threads::locked;
 use crate::math::units::{self, Dimension};
 use crate::scene::{KeyValue, ParameterKey, SceneError, SceneSpec};
@@ -23,7 +23,7 @@ pub struct Unknown {
     pub bounds: [f64; 2],
     /// A usual size of the value, where it is zero \[SI\]
     pub usual: f64,
-    /// The number in the scene, of what is no constant of a law
+    /// The number in the scene with its unit; none of a constant of a law in pascal, or without a unit
     value: Option<KeyValue>,
 }
 
@@ -66,14 +66,16 @@ impl Unknown {
         let refuse = |fact: String| format!("{key}: {fact}");
         let of = key.law_constant().ok_or_else(|| refuse("it is no constant of a law".into()))?;
         let table = spec.laws.get(of.law).ok_or_else(|| refuse("the scene has no such law".into()))?;
-        let (entry, values, _) = given(table).map_err(|e| refuse(e.to_string()))?;
+        let (entry, values, _) = spec.known_laws.given(table).map_err(|e| refuse(e.to_string()))?;
         let parameter = entry.keys.iter().find(|p| p.name == of.key).copied();
         let (Some(parameter), Some(&start)) = (parameter, values.get(of.key)) else {
             let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
             return Err(refuse(format!("law {} does not give it; it gives {known}", of.law)));
         };
         let bounds = limits(&parameter, start, bounds.get(key.path())).map_err(refuse)?;
-        Ok(Self { key: key.clone(), parameter, start, bounds, usual: 1.0, value: None })
+        let is_usual = [Dimension::PRESSURE, Dimension::NONE].contains(&parameter.dimension);
+        let value = table.get(of.key).filter(|_| !is_usual).map(KeyValue::of).transpose().map_err(refuse)?;
+        Ok(Self { key: key.clone(), parameter, start, bounds, usual: 1.0, value })
     }
 
     fn of_scene(file: &Path, text: &str, key: &ParameterKey, bounds: &Bounds) -> Result<Self, String> {

@@ -2,6 +2,7 @@
 //!
 //! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
 
+use crate::material::KnownLaws;
 use crate::math::units::parts;
 use crate::reduction::constants::Constants;
 use crate::reduction::inputs::{Input, largest_part};
@@ -44,6 +45,7 @@ pub enum FullModelError {
 pub struct FullModel {
     file: PathBuf,
     text: String,
+    known_laws: KnownLaws,
     body: Arc<Body>,
     constants: Constants,
     /// Inputs that are signals
@@ -102,7 +104,7 @@ impl FullModel {
         if let Some((path, _)) = missing {
             return Err(other(path.clone()));
         }
-        let text = changed_scene(file, &text, &changes)?.1;
+        let text = changed_scene(file, &text, &changes, &spec.known_laws)?.1;
         let [own, known] = [&text, &origin.scene].map(|text| text.parse::<toml::Table>().unwrap_or_default());
         if let Some(key) = difference(&own.into(), &known.into(), "") {
             return Err(other(key));
@@ -119,7 +121,7 @@ impl FullModel {
         let open = changes.iter().filter_map(|(path, value)| Some((path.clone(), unloaded(value)?)));
         let changes: Vec<(String, toml::Value)> =
             open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
-        let text = changed_scene(file, &text, &changes)?.1;
+        let text = changed_scene(file, &text, &changes, &spec.known_laws)?.1;
         let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k));
         let signals = signals.map(|k| model.inputs[k].clone()).collect();
         let names = model.quantities.iter().map(|q| q.name.clone()).collect();
@@ -127,6 +129,7 @@ impl FullModel {
         Ok(Self {
             file: file.into(),
             text,
+            known_laws: spec.known_laws,
             body,
             constants: model.constants.clone(),
             signals,
@@ -180,7 +183,7 @@ impl FullModel {
 
     fn start(&self, constants: &[f64]) -> Result<Running, FullModelError> {
         let changes: Vec<(String, toml::Value)> = self.constants.changes(self.signals.len(), constants);
-        let (spec, text) = changed_scene(&self.file, &self.text, &changes)?;
+        let (spec, text) = changed_scene(&self.file, &self.text, &changes, &self.known_laws)?;
         let scene = Scene::build(&self.file, spec, text, self.body.clone())?;
         let columns = scene.columns();
         let places: Vec<usize> = self.names.iter().filter_map(|n| columns.iter().position(|c| c == n)).collect();

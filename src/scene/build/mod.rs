@@ -202,7 +202,8 @@ impl SceneBuilder {
             let remedy = "change the SceneSpec before it is given to SceneBuilder::new, or begin with open or parse";
             return Err(content(&self.file, "change", fact, remedy));
         };
-        let (spec, text) = changed_scene(&self.file, source, &[(path.into(), value.into())])?;
+        let changes = [(path.into(), value.into())];
+        let (spec, text) = changed_scene(&self.file, source, &changes, &self.spec.known_laws)?;
         Ok(Self { spec, source: Some(text.clone()), text: Some(text), loaded: None, ..self })
     }
 

@@ -44,10 +44,10 @@ const DEEPEST: usize = 16;
 const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "contact", "rigid"];
 
 /// Tables of a scene that may be absent from it: a change may make them.
-const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
+const OPTIONAL: [&str; 3] = ["mesh", "numerics", "output"];
 
 /// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. A kind that several
-/// entries have means all of them, which must have the same value there. Only the last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
+/// entries have means all of them, which must have the same value there. Only the last key may be new; at and below `mesh`, `numerics` and `output` also the tables in between, whose keys the reader checks. The step `+`
 /// of a list adds an entry, or a list of them, at its end.
 ///
 /// # Errors
@@ -252,6 +252,8 @@ mod tests {
         assert_eq!(error.to_string(), "\"load.direction.3\" leads nowhere: there is no \"3\"; known: 0, 1, 2");
         apply(&mut table, "numerics.cuts", Value::Integer(3)).expect("a table of the scene may be new");
         assert_eq!(table["numerics"]["cuts"].as_integer(), Some(3));
+        apply(&mut table, "output.fields.what", vec!["displacement"].into()).expect("and the tables in between");
+        assert_eq!(table["output"]["fields"]["what"][0].as_str(), Some("displacement"));
         table.insert("laws".into(), "rubber = {}".parse::<Table>().expect("valid TOML").into());
         let error = apply(&mut table, "laws.ruber.nu", Value::Float(0.4)).expect_err("no such law");
         assert!(

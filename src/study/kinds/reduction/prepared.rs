@@ -1,5 +1,6 @@
 //! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
 
+use crate::material::KnownLaws;
 use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
 use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, simulated_files};
@@ -59,8 +60,8 @@ impl Prepared {
         let marks = marks(&record.inputs, &factors);
         let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
-        let (spec, text) =
-            changed_scene(&file, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+        let (of_study, known) = (&cases[0].record.provenance.scene, KnownLaws::default());
+        let (spec, text) = changed_scene(&file, of_study, &changes, &known).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
         let mut all: toml::Table = changes.into_iter().collect();
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
@@ -186,7 +187,8 @@ impl Prepared {
         let of = self.inputs.iter().zip(&self.factors).filter(|(input, _)| input.is_constant());
         let changes: Vec<(String, toml::Value)> =
             of.zip(values).map(|((input, factor), value)| (input.key.clone(), input.text(value / factor))).collect();
-        let (spec, text) = changed_scene(&self.file, &self.scene.text, &changes).map_err(|e| e.to_string())?;
+        let known = &self.scene.spec.known_laws;
+        let (spec, text) = changed_scene(&self.file, &self.scene.text, &changes, known).map_err(|e| e.to_string())?;
         Scene::build(&self.file, spec, text, self.body.clone()).map_err(|e| e.to_string())
     }
 }
