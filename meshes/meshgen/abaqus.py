@@ -112,6 +112,7 @@ def read(path: Path, content: Path) -> Blocks:
     for region, scope, of, name in found.all("element_sets"):
         sets.setdefault(region, []).extend(where[i][e] for i, e in found.labels("element_sets", scope, name, of))
     facets = add_surfaces(found, rows, number, where, sets, node_sets)
+    hold_surfaces(facets, sets, node_sets)
     return blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
 
 
@@ -166,6 +167,15 @@ def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict,
         if members and not added:
             raise refuse(f"{of} holds no face")
     return facets
+
+
+def hold_surfaces(facets: dict, sets: dict, node_sets: dict) -> None:
+    """Adds a node set without nodes for every surface whose name an element set of cells has too: it has the nodes of the facets.
+
+    facets: corners -> names of surfaces."""
+    for name in sorted(set().union(*facets.values())):
+        if any(kind in FACES for kind, _ in sets.get(name, ())):
+            node_sets.setdefault(name, [])
 
 
 def blocks(points: np.ndarray, rows: dict, facets: dict, sets: dict, node_sets: dict) -> Blocks:

@@ -7,7 +7,9 @@ import numpy as np
 
 @dataclass
 class Blocks:
-    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes."""
+    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes.
+
+    A set of nodes and one of cells may have the same name, and are two sets then."""
 
     points: np.ndarray
     cells: list

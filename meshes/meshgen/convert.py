@@ -1,6 +1,7 @@
 """Conversion of a mesh file to MSH 4.1 with all its cells and sets, as they are: units, numbers and defects of the file stay.
 
-Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points."""
+Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points, whose names are in a section of
+their own: groups of one name in a file of gmsh are one region, but a set of nodes holds no node of a set of cells."""
 
 import contextlib
 import gzip
@@ -269,7 +270,10 @@ def lines(blocks: Blocks):
     named = sorted({(dim, group) for dim, list_ in entities.items() for groups, _, _ in list_ for group in groups})
     yield f"$PhysicalNames\n{len(named)}\n"
     yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)
-    yield "$EndPhysicalNames\n$Entities\n"
+    yield "$EndPhysicalNames\n"
+    if blocks.node_sets:
+        yield f"$NodeSets\n{len(blocks.node_sets)}\n" + "".join(f'{i} "{name}"\n' for i, name in enumerate(blocks.node_sets, 1)) + "$EndNodeSets\n"
+    yield "$Entities\n"
     yield " ".join(str(len(entities[dim])) for dim in range(4)) + "\n"
     for dim in range(4):
         for tag, (groups, _, _) in enumerate(entities[dim], 1):

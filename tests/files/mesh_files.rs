@@ -138,6 +138,38 @@ fn msh_2_and_partitions_hold_the_same_mesh_and_groups() {
     }
 }
 
+/// Two tetrahedra with groups of points, facets and cells that are all called `end`.
+fn groups_of_one_name(more: &str) -> String {
+    format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n0 1 \"end\"\n2 1 \"end\"\n3 1 \"end\"\n$EndPhysicalNames\n{more}\
+         $Entities\n1 0 1 2\n1 0 0 0 1 1\n1 0 0 0 1 1 1 1 1 0\n1 0 0 0 1 1 1 1 1 0\n2 0 0 0 1 1 1 0 0\n$EndEntities\n\
+         $Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n$EndNodes\n\
+         $Elements\n4 4 1 4\n0 1 15 1\n1 2\n2 1 2 1\n2 1 3 2\n3 1 4 1\n3 1 2 3 4\n3 2 4 1\n4 2 3 4 5\n$EndElements\n"
+    )
+}
+
+/// Groups of one name are one region of a file of gmsh, but in other files a set of nodes and one of cells are two.
+#[test]
+fn a_node_set_holds_no_node_of_a_set_of_cells() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("end.msh");
+    let of = |text: &str| {
+        std::fs::write(&path, text).expect("writable");
+        mesh::read(&path, 1.0).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let nodes = |mesh: &TetMesh| mesh.nodes_of(&mesh.regions["end"]);
+    let group = of(&groups_of_one_name(""));
+    assert_eq!(nodes(&group), [0, 1, 2, 3]);
+    let set = of(&groups_of_one_name("$NodeSets\n1\n1 \"end\"\n$EndNodeSets\n"));
+    assert_eq!(nodes(&set), [1]);
+    let end = &set.regions["end"];
+    assert_eq!((end.facets.len(), &end.cells), (1, &vec![0]));
+    assert_eq!((&end.facets, &end.cells), (&group.regions["end"].facets, &group.regions["end"].cells));
+    // Without points of its own it is that of the facets
+    let text = groups_of_one_name("$NodeSets\n1\n1 \"end\"\n$EndNodeSets\n");
+    assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
+}
+
 fn reading(split: bool, merge: Option<f64>) -> Reading {
     Reading { unit_m: 1.0, split, merge }
 }

@@ -71,6 +71,17 @@ class Abaqus(Case):
         text = TWO + "*Nset, nset=root, instance=P-2\n 5\n" + END
         self.assertEqual(self.sizes(text), {"Root": 1, "P-1.Root": 3, "P-2.Root": 3, "all": {4: 4}})
 
+    def test_sets_of_one_name(self):
+        """The nodes of a face and the cells at it have one name in files of Abaqus/CAE, and are two sets."""
+        nodes = "*Nset, nset=face\n 1, 2, 3\n"
+        cells = "*Elset, elset=face\n 1\n*Elset, elset=wall\n 2\n*Surface, name=WALL\n wall, S3\n"
+        blocks = self.read(f"*Heading\n{NODES}{TETS}{nodes}{cells}")
+        self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"face": 3, "wall": 0})
+        text = "".join(convert.lines(blocks))
+        self.assertIn('$NodeSets\n2\n1 "face"\n2 "wall"\n$EndNodeSets\n', text)
+        self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
+        self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
+
     def test_two_of_one_name(self):
         self.refuse("another *PART is called 'finger' too", f"*Part, name=Finger\n{NODES}{TETS}*End Part\n*Part, name=finger\n{NODES}{TETS}*End Part\n")
         self.refuse("another *INSTANCE is called 'p-1' too", TWO + "*Instance, name=p-1, part=P\n*End Instance\n" + END)

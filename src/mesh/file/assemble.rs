@@ -7,7 +7,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::error::MeshError;
 use crate::mesh::surface::boundary::{Faces, push_boundary, push_facet, sorted};
 use crate::mesh::{Order, Region, TetMesh};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -71,6 +71,8 @@ pub(super) struct RawMesh {
     pub facets: Vec<RawFacet>,
     /// Indices into `points`
     pub node_regions: BTreeMap<String, Vec<u32>>,
+    /// Names of node sets: facets and cells of the same name are other sets. One without nodes of its own has those of the facets.
+    pub node_sets: BTreeSet<String>,
     /// Volumetric kinds that are refused
     pub other_volumes: Kinds,
     /// Kinds that are passed over
@@ -311,6 +313,15 @@ impl RawMesh {
             if !nodes.is_empty() {
                 mesh.regions.entry(name).or_default().nodes = ascending(nodes);
             }
+        }
+        for name in &self.node_sets {
+            let Some(region) = mesh.regions.get(name) else { continue };
+            let own = match region.nodes.is_empty() {
+                true => mesh.nodes_of(&Region { facets: region.facets.clone(), ..Region::default() }),
+                false => region.nodes.clone(),
+            };
+            let region = mesh.regions.get_mut(name).expect("found before");
+            (region.is_node_set, region.nodes) = (!own.is_empty(), own);
         }
         let cells = mesh.cell_count();
         if let Some(body) = mesh.regions.get("body")
