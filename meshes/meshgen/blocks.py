@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass
 class Blocks:
-    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes.
+    """points (n, 3); cells: (gmsh's kind, rows (k, m) of nodes); sets: name -> one mask per block; node_sets: name -> nodes; notes: what of the file is left out.
 
     A set of nodes and one of cells may have the same name, and are two sets then."""
 
@@ -15,3 +15,4 @@ class Blocks:
     cells: list
     sets: dict = field(default_factory=dict)
     node_sets: dict = field(default_factory=dict)
+    notes: list = field(default_factory=list)

@@ -1,10 +1,12 @@
 """Conversion of a mesh file to MSH 4.1 with all its cells and sets, as they are: units, numbers and defects of the file stay.
 
 Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points, whose names are in a section of
-their own: groups of one name in a file of gmsh are one region, but a set of nodes holds no node of a set of cells."""
+their own: groups of one name in a file of gmsh are one region, but a set of nodes holds no node of a set of cells.
+So are notes on what the conversion leaves out, which the program tells whenever the mesh is used."""
 
 import contextlib
 import gzip
+import io
 import re
 import tempfile
 import xml.etree.ElementTree as ElementTree
@@ -12,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran, netgen, su2, tetgen
+from . import abaqus, avs, nastran, netgen, su2, tetgen, vtu
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -21,8 +23,10 @@ from .write import save
 KINDS = {
     "vertex": (0, 15), "line": (1, 1), "line3": (1, 8), "triangle": (2, 2), "triangle6": (2, 9), "quad": (2, 3), "quad8": (2, 16),
     "quad9": (2, 10), "tetra": (3, 4), "tetra10": (3, 11), "hexahedron": (3, 5), "hexahedron20": (3, 17), "hexahedron27": (3, 12),
-    "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14),
+    "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14), vtu.VOXEL: (3, 5),
 }  # fmt: skip
+# Orders of nodes that are not gmsh's
+ORDERS = {"tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], vtu.VOXEL: vtu.AS_HEXAHEDRON}
 # Ending that a reader of meshio expects
 ENDINGS = {
     "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "stl": ".stl",
@@ -62,9 +66,11 @@ def read(path: Path, format: str) -> Blocks:
         raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
 
 
-def load(path: Path, format: str):
-    """Read a file with meshio; its errors, including exits, become a BadRequest."""
+def load(path: Path, format: str) -> tuple:
+    """Read a file with meshio: what it finds, and its warnings. Its errors, including exits, become a BadRequest."""
     import meshio
+
+    said = io.StringIO()
 
     def refuse(fact: str, hint: str = "check that the file is complete, and write it again") -> BadRequest:
         return BadRequest(f"cannot read {path.name}: {fact}", hint)
@@ -73,8 +79,9 @@ def load(path: Path, format: str):
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
         try:
             check(path, readable, format)
-            # Not meshio.read, which prints what is wrong and exits
-            return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
+            with contextlib.redirect_stderr(said):
+                # Not meshio.read, which prints what is wrong and exits
+                raw = meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
         except (BadRequest, UnicodeDecodeError):
             raise
         except ModuleNotFoundError as error:
@@ -88,24 +95,22 @@ def load(path: Path, format: str):
                 raise refuse(f"{type(error).__name__}: {said}") from None
             fact = f"the reader of {format} {f'does not know {said}' if said else 'refuses it without a reason'}"
             raise refuse(fact, "check that the file is complete, or write another format, such as MSH or VTU") from None
+    warnings = [" ".join(text.split()) for text in said.getvalue().split("Warning:")[1:]]
+    if unknown := [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]:
+        raise refuse(f"it has cells of the type {', '.join(unknown)}, which are not read", "write it with tetrahedra or hexahedra")
+    return raw, warnings
 
 
 def check(path: Path, readable: Path, format: str) -> None:
     """Refuse what a reader of meshio would read in part, for ever, or refuse without a reason."""
     if format == "tetgen":
         tetgen.check(readable)
-    if format == "vtu" and pieces(readable) > 1:
-        fact = f"it has {pieces(readable)} pieces, of which only one is read"
-        raise BadRequest(f"cannot read {path.name}: {fact}", "merge them, for example in ParaView, and write one piece")
+    if format == "vtu":
+        vtu.check(path, readable)
+        vtu.teach_voxels()
     if format == "medit" and (found := sorted(set(OF_ORDER_2.findall(readable.read_bytes())))):
         fact = f"cells of second order ({', '.join(name.decode() for name in found)}) are not read from Medit"
         raise BadRequest(f"cannot read {path.name}: {fact}", "write them in another format, such as MSH or VTU, or cells of first order")
-
-
-def pieces(path: Path) -> int:
-    """The number of pieces of a VTU file. Appended data, which may be binary, come behind them."""
-    head, _, _ = path.read_bytes().partition(b"<AppendedData")
-    return len(re.findall(rb"<Piece[\s>/]", re.sub(rb"<!--.*?-->", b"", head, flags=re.S)))
 
 
 def fault_of_xml(path: Path, format: str) -> str | None:
@@ -141,7 +146,7 @@ def by_meshio(path: Path, format: str) -> Blocks:
     """The cells and sets that meshio finds."""
     from meshio._common import num_nodes_per_cell
 
-    raw = load(path, format)
+    raw, warnings = load(path, format)
     unknown = {block.type for block in raw.cells} - set(KINDS)
     if unknown:
         raise BadRequest(f"{path.name} has cells of the kind {', '.join(sorted(unknown))}", "write it with tetrahedra or hexahedra")
@@ -157,12 +162,12 @@ def by_meshio(path: Path, format: str) -> Blocks:
             # Tecplot has several kinds in one table
             fact = f"its cells are called {block.type} and have {rows.shape[-1]} nodes"
             raise BadRequest(f"cannot read {path.name}: as {format} {fact}", "write cells of one kind, or another format, such as MSH or VTU")
-        cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
+        cells.append((KINDS[block.type][1], rows[:, ORDERS[block.type]] if block.type in ORDERS else rows))
     names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
     if format == "netgen":
         with prepared(path, format) as readable:
             names = netgen.names(path, readable)
-    blocks = Blocks(points, cells, sets(raw, names))
+    blocks = Blocks(points, cells, sets(raw, names), notes=[f"the reader of {format} says: {text}" for text in warnings])
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
     return blocks
@@ -267,6 +272,8 @@ def lines(blocks: Blocks):
         if len(nodes):
             entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1)))
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
+    if blocks.notes:
+        yield f"$Notes\n{len(blocks.notes)}\n" + "".join(f'{i} "{" ".join(note.split())}"\n' for i, note in enumerate(blocks.notes, 1)) + "$EndNotes\n"
     named = sorted({(dim, group) for dim, list_ in entities.items() for groups, _, _ in list_ for group in groups})
     yield f"$PhysicalNames\n{len(named)}\n"
     yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)

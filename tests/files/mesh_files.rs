@@ -170,6 +170,17 @@ fn a_node_set_holds_no_node_of_a_set_of_cells() {
     assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
 }
 
+/// What a conversion left out is told with every reading of the converted file.
+#[test]
+fn notes_of_a_conversion_are_kept_in_its_file() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("noted.msh");
+    let notes = "$Notes\n2\n1 \"springs are passed over\"\n2 \"and \"plates\" too\"\n$EndNotes\n";
+    std::fs::write(&path, groups_of_one_name(notes)).expect("writable");
+    let (_, changes) = taken(&path, &reading(false, None)).expect("a good file");
+    assert_eq!(changes.notes, ["springs are passed over", "and \"plates\" too"]);
+}
+
 fn reading(split: bool, merge: Option<f64>) -> Reading {
     Reading { unit_m: 1.0, split, merge }
 }

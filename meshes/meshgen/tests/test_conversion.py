@@ -4,6 +4,7 @@ import gzip
 import importlib.util
 import json
 import os
+import re
 from pathlib import Path
 
 import gmsh
@@ -117,6 +118,28 @@ class Conversion(Case):
         self.assertEqual(sorted(held.ravel().tolist()), [0, 3])
         self.store("data.vtu", data={"cell_data": {"part": [np.array([4, 4, 7, 7, 7])], "level": [np.zeros(5)]}})
         self.assertEqual(set(self.converted("data.vtu", "vtu")["names"]), {"part_4", "part_7"})
+
+    def test_voxels_and_unknown_cells(self):
+        hexahedron = CUBE + [2, 0, 0]
+        mesh = meshio.Mesh(np.vstack([CUBE, hexahedron]), {"tetra": TETS[:1], "hexahedron": [np.arange(8, 16)]})
+        meshio.write(self.path("plain.vtu"), mesh, binary=False)
+        text = Path(self.path("plain.vtu")).read_text()
+        self.assertIn("\n10\n12\n", text)
+        nodes = "\n".join(map(str, range(8, 16)))
+        self.assertIn(nodes, text)
+        voxel = text.replace("\n10\n12\n", "\n10\n11\n").replace(nodes, "\n".join(map(str, [8, 9, 11, 10, 12, 13, 15, 14])))
+        Path(self.path("voxel.vtu")).write_text(voxel)
+        self.assertEqual(str(self.converted("voxel.vtu", "vtu")), str(self.converted("plain.vtu", "vtu")))
+        Path(self.path("unknown.vtu")).write_text(text.replace("\n10\n12\n", "\n10\n99\n"))
+        self.reject("it has cells of the type 99, which are not read write it with tetrahedra", "unknown.vtu", "vtu")
+
+    def test_warnings_are_kept(self):
+        self.store("a.mesh")
+        text = Path(self.path("a.mesh")).read_text()
+        Path(self.path("b.mesh")).write_text(text.replace("\nEnd", "\nRidges\n1\n1\nEnd"))
+        self.converted("b.mesh", "medit")
+        (notes,) = re.findall(r"\$Notes\n1\n1 \"the reader of medit says: (.*)\"\n\$EndNotes\n", Path(self.path("out.msh")).read_text())
+        self.assertIn("keyword Ridges", notes)
 
     def test_abaqus(self):
         Path(self.path("cae.inp")).write_text(CAE)

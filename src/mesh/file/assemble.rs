@@ -29,7 +29,7 @@ pub struct Reading {
 }
 
 /// Changes that reading made to the content of a file.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Changes {
     /// Nodes that belong to no cell and were dropped
     pub dropped_nodes: usize,
@@ -37,6 +37,8 @@ pub struct Changes {
     pub merged_nodes: usize,
     /// Cells that were split into tetrahedra
     pub split_cells: usize,
+    /// Sentences on what of the file was not read
+    pub notes: Vec<String>,
 }
 
 /// A cell as a reader found it: its kind, where its nodes begin, and its number in the file.
@@ -77,6 +79,8 @@ pub(super) struct RawMesh {
     pub other_volumes: Kinds,
     /// Kinds that are passed over
     pub other: Kinds,
+    /// Sentences on what of the file is not read
+    pub notes: Vec<String>,
 }
 
 impl RawMesh {
@@ -104,7 +108,7 @@ impl RawMesh {
         if let Some(i) = self.points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(MeshError::NotFinite { file: self.file, node: self.node_tags[i] });
         }
-        let mut changes = Changes::default();
+        let mut changes = Changes { notes: std::mem::take(&mut self.notes), ..Changes::default() };
         if let Some(distance) = how.merge {
             changes.merged_nodes = self.merge(distance / how.unit_m)?;
         }

@@ -68,7 +68,8 @@ pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
         (changes.merged_nodes, "nodes of the file were merged with another one at their place"),
         (changes.split_cells, "cells of the file were split into tetrahedra"),
     ];
-    counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect()
+    let counted = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
+    changes.notes.iter().cloned().chain(counted).collect()
 }
 
 /// A warning about a body of a size that no soft robot has, with the unit that would give it one, unless its file states another.
