@@ -170,6 +170,40 @@ fn a_node_set_holds_no_node_of_a_set_of_cells() {
     assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
 }
 
+/// A binary legacy file of three tetrahedra in a row, with this data of the cells.
+fn binary_vtk(data: &[&[u8]]) -> Vec<u8> {
+    let mut out = b"# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 float\n".to_vec();
+    let points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [2, 1, 1]];
+    out.extend(points.iter().flatten().flat_map(|x| (*x as f32).to_be_bytes()));
+    out.extend(b"\nCELLS 3 15\n");
+    out.extend([4, 0, 1, 2, 3, 4, 1, 2, 3, 4, 4, 1, 2, 4, 5].iter().flat_map(|k: &i32| k.to_be_bytes()));
+    out.extend(b"\nCELL_TYPES 3\n");
+    out.extend([10i32; 3].iter().flat_map(|k| k.to_be_bytes()));
+    out.extend(b"\nCELL_DATA 3\n");
+    data.iter().for_each(|part| out.extend(*part));
+    out
+}
+
+/// Regions with the number of their cells, and the notes of a file with these bytes.
+fn regions_of(data: &[u8]) -> (Vec<(String, usize)>, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.vtk");
+    std::fs::write(&path, data).expect("writable");
+    let (mesh, changes) = taken(&path, &reading(false, None)).unwrap_or_else(|e| panic!("{e}"));
+    let regions = mesh.regions.iter().filter(|(name, _)| *name != "body");
+    (regions.map(|(name, region)| (name.clone(), region.cells.len())).collect(), changes.notes)
+}
+
+/// VTK writes numbers of the type vtkIdType with four bytes, also where they have eight in memory.
+#[test]
+fn ids_of_binary_vtk_have_four_bytes() {
+    let values = [7i32, 7, 9].map(i32::to_be_bytes).concat();
+    let field = regions_of(&binary_vtk(&[b"FIELD FieldData 1\nRegionId 1 3 vtkIdType\n", &values, b"\n"]));
+    assert_eq!(field, (vec![("RegionId_7".into(), 2), ("RegionId_9".into(), 1)], vec![]));
+    let scalars = regions_of(&binary_vtk(&[b"SCALARS RegionId vtkIdType\nLOOKUP_TABLE default\n", &values, b"\n"]));
+    assert_eq!(scalars, field);
+}
+
 /// What a conversion left out is told with every reading of the converted file.
 #[test]
 fn notes_of_a_conversion_are_kept_in_its_file() {

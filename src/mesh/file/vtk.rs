@@ -342,13 +342,13 @@ fn is_float(kind: &str) -> bool {
     matches!(kind, "float" | "double")
 }
 
-/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5).
+/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size is in memory.
 fn width(kind: &str) -> Option<usize> {
     match kind {
         "char" | "unsigned_char" => Some(1),
         "short" | "unsigned_short" => Some(2),
-        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "float" => Some(4),
-        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "vtkIdType" | "double" => Some(8),
+        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "vtkIdType" | "float" => Some(4),
+        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "double" => Some(8),
         _ => None,
     }
 }
