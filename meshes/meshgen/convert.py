@@ -185,6 +185,8 @@ def sets(raw, names: dict) -> dict:
                 mask[np.asarray(rows, int)] = True
         found[name] = masks
     for key, values in raw.cell_data.items():
+        # One component may be a column
+        values = [v[:, 0] if np.ndim(v) == 2 and np.shape(v)[1] == 1 else v for v in map(np.asarray, values)]
         if key in ("gmsh:geometrical", "cell_tags") or any(np.ndim(v) != 1 or not np.issubdtype(np.asarray(v).dtype, np.integer) for v in values):
             continue
         reference, of_values = key.endswith((":ref", ":physical")) or key == "netgen:index", {}

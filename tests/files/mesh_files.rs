@@ -204,6 +204,50 @@ fn ids_of_binary_vtk_have_four_bytes() {
     assert_eq!(scalars, field);
 }
 
+/// The data of the cells of a text of three tetrahedra in a row.
+fn text_vtk(data: &str) -> Vec<u8> {
+    let points = "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1 2 1 1";
+    format!(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTitle 1 1 string\nby%20me\nPOINTS 6 float\n{points}\n\
+         CELLS 3 15\n4 0 1 2 3\n4 1 2 3 4\n4 1 2 4 5\nCELL_TYPES 3\n10 10 10\nCELL_DATA 3\n{data}"
+    )
+    .into_bytes()
+}
+
+/// Vectors, tensors, ids, colours and strings make no region, and those after them are read.
+#[test]
+fn data_of_vtk_that_make_no_region_are_passed_over() {
+    let expected = (vec![("Part_7".to_string(), 2), ("Part_9".to_string(), 1)], Vec::<String>::new());
+    let part = "SCALARS Part int 1\nLOOKUP_TABLE default\n7 7 9\n";
+    let (nine, twenty) = (["1"; 9].join(" "), ["0.5"; 27].join(" "));
+    for other in [
+        format!("VECTORS v float\n{nine}\n"),
+        format!("NORMALS n double\n{nine}\n"),
+        format!("TENSORS t float\n{twenty}\n"),
+        "GLOBAL_IDS g vtkIdType\n1 2 3\n".into(),
+        "TEXTURE_COORDINATES t 2 float\n1 2 3 4 5 6\n".into(),
+        "COLOR_SCALARS c 1\n0.1 0.2 0.3\n".into(),
+        "LOOKUP_TABLE tab 2\n0 0 0 1 1 1 1 1\n".into(),
+        "FIELD FieldData 2\nname 1 3 string\na\n\nb%20c\nflag 1 3 bit\n0 1 1\n".into(),
+        "SCALARS x float 1\nLOOKUP_TABLE default\n1 2 3\nMETADATA\nINFORMATION 0\n\n".into(),
+    ] {
+        assert_eq!(regions_of(&text_vtk(&format!("{other}{part}POINT_DATA 6\n"))), expected, "{other}");
+    }
+    let values = [7i32, 7, 9].map(i32::to_be_bytes).concat();
+    let long = [&[0x80, 70][..], &[b'x'; 70]].concat();
+    let bytes = binary_vtk(&[
+        b"FIELD FieldData 3\nname 1 3 string\n\xc1a\xc0",
+        &long,
+        b"\nflag 1 3 bit\n\x60\nPart 1 3 int\n",
+        &values,
+        b"\n",
+    ]);
+    assert_eq!(regions_of(&bytes), expected);
+    let (regions, notes) = regions_of(&text_vtk(&format!("{part}STRANGE s float\n1 2 3\n")));
+    assert_eq!(regions, expected.0);
+    assert_eq!(notes, ["data of the cells from \"STRANGE\" on are not read, and make no regions"]);
+}
+
 /// What a conversion left out is told with every reading of the converted file.
 #[test]
 fn notes_of_a_conversion_are_kept_in_its_file() {

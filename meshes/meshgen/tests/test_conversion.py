@@ -118,6 +118,10 @@ class Conversion(Case):
         self.assertEqual(sorted(held.ravel().tolist()), [0, 3])
         self.store("data.vtu", data={"cell_data": {"part": [np.array([4, 4, 7, 7, 7])], "level": [np.zeros(5)]}})
         self.assertEqual(set(self.converted("data.vtu", "vtu")["names"]), {"part_4", "part_7"})
+        text = Path(self.path("data.vtu")).read_text()
+        self.assertNotIn('Name="part" NumberOfComponents', text)
+        Path(self.path("column.vtu")).write_text(text.replace('Name="part"', 'Name="part" NumberOfComponents="1"'))
+        self.assertEqual(set(self.converted("column.vtu", "vtu")["names"]), {"part_4", "part_7"})
 
     def test_voxels_and_unknown_cells(self):
         hexahedron = CUBE + [2, 0, 0]
