@@ -113,7 +113,25 @@ def read(path: Path, content: Path) -> Blocks:
         sets.setdefault(region, []).extend(where[i][e] for i, e in found.labels("element_sets", scope, name, of))
     facets = add_surfaces(found, rows, number, where, sets, node_sets)
     hold_surfaces(facets, sets, node_sets)
-    return blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
+    result = blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
+    give_labels(result, [node for of in number.values() for node in of], [element for of in where.values() for element in of], rows, where)
+    return result
+
+
+def give_labels(result: Blocks, nodes: list, elements: list, rows: dict, where: dict) -> None:
+    """Gives nodes and elements their labels, unless several instances have the same; the faces of surfaces get numbers behind them."""
+    if len(set(nodes)) == len(nodes):
+        result.node_numbers = np.array(nodes, int)
+    if len(set(elements)) < len(elements):
+        return
+    of_kind = {kind: np.zeros(len(list_), int) for kind, list_ in rows.items()}
+    for places in where.values():
+        for element, (kind, row) in places.items():
+            of_kind[kind][row] = element
+    result.numbers, last = list(of_kind.values()), max(elements, default=0)
+    for _, faces in result.cells[len(rows) :]:
+        result.numbers.append(np.arange(last + 1, last + 1 + len(faces)))
+        last += len(faces)
 
 
 class Faces:

@@ -25,6 +25,7 @@ KINDS = {
     "quad9": (2, 10), "tetra": (3, 4), "tetra10": (3, 11), "hexahedron": (3, 5), "hexahedron20": (3, 17), "hexahedron27": (3, 12),
     "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14), vtu.VOXEL: (3, 5),
 }  # fmt: skip
+DIMENSIONS = {number: dim for dim, number in KINDS.values()}  # of gmsh's kinds
 # Orders of nodes that are not gmsh's
 ORDERS = {"tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], vtu.VOXEL: vtu.AS_HEXAHEDRON}
 # Ending that a reader of meshio expects
@@ -36,6 +37,10 @@ ENDINGS = {
 READERS = {"abaqus": abaqus.read, "su2": su2.read}
 # Formats of which meshio gets a prepared text
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
+# Of these texts the numbers of the nodes and cells
+NUMBERS = {"nastran": nastran.numbers, "avsucd": avs.numbers}
+# Formats whose nodes and cells are counted from zero
+FROM_ZERO = ("vtu", "xdmf", "dolfin-xml")
 # Beginning of a file that gmsh reads -> the ending that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
 # Keywords of Medit with cells that have middle nodes
@@ -67,7 +72,7 @@ def read(path: Path, format: str) -> Blocks:
 
 
 def load(path: Path, format: str) -> tuple:
-    """Read a file with meshio: what it finds, and its warnings. Its errors, including exits, become a BadRequest."""
+    """Read a file with meshio: what it finds, its warnings, and the text that it got if it was prepared. Its errors, including exits, become a BadRequest."""
     import meshio
 
     said = io.StringIO()
@@ -81,7 +86,8 @@ def load(path: Path, format: str) -> tuple:
             check(path, readable, format)
             with contextlib.redirect_stderr(said):
                 # Not meshio.read, which prints what is wrong and exits
-                raw = meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
+                text = TEXTS[format](path, readable) if format in TEXTS else None
+                raw = meshio._helpers.reader_map[format](readable if text is None else io.StringIO(text))
         except (BadRequest, UnicodeDecodeError):
             raise
         except ModuleNotFoundError as error:
@@ -98,7 +104,7 @@ def load(path: Path, format: str) -> tuple:
     warnings = [" ".join(text.split()) for text in said.getvalue().split("Warning:")[1:]]
     if unknown := [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]:
         raise refuse(f"it has cells of the type {', '.join(unknown)}, which are not read", "write it with tetrahedra or hexahedra")
-    return raw, warnings
+    return raw, warnings, text
 
 
 def check(path: Path, readable: Path, format: str) -> None:
@@ -146,7 +152,7 @@ def by_meshio(path: Path, format: str) -> Blocks:
     """The cells and sets that meshio finds."""
     from meshio._common import num_nodes_per_cell
 
-    raw, warnings = load(path, format)
+    raw, warnings, text = load(path, format)
     unknown = {block.type for block in raw.cells} - set(KINDS)
     if unknown:
         raise BadRequest(f"{path.name} has cells of the kind {', '.join(sorted(unknown))}", "write it with tetrahedra or hexahedra")
@@ -170,7 +176,24 @@ def by_meshio(path: Path, format: str) -> Blocks:
     blocks = Blocks(points, cells, sets(raw, names), notes=[f"the reader of {format} says: {text}" for text in warnings])
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
+    number(blocks, format, NUMBERS[format](text) if format in NUMBERS else None)
     return blocks
+
+
+def number(blocks: Blocks, format: str, given: tuple | None) -> None:
+    """Number the nodes and cells as the file does. given: numbers of all nodes and cells in the order of the file, if it states them."""
+    if given is None:
+        first = int(format in FROM_ZERO) ^ 1
+        blocks.node_numbers = np.arange(first, first + len(blocks.points))
+        # All kinds of cells are in one list of VTK
+        blocks.numbers = counted(blocks.cells, first, of_all=format == "vtu")
+        return
+    nodes, cells = (np.array(list_, int) for list_ in given)
+    ends = np.cumsum([len(rows) for _, rows in blocks.cells])
+    if len(set(given[0])) == len(nodes) == len(blocks.points):
+        blocks.node_numbers = nodes
+    if len(ends) and len(cells) == ends[-1]:
+        blocks.numbers = np.split(cells, ends[:-1])
 
 
 def sets(raw, names: dict) -> dict:
@@ -246,11 +269,14 @@ def by_gmsh(path: Path, format: str) -> Blocks:
         tags, points, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags)
         tags, points = tags[order], points.reshape(-1, 3)[order]
-        cells, owner = [], []
+        cells, numbers, owner = [], [], []
         for dim, entity in gmsh.model.getEntities():
-            for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
-                count = gmsh.model.mesh.getElementProperties(kind)[3]
+            for kind, own, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
+                name, _, _, count, *_ = gmsh.model.mesh.getElementProperties(kind)
+                if int(kind) not in DIMENSIONS:
+                    raise BadRequest(f"{path.name} has cells of the kind {name}", "write it with tetrahedra of order 1 or 2, or hexahedra")
                 cells.append((int(kind), np.searchsorted(tags, nodes).reshape(-1, count)))
+                numbers.append(own.astype(int))
                 owner.append((dim, entity))
         found = {}
         for dim, group in gmsh.model.getPhysicalGroups():
@@ -259,24 +285,37 @@ def by_gmsh(path: Path, format: str) -> Blocks:
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
-        return Blocks(points, cells, found)
+        return Blocks(points, cells, found, node_numbers=tags.astype(int), numbers=numbers)
+
+
+def counted(cells: list, first: int = 1, of_all: bool = False) -> list:
+    """Numbers of the cells of each block in the order of the file: of all, else of those of each dimension."""
+    dims = [0 if of_all else DIMENSIONS[kind] for kind, _ in cells]
+    begin, found = dict.fromkeys(dims, first), []
+    for dim, (_, rows) in zip(dims, cells):
+        found.append(np.arange(begin[dim], begin[dim] + len(rows)))
+        begin[dim] += len(rows)
+    return found
 
 
 def lines(blocks: Blocks):
     """The sections of the MSH file: one physical group per set, one entity per combination of sets."""
     names = list(dict.fromkeys([*blocks.sets, *blocks.node_sets]))
-    entities = {dim: [] for dim in range(4)}  # (groups, gmsh's kind, rows)
-    dims = {number: dim for dim, number in KINDS.values()}
+    entities = {dim: [] for dim in range(4)}  # (groups, gmsh's kind, rows, their numbers)
+    count = len(blocks.points)
+    labels = np.arange(1, count + 1) if blocks.node_numbers is None else blocks.node_numbers
+    numbers = counted(blocks.cells) if blocks.numbers is None else blocks.numbers
     for i, (kind, rows) in enumerate(blocks.cells):
         if len(rows):
-            entities[dims[kind]] += combinations(kind, rows, {name: masks[i] for name, masks in blocks.sets.items()}, names)
+            masks = {name: masks[i] for name, masks in blocks.sets.items()}
+            entities[DIMENSIONS[kind]] += combinations(kind, rows, numbers[i], masks, names)
     for name, nodes in blocks.node_sets.items():
         if len(nodes):
-            entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1)))
+            entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1), np.arange(1, len(nodes) + 1)))
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
     if blocks.notes:
         yield f"$Notes\n{len(blocks.notes)}\n" + "".join(f'{i} "{" ".join(note.split())}"\n' for i, note in enumerate(blocks.notes, 1)) + "$EndNotes\n"
-    named = sorted({(dim, group) for dim, list_ in entities.items() for groups, _, _ in list_ for group in groups})
+    named = sorted({(dim, group) for dim, list_ in entities.items() for groups, *_ in list_ for group in groups})
     yield f"$PhysicalNames\n{len(named)}\n"
     yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)
     yield "$EndPhysicalNames\n"
@@ -285,32 +324,31 @@ def lines(blocks: Blocks):
     yield "$Entities\n"
     yield " ".join(str(len(entities[dim])) for dim in range(4)) + "\n"
     for dim in range(4):
-        for tag, (groups, _, _) in enumerate(entities[dim], 1):
+        for tag, (groups, *_) in enumerate(entities[dim], 1):
             box = "0 0 0" if dim == 0 else "0 0 0 0 0 0"
             yield f"{tag} {box} {len(groups)} {' '.join(map(str, groups))} {'' if dim == 0 else 0}\n"
     yield "$EndEntities\n$Nodes\n"
-    count = len(blocks.points)
-    yield f"1 {count} 1 {count}\n3 1 0 {count}\n"
-    yield "".join(f"{i}\n" for i in range(1, count + 1))
+    yield f"1 {count} {min(labels, default=0)} {max(labels, default=0)}\n3 1 0 {count}\n"
+    yield "".join(f"{label}\n" for label in labels)
     yield "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in blocks.points.tolist())
     yield "$EndNodes\n$Elements\n"
-    total = sum(len(rows) for list_ in entities.values() for _, _, rows in list_)
-    yield f"{sum(map(len, entities.values()))} {total} 1 {total}\n"
-    number = 0
+    everything = [number for list_ in entities.values() for *_, numbers in list_ for number in (numbers.min(), numbers.max())]
+    total = sum(len(rows) for list_ in entities.values() for _, _, rows, _ in list_)
+    yield f"{sum(map(len, entities.values()))} {total} {min(everything)} {max(everything)}\n"
     for dim in range(4):
-        for tag, (_, kind, rows) in enumerate(entities[dim], 1):
+        for tag, (_, kind, rows, numbers) in enumerate(entities[dim], 1):
             yield f"{dim} {tag} {kind} {len(rows)}\n"
-            for nodes in (rows + 1).tolist():
-                number += 1
+            for number, nodes in zip(numbers.tolist(), labels[rows].tolist()):
                 yield f"{number} {' '.join(map(str, nodes))}\n"
     yield "$EndElements\n"
 
 
-def combinations(kind: int, rows: np.ndarray, masks: dict, names: list) -> list:
-    """(physical groups, kind, rows) of every combination of sets, and of the rows in none."""
+def combinations(kind: int, rows: np.ndarray, numbers: np.ndarray, masks: dict, names: list) -> list:
+    """(physical groups, kind, rows, their numbers) of every combination of sets, and of the rows in none."""
     member = np.zeros((len(rows), len(names)), bool)
     for i, name in enumerate(names):
         if name in masks:
             member[:, i] = masks[name]
     found, which = np.unique(member, axis=0, return_inverse=True)
-    return [((np.flatnonzero(groups) + 1).tolist(), kind, rows[which.ravel() == i]) for i, groups in enumerate(found)]
+    own = [which.ravel() == i for i in range(len(found))]
+    return [((np.flatnonzero(groups) + 1).tolist(), kind, rows[mine], numbers[mine]) for mine, groups in zip(own, found)]

@@ -123,6 +123,50 @@ class Conversion(Case):
         Path(self.path("column.vtu")).write_text(text.replace('Name="part"', 'Name="part" NumberOfComponents="1"'))
         self.assertEqual(set(self.converted("column.vtu", "vtu")["names"]), {"part_4", "part_7"})
 
+    def numbers(self, file: str, format: str) -> tuple:
+        """Numbers of the nodes and of the cells with volume in a converted file, cells with their nodes."""
+        code, answer = self.send(self.request(file, format))
+        self.assertEqual(code, 0, answer)
+        text = Path(self.path("out.msh")).read_text()
+        head, *nodes = re.search(r"\$Nodes\n.*\n(.*)\n((?:.*\n)*?)\$EndNodes", text).expand(r"\1\n\2").splitlines()
+        cells, lines = {}, iter(text.partition("$Elements\n")[2].partition("$EndElements")[0].splitlines()[1:])
+        for line in lines:
+            dim, _, _, count = map(int, line.split())
+            rows = [[int(word) for word in next(lines).split()] for _ in range(count)]
+            cells |= {row[0]: row[1:] for row in rows if dim == 3}
+        return [int(label) for label in nodes[: int(head.split()[3])]], cells
+
+    def test_numbers_are_those_of_the_file(self):
+        data = {"cell_sets": {"odd": [np.array([0, 2, 4])], "even": [np.array([1, 3])]}, "point_sets": {"held": np.array([0, 3])}}
+        self.store("a.inp", data=data)
+        text = Path(self.path("a.inp")).read_text()
+        self.assertEqual(self.numbers("a.inp", "abaqus"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
+        labels = {"*NODE": 70, "*ELEMENT": 900}
+        lines, shift = [], ""
+        for line in text.splitlines():
+            shift = next((key for key in labels if line.upper().startswith(key)), "" if line.startswith("*") else shift)
+            words = [word.strip() for word in line.split(",")]
+            if shift and words[0].isdigit():
+                words[0] = str(int(words[0]) + labels[shift])
+                words[1:] = [str(int(word) + 70) if shift == "*ELEMENT" else word for word in words[1:]]
+            lines.append(", ".join(words))
+        Path(self.path("b.inp")).write_text("\n".join(lines[: next(i for i, line in enumerate(lines) if "SET" in line.upper())]) + "\n*ELSET, ELSET=a\n901, 904\n")
+        self.assertEqual(self.numbers("b.inp", "abaqus"), (list(range(71, 79)), {i: (row + 71).tolist() for i, row in enumerate(TETS, 901)}))
+        # The labels of two instances are the same: all are counted
+        Path(self.path("cae.inp")).write_text(CAE)
+        nodes, cells = self.numbers("cae.inp", "abaqus")
+        self.assertEqual((nodes, list(cells)), (list(range(1, 17)), [1, 2]))
+        self.store("c.bdf")
+        text = Path(self.path("c.bdf")).read_text()
+        moved = re.sub(r"^CTETRA,(\d+)", lambda m: f"CTETRA,{int(m[1]) + 40}", re.sub(r"^CTETRA +(\d+)", lambda m: f"CTETRA  {int(m[1]) + 40:<8}", text, flags=re.M), flags=re.M)
+        self.assertNotEqual(moved, text)
+        Path(self.path("d.bdf")).write_text(moved)
+        self.assertEqual(list(self.numbers("d.bdf", "nastran")[1]), list(range(41, 46)))
+        self.store("e.vtu", data={"cell_data": {"part": [np.array([4, 7, 4, 7, 7])]}}, file_format="vtu")
+        self.assertEqual(self.numbers("e.vtu", "vtu"), (list(range(8)), {i: row.tolist() for i, row in enumerate(TETS)}))
+        self.store("f.mesh", data={"cell_data": {"medit:ref": [np.array([4, 7, 4, 7, 7])]}})
+        self.assertEqual(self.numbers("f.mesh", "medit"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
+
     def test_voxels_and_unknown_cells(self):
         hexahedron = CUBE + [2, 0, 0]
         mesh = meshio.Mesh(np.vstack([CUBE, hexahedron]), {"tetra": TETS[:1], "hexahedron": [np.arange(8, 16)]})
