@@ -191,6 +191,27 @@ class Abaqus(Case):
             blocks = self.read(f"{NODES}{TETS}*Element, type={name}\n 8, 1, 2\n")
             self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
 
+    def test_plates_apart_from_the_solids(self):
+        """A rigid counterpart of a contact, a membrane or a shell with nodes of its own is left out of its sets, which is told."""
+        apart = "*Node\n 11, 0, 0, -5\n 12, 1, 0, -5\n 13, 1, 1, -5\n 14, 0, 1, -5\n"
+        for kind in ("R3D4", "S4R", "M3D4"):
+            plate = f"{apart}*Element, type={kind}, elset=plate\n 8, 11, 12, 13, 14\n*Surface, name=counterpart\n plate, SPOS\n"
+            blocks = self.read(f"{NODES}{TETS}{plate}")
+            self.assertFalse(any(mask.any() for masks in blocks.sets.values() for mask in masks), kind)
+            self.assertEqual(blocks.notes, ["sets whose elements are neither solids nor faces of solids are no regions: plate, counterpart"])
+            both = f"{plate}*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=all, generate\n 1, 9, 1\n"
+            blocks = self.read(f"{NODES}{TETS}{both}")
+            self.assertEqual({name: [int(mask.sum()) for mask in masks] for name, masks in blocks.sets.items() if name in ("skin", "all")}, {"skin": [0, 0, 1], "all": [2, 0, 1]})
+            self.assertEqual(blocks.notes[0], "the set all has 1 shells, membranes or rigid faces apart from the solids, which are left out")
+        self.assertEqual(self.read(f"{NODES}{TETS}*Element, type=S8R, elset=thick\n 8, 1, 2, 3, 4, 1, 2, 3, 4\n").notes, ["sets whose elements are neither solids nor faces of solids are no regions: thick"])
+        # A surface alone is that of a body which is made of it
+        self.assertEqual(self.read(f"{apart}*Element, type=S4R, elset=plate\n 8, 11, 12, 13, 14\n").notes, [])
+
+    def test_shells_with_six_nodes(self):
+        middles = "*Node\n 6, .5, 0, 0\n 7, .5, .5, 0\n 8, 0, .5, 0\n 9, 0, 0, .5\n 10, .5, 0, .5\n 11, 0, .5, .5\n"
+        text = f"{NODES}{middles}*Element, type=C3D10\n 1, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11\n*Element, type=S6, elset=skin\n 2, 1, 3, 2, 8, 7, 6\n"
+        self.assertEqual(self.sizes(text), {"skin": {9: 1}})
+
     def test_labels_that_are_given_twice(self):
         once, twice = self.read(NODES + TETS + SETS), self.read(NODES + TETS + SETS + NODES + TETS)
         np.testing.assert_array_equal(once.points, twice.points)
