@@ -511,6 +511,7 @@ fn every_bad_file_is_refused_with_its_message() {
         ("node-twice.msh", ": node 4 is defined twice; write the file again".into()),
         ("not-a-number.msh", format!(", line 14: expected a coordinate, found \"l\"; {DAMAGED}")),
         ("not-finite.msh", format!(": node 5 has a coordinate that is not finite; {DAMAGED}")),
+        ("overlap.msh", ": cells 1 and 3 are on the same side of a face that both have, so that they overlap; remove one of them".into()),
         ("partial-body.msh", ": region \"body\" holds 1 of 2 cells; the name is kept for the whole body, rename the group".into()),
         ("shared-face.msh", ": a face of cell 3 is shared by three or more cells; remove the duplicated cells".into()),
         ("structured.vtk", ": a dataset of type STRUCTURED_POINTS holds no tetrahedra; write the mesh as UNSTRUCTURED_GRID".into()),

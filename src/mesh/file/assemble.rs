@@ -289,6 +289,9 @@ impl RawMesh {
     fn regions(mut self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let faces =
             Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cells[c].tag })?;
+        if let Some(cells) = faces.overlap(mesh) {
+            return Err(MeshError::Overlap { cells: cells.map(|c| self.cells[c].tag), file: self.file });
+        }
         if mesh.order == Order::Quadratic {
             self.numbers().check_faces(mesh, &faces)?;
         }
