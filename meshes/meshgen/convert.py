@@ -269,12 +269,14 @@ def by_gmsh(path: Path, format: str) -> Blocks:
         tags, points, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags)
         tags, points = tags[order], points.reshape(-1, 3)[order]
+        kinds = {int(kind) for kind in gmsh.model.mesh.getElementTypes()}
+        if unknown := [gmsh.model.mesh.getElementProperties(kind)[0] for kind in sorted(kinds - set(DIMENSIONS))]:
+            fact = f"{path.name} has cells of the kind {', '.join(unknown)}"
+            raise BadRequest(fact, "write it with tetrahedra of order 1 or 2, or with hexahedra, wedges or pyramids of order 1")
         cells, numbers, owner = [], [], []
         for dim, entity in gmsh.model.getEntities():
             for kind, own, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
-                name, _, _, count, *_ = gmsh.model.mesh.getElementProperties(kind)
-                if int(kind) not in DIMENSIONS:
-                    raise BadRequest(f"{path.name} has cells of the kind {name}", "write it with tetrahedra of order 1 or 2, or hexahedra")
+                count = gmsh.model.mesh.getElementProperties(kind)[3]
                 cells.append((int(kind), np.searchsorted(tags, nodes).reshape(-1, count)))
                 numbers.append(own.astype(int))
                 owner.append((dim, entity))

@@ -414,6 +414,18 @@ class Conversion(Case):
             self.assertEqual(counts["root"], sum(int(mask.sum()) for (kind, _), mask in zip(blocks.cells, blocks.sets["root"]) if kind == 2))
             self.assertGreater(counts["root"], 0, name)
 
+    def test_cells_of_order_three(self):
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(3)
+        gmsh.option.setNumber("Mesh.MshFileVersion", 4.0)
+        gmsh.write(self.path("a.msh"))
+        gmsh.finalize()
+        self.reject("a.msh has cells of the kind Triangle 10, Line 4, Tetrahedron 20 write it", "a.msh", "gmsh")
+
     def test_universal_files_that_are_cut_off(self):
         self.of_gmsh("a.unv")
         text = Path(self.path("a.unv")).read_text()
