@@ -138,13 +138,20 @@ def prepared(path: Path, format: str):
     packed, marked = head[:2] == b"\x1f\x8b", head[:3] == b"\xef\xbb\xbf"
     if format == "medit" and ending != ".meshb":
         ending = ".mesh"
-    if not packed and not marked and path.suffix.lower() == ending:
+    is_named = path.suffix.lower() == ending
+    if not packed and not marked and is_named and format != "vtu":
+        yield path
+        return
+    data = path.read_bytes()
+    content = (gzip.decompress(data) if packed else data).removeprefix(b"\xef\xbb\xbf")
+    if format == "vtu":
+        content = vtu.readable(content)
+    if is_named and content == data:
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / (path.stem + ending)
-        data = gzip.decompress(path.read_bytes()) if packed else path.read_bytes()
-        copy.write_bytes(data.removeprefix(b"\xef\xbb\xbf"))
+        copy.write_bytes(content)
         yield copy
 
 

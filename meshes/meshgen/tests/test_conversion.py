@@ -5,6 +5,7 @@ import importlib.util
 import json
 import os
 import re
+import zlib
 from pathlib import Path
 
 import gmsh
@@ -180,6 +181,34 @@ class Conversion(Case):
         self.assertEqual(str(self.converted("voxel.vtu", "vtu")), str(self.converted("plain.vtu", "vtu")))
         Path(self.path("unknown.vtu")).write_text(text.replace("\n10\n12\n", "\n10\n99\n"))
         self.reject("it has cells of the type 99, which are not read write it with tetrahedra", "unknown.vtu", "vtu")
+
+    def test_new_versions_and_raw_data_of_vtu(self):
+        self.store("a.vtu", file_format="vtu", binary=False)
+        text = Path(self.path("a.vtu")).read_text()
+        self.assertIn('version="0.1"', text)
+        whole = str(self.converted("a.vtu", "vtu"))
+        for version in ("1.0", "2.0", "2.2", "2.3"):
+            Path(self.path("b.vtu")).write_text(text.replace('version="0.1"', f'version="{version}" header_type="UInt64"'))
+            self.assertEqual(str(self.converted("b.vtu", "vtu")), whole, version)
+        Path(self.path("b.vtu")).write_text(text.replace('version="0.1"', 'version="3.0"'))
+        self.reject("Unknown VTU file version '3.0'", "b.vtu", "vtu")
+        values = [("Float64", 3, CUBE), ("Int64", 1, TETS), ("Int64", 1, np.arange(4, 24, 4)), ("UInt8", 1, np.full(5, 10))]
+        for packed in (False, True):
+            raw, arrays = b"", []
+            for name, (kind, components, content) in zip(("Points", "connectivity", "offsets", "types"), values):
+                arrays.append(f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="appended" offset="{len(raw)}"/>')
+                block = np.ascontiguousarray(content, kind.lower()).tobytes()
+                head = [len(block)] if not packed else [1, len(block), len(block), len(zlib.compress(block))]
+                raw += np.array(head, "<u4").tobytes() + (zlib.compress(block) if packed else block)
+            compressor = ' compressor="vtkZLibDataCompressor"' if packed else ""
+            begin = f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"{compressor}>\n<UnstructuredGrid>\n'
+            begin += f'<Piece NumberOfPoints="8" NumberOfCells="5">\n<Points>{arrays[0]}</Points>\n<Cells>{"".join(arrays[1:])}</Cells>\n</Piece>\n'
+            for end in ("", "\n", "\n   "):
+                text = f'{begin}</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'.encode() + raw + f"{end}</AppendedData>\n</VTKFile>\n".encode()
+                Path(self.path("raw.vtu")).write_bytes(text)
+                self.assertEqual(str(self.converted("raw.vtu", "vtu")), whole, (packed, end))
+            Path(self.path("raw.vtu")).write_bytes(text[: len(text) // 2])
+            self.reject("cannot read raw.vtu", "raw.vtu", "vtu")
 
     def test_warnings_are_kept(self):
         self.store("a.mesh")
