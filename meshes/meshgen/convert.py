@@ -183,24 +183,23 @@ def by_meshio(path: Path, format: str) -> Blocks:
     blocks = Blocks(points, cells, sets(raw, names), notes=[f"the reader of {format} says: {text}" for text in warnings])
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
-    number(blocks, format, NUMBERS[format](text) if format in NUMBERS else None)
-    return blocks
-
-
-def number(blocks: Blocks, format: str, given: tuple | None) -> None:
-    """Number the nodes and cells as the file does. given: numbers of all nodes and cells in the order of the file, if it states them."""
-    if given is None:
-        first = int(format in FROM_ZERO) ^ 1
+    if format in NUMBERS:
+        number(blocks, *NUMBERS[format](text))
+    else:
+        first = tetgen.first(path) if format == "tetgen" else 0 if format in FROM_ZERO else 1
         blocks.node_numbers = np.arange(first, first + len(blocks.points))
         # All kinds of cells are in one list of VTK
         blocks.numbers = counted(blocks.cells, first, of_all=format == "vtu")
-        return
-    nodes, cells = (np.array(list_, int) for list_ in given)
+    return blocks
+
+
+def number(blocks: Blocks, nodes: list, cells: list) -> None:
+    """Number the nodes and cells as the file does, which states these numbers in the order of its nodes and cells."""
     ends = np.cumsum([len(rows) for _, rows in blocks.cells])
-    if len(set(given[0])) == len(nodes) == len(blocks.points):
-        blocks.node_numbers = nodes
+    if len(set(nodes)) == len(nodes) == len(blocks.points):
+        blocks.node_numbers = np.array(nodes, int)
     if len(ends) and len(cells) == ends[-1]:
-        blocks.numbers = np.split(cells, ends[:-1])
+        blocks.numbers = np.split(np.array(cells, int), ends[:-1])
 
 
 def sets(raw, names: dict) -> dict:

@@ -165,6 +165,16 @@ class Conversion(Case):
         self.assertEqual(list(self.numbers("d.bdf", "nastran")[1]), list(range(41, 46)))
         self.store("e.vtu", data={"cell_data": {"part": [np.array([4, 7, 4, 7, 7])]}}, file_format="vtu")
         self.assertEqual(self.numbers("e.vtu", "vtu"), (list(range(8)), {i: row.tolist() for i, row in enumerate(TETS)}))
+        self.store("g.ele")
+        self.assertEqual(self.numbers("g.ele", "tetgen"), (list(range(8)), {i: row.tolist() for i, row in enumerate(TETS)}))
+        for name in ("g.node", "g.ele"):
+            head, *rows = [line for line in Path(self.path(name)).read_text().splitlines() if line and not line.startswith("#")]
+            columns = slice(0, 1) if name == "g.node" else slice(0, None)
+            words = [row.split() for row in rows]
+            for row in words:
+                row[columns] = [str(int(word) + 1) for word in row[columns]]
+            Path(self.path(name)).write_text("\n".join([head, *map(" ".join, words)]) + "\n")
+        self.assertEqual(self.numbers("g.ele", "tetgen"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
         self.store("f.mesh", data={"cell_data": {"medit:ref": [np.array([4, 7, 4, 7, 7])]}})
         self.assertEqual(self.numbers("f.mesh", "medit"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
 
