@@ -322,13 +322,13 @@ def lines(blocks: Blocks):
             entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1), np.arange(1, len(nodes) + 1)))
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
     if blocks.notes:
-        yield f"$Notes\n{len(blocks.notes)}\n" + "".join(f'{i} "{" ".join(note.split())}"\n' for i, note in enumerate(blocks.notes, 1)) + "$EndNotes\n"
+        yield f"$MeshgenNotes\n{len(blocks.notes)}\n" + "".join(f'{i} "{" ".join(note.split())}"\n' for i, note in enumerate(blocks.notes, 1)) + "$EndMeshgenNotes\n"
     named = sorted({(dim, group) for dim, list_ in entities.items() for groups, *_ in list_ for group in groups})
     yield f"$PhysicalNames\n{len(named)}\n"
     yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)
     yield "$EndPhysicalNames\n"
     if blocks.node_sets:
-        yield f"$NodeSets\n{len(blocks.node_sets)}\n" + "".join(f'{i} "{name}"\n' for i, name in enumerate(blocks.node_sets, 1)) + "$EndNodeSets\n"
+        yield f"$MeshgenNodeSets\n{len(blocks.node_sets)}\n" + "".join(f'{i} "{name}"\n' for i, name in enumerate(blocks.node_sets, 1)) + "$EndMeshgenNodeSets\n"
     yield "$Entities\n"
     yield " ".join(str(len(entities[dim])) for dim in range(4)) + "\n"
     for dim in range(4):

@@ -160,13 +160,13 @@ fn a_node_set_holds_no_node_of_a_set_of_cells() {
     let nodes = |mesh: &TetMesh| mesh.nodes_of(&mesh.regions["end"]);
     let group = of(&groups_of_one_name(""));
     assert_eq!(nodes(&group), [0, 1, 2, 3]);
-    let set = of(&groups_of_one_name("$NodeSets\n1\n1 \"end\"\n$EndNodeSets\n"));
+    let set = of(&groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n"));
     assert_eq!(nodes(&set), [1]);
     let end = &set.regions["end"];
     assert_eq!((end.facets.len(), &end.cells), (1, &vec![0]));
     assert_eq!((&end.facets, &end.cells), (&group.regions["end"].facets, &group.regions["end"].cells));
     // Without points of its own it is that of the facets
-    let text = groups_of_one_name("$NodeSets\n1\n1 \"end\"\n$EndNodeSets\n");
+    let text = groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n");
     assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
 }
 
@@ -253,7 +253,7 @@ fn data_of_vtk_that_make_no_region_are_passed_over() {
 fn notes_of_a_conversion_are_kept_in_its_file() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("noted.msh");
-    let notes = "$Notes\n2\n1 \"springs are passed over\"\n2 \"and \"plates\" too\"\n$EndNotes\n";
+    let notes = "$MeshgenNotes\n2\n1 \"springs are passed over\"\n2 \"and \"plates\" too\"\n$EndMeshgenNotes\n";
     std::fs::write(&path, groups_of_one_name(notes)).expect("writable");
     let (_, changes) = taken(&path, &reading(false, None)).expect("a good file");
     assert_eq!(changes.notes, ["springs are passed over", "and \"plates\" too"]);

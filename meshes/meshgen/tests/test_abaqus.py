@@ -78,7 +78,7 @@ class Abaqus(Case):
         blocks = self.read(f"*Heading\n{NODES}{TETS}{nodes}{cells}")
         self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"face": 3, "wall": 0})
         text = "".join(convert.lines(blocks))
-        self.assertIn('$NodeSets\n2\n1 "face"\n2 "wall"\n$EndNodeSets\n', text)
+        self.assertIn('$MeshgenNodeSets\n2\n1 "face"\n2 "wall"\n$EndMeshgenNodeSets\n', text)
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
 

@@ -225,7 +225,7 @@ class Conversion(Case):
         text = Path(self.path("a.mesh")).read_text()
         Path(self.path("b.mesh")).write_text(text.replace("\nEnd", "\nRidges\n1\n1\nEnd"))
         self.converted("b.mesh", "medit")
-        (notes,) = re.findall(r"\$Notes\n1\n1 \"the reader of medit says: (.*)\"\n\$EndNotes\n", Path(self.path("out.msh")).read_text())
+        (notes,) = re.findall(r"\$MeshgenNotes\n1\n1 \"the reader of medit says: (.*)\"\n\$EndMeshgenNotes\n", Path(self.path("out.msh")).read_text())
         self.assertIn("keyword Ridges", notes)
 
     def test_abaqus(self):

@@ -49,8 +49,8 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
         match section {
             "$MeshFormat" => format = Some(read_format(&mut at, file)?),
             "$PhysicalNames" => read_names(&mut at, &mut groups)?,
-            "$NodeSets" => raw.node_sets.extend(read_list(&mut at, "node sets")?),
-            "$Notes" => raw.notes = read_list(&mut at, "notes")?,
+            "$MeshgenNodeSets" => raw.node_sets.extend(read_list(&mut at, "node sets")?),
+            "$MeshgenNotes" => raw.notes = read_list(&mut at, "notes")?,
             "$Entities" | "$PartitionedEntities" => {
                 begin(&mut at, format);
                 read_entities(&mut at, section == "$PartitionedEntities", &mut groups)?;
