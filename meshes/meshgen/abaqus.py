@@ -19,6 +19,7 @@ FACES = {
     7: [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
 }
 FACES |= {17: FACES[5], 12: FACES[5], 18: FACES[6]}
+PLATES = (2, 9, 3)  # Kinds of shells, membranes and rigid faces
 SIDES = ("", "SPOS", "SNEG")  # Faces of shells and membranes, which are facets themselves
 WORDS = {"node_sets": ("node", "node set"), "element_sets": ("element", "element set"), "surfaces": ("element", "surface")}
 
@@ -112,7 +113,28 @@ def read(path: Path, content: Path) -> Blocks:
     for region, scope, of, name in found.all("element_sets"):
         sets.setdefault(region, []).extend(where[i][e] for i, e in found.labels("element_sets", scope, name, of))
     facets = add_surfaces(found, rows, number, where, sets, node_sets)
-    return blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
+    hold_surfaces(facets, sets, node_sets)
+    notes = leave_out_plates(rows, facets, sets, node_sets)
+    result = blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
+    result.notes = notes
+    give_labels(result, [node for of in number.values() for node in of], [element for of in where.values() for element in of], rows, where)
+    return result
+
+
+def give_labels(result: Blocks, nodes: list, elements: list, rows: dict, where: dict) -> None:
+    """Gives nodes and elements their labels, unless several instances have the same; the faces of surfaces get numbers behind them."""
+    if len(set(nodes)) == len(nodes):
+        result.node_numbers = np.array(nodes, int)
+    if len(set(elements)) < len(elements):
+        return
+    of_kind = {kind: np.zeros(len(list_), int) for kind, list_ in rows.items()}
+    for places in where.values():
+        for element, (kind, row) in places.items():
+            of_kind[kind][row] = element
+    result.numbers, last = list(of_kind.values()), max(elements, default=0)
+    for _, faces in result.cells[len(rows) :]:
+        result.numbers.append(np.arange(last + 1, last + 1 + len(faces)))
+        last += len(faces)
 
 
 class Faces:
@@ -166,6 +188,35 @@ def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict,
         if members and not added:
             raise refuse(f"{of} holds no face")
     return facets
+
+
+def hold_surfaces(facets: dict, sets: dict, node_sets: dict) -> None:
+    """Adds a node set without nodes for every surface whose name an element set of cells has too: it has the nodes of the facets.
+
+    facets: corners -> names of surfaces."""
+    for name in sorted(set().union(*facets.values())):
+        if any(kind in FACES for kind, _ in sets.get(name, ())):
+            node_sets.setdefault(name, [])
+
+
+def leave_out_plates(rows: dict, facets: dict, sets: dict, node_sets: dict) -> list:
+    """Takes shells, membranes and rigid faces with nodes of no solid out of the sets, since they are no faces of the body. Returns notes."""
+    solid = {node for kind, list_ in rows.items() if kind in FACES for nodes in list_ for node in nodes}
+    if not solid:
+        return []  # A surface, of which the body is made
+
+    def is_apart(kind: int, row: int) -> bool:
+        return kind in PLATES and not solid.issuperset(rows[kind][row])
+
+    apart = {name: sum(is_apart(*member) for member in members) for name, members in sets.items()}
+    for name in apart:
+        sets[name] = [member for member in sets[name] if not is_apart(*member)]
+    kept = set(node_sets).union(*facets.values())
+    empty = [name for name, members in sets.items() if not members and name not in kept]
+    notes = [f"the set {name} has {count} shells, membranes or rigid faces apart from the solids, which are left out" for name, count in apart.items() if count and name not in empty]
+    if empty:
+        notes.append(f"sets whose elements are neither solids nor faces of solids are no regions: {', '.join(empty)}")
+    return notes
 
 
 def blocks(points: np.ndarray, rows: dict, facets: dict, sets: dict, node_sets: dict) -> Blocks:

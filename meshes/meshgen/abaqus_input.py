@@ -13,7 +13,7 @@ from .errors import BadRequest
 # As plane elements (CPS…) gmsh writes the facets of a solid.
 ELEMENTS = {
     "C3D4": (4, 4), "C3D10": (11, 10), "C3D8": (5, 8), "C3D6": (6, 6), "C3D5": (7, 5), "C3D20": (17, 20), "C3D15": (18, 15), "C3D27": (12, 27),
-    "S3": (2, 3), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
+    "S3": (2, 3), "S6": (9, 6), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
     "R3D4": (3, 4), "T3D2": (1, 2), "B31": (1, 2), "CPS3": (2, 3), "CPS4": (3, 4), "CPS6": (9, 6), "M3D6": (9, 6), "SFM3D6": (9, 6), "STRI65": (9, 6),
 }  # fmt: skip
 # Beginnings of the names of elements without volume, which are passed over: bars, shells, planes, rigid bodies, springs and other links

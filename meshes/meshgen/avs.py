@@ -2,13 +2,12 @@
 
 meshio fails at the data of cells of several kinds."""
 
-import io
 from pathlib import Path
 
 from .errors import BadRequest
 
 
-def grid(path: Path, content: Path) -> io.StringIO:
+def grid(path: Path, content: Path) -> str:
     """The nodes and cells of a file, whose unpacked text is in `content`; one that ends within its data is cut off."""
     lines = [line for line in content.read_text("utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")]
     nodes, cells, of_nodes, of_cells, _ = (int(word) for word in lines[0].partition("#")[0].split())
@@ -20,4 +19,12 @@ def grid(path: Path, content: Path) -> io.StringIO:
             end += 1 + fields + owners
     if end > len(lines):
         raise BadRequest(f"cannot read {path.name}: it has {len(lines)} lines of at least {end}", "write or copy it again")
-    return io.StringIO("\n".join([f"{nodes} {cells} 0 0 0", *lines[1:kept], ""]))
+    return "\n".join([f"{nodes} {cells} 0 0 0", *lines[1:kept], ""])
+
+
+def numbers(text: str) -> tuple:
+    """Numbers of the nodes and cells of a prepared file, in their order."""
+    head, *lines = text.splitlines()
+    nodes = int(head.split()[0])
+    found = [int(line.split()[0]) for line in lines]
+    return found[:nodes], found[nodes:]

@@ -1,9 +1,12 @@
 """Conversion of a mesh file to MSH 4.1 with all its cells and sets, as they are: units, numbers and defects of the file stay.
 
-Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points."""
+Its reader, in the program, checks, divides and merges. Sets of nodes become physical groups of points, whose names are in a section of
+their own: groups of one name in a file of gmsh are one region, but a set of nodes holds no node of a set of cells.
+So are notes on what the conversion leaves out, which the program tells whenever the mesh is used."""
 
 import contextlib
 import gzip
+import io
 import re
 import tempfile
 import xml.etree.ElementTree as ElementTree
@@ -11,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran, netgen, su2, tetgen
+from . import abaqus, avs, nastran, netgen, su2, tetgen, vtu
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -20,8 +23,11 @@ from .write import save
 KINDS = {
     "vertex": (0, 15), "line": (1, 1), "line3": (1, 8), "triangle": (2, 2), "triangle6": (2, 9), "quad": (2, 3), "quad8": (2, 16),
     "quad9": (2, 10), "tetra": (3, 4), "tetra10": (3, 11), "hexahedron": (3, 5), "hexahedron20": (3, 17), "hexahedron27": (3, 12),
-    "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14),
+    "wedge": (3, 6), "wedge15": (3, 18), "wedge18": (3, 13), "pyramid": (3, 7), "pyramid13": (3, 19), "pyramid14": (3, 14), vtu.VOXEL: (3, 5),
 }  # fmt: skip
+DIMENSIONS = {number: dim for dim, number in KINDS.values()}  # of gmsh's kinds
+# Orders of nodes that are not gmsh's
+ORDERS = {"tetra10": [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], vtu.VOXEL: vtu.AS_HEXAHEDRON}
 # Ending that a reader of meshio expects
 ENDINGS = {
     "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "stl": ".stl",
@@ -31,6 +37,10 @@ ENDINGS = {
 READERS = {"abaqus": abaqus.read, "su2": su2.read}
 # Formats of which meshio gets a prepared text
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
+# Of these texts the numbers of the nodes and cells
+NUMBERS = {"nastran": nastran.numbers, "avsucd": avs.numbers}
+# Formats whose nodes and cells are counted from zero
+FROM_ZERO = ("vtu", "xdmf", "dolfin-xml")
 # Beginning of a file that gmsh reads -> the ending that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
 # Keywords of Medit with cells that have middle nodes
@@ -61,9 +71,11 @@ def read(path: Path, format: str) -> Blocks:
         raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
 
 
-def load(path: Path, format: str):
-    """Read a file with meshio; its errors, including exits, become a BadRequest."""
+def load(path: Path, format: str) -> tuple:
+    """Read a file with meshio: what it finds, its warnings, and the text that it got if it was prepared. Its errors, including exits, become a BadRequest."""
     import meshio
+
+    said = io.StringIO()
 
     def refuse(fact: str, hint: str = "check that the file is complete, and write it again") -> BadRequest:
         return BadRequest(f"cannot read {path.name}: {fact}", hint)
@@ -72,8 +84,10 @@ def load(path: Path, format: str):
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
         try:
             check(path, readable, format)
-            # Not meshio.read, which prints what is wrong and exits
-            return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
+            with contextlib.redirect_stderr(said):
+                # Not meshio.read, which prints what is wrong and exits
+                text = TEXTS[format](path, readable) if format in TEXTS else None
+                raw = meshio._helpers.reader_map[format](readable if text is None else io.StringIO(text))
         except (BadRequest, UnicodeDecodeError):
             raise
         except ModuleNotFoundError as error:
@@ -87,24 +101,22 @@ def load(path: Path, format: str):
                 raise refuse(f"{type(error).__name__}: {said}") from None
             fact = f"the reader of {format} {f'does not know {said}' if said else 'refuses it without a reason'}"
             raise refuse(fact, "check that the file is complete, or write another format, such as MSH or VTU") from None
+    warnings = [" ".join(text.split()) for text in said.getvalue().split("Warning:")[1:]]
+    if unknown := [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]:
+        raise refuse(f"it has cells of the type {', '.join(unknown)}, which are not read", "write it with tetrahedra or hexahedra")
+    return raw, warnings, text
 
 
 def check(path: Path, readable: Path, format: str) -> None:
     """Refuse what a reader of meshio would read in part, for ever, or refuse without a reason."""
     if format == "tetgen":
         tetgen.check(readable)
-    if format == "vtu" and pieces(readable) > 1:
-        fact = f"it has {pieces(readable)} pieces, of which only one is read"
-        raise BadRequest(f"cannot read {path.name}: {fact}", "merge them, for example in ParaView, and write one piece")
+    if format == "vtu":
+        vtu.check(path, readable)
+        vtu.teach_voxels()
     if format == "medit" and (found := sorted(set(OF_ORDER_2.findall(readable.read_bytes())))):
         fact = f"cells of second order ({', '.join(name.decode() for name in found)}) are not read from Medit"
         raise BadRequest(f"cannot read {path.name}: {fact}", "write them in another format, such as MSH or VTU, or cells of first order")
-
-
-def pieces(path: Path) -> int:
-    """The number of pieces of a VTU file. Appended data, which may be binary, come behind them."""
-    head, _, _ = path.read_bytes().partition(b"<AppendedData")
-    return len(re.findall(rb"<Piece[\s>/]", re.sub(rb"<!--.*?-->", b"", head, flags=re.S)))
 
 
 def fault_of_xml(path: Path, format: str) -> str | None:
@@ -126,13 +138,20 @@ def prepared(path: Path, format: str):
     packed, marked = head[:2] == b"\x1f\x8b", head[:3] == b"\xef\xbb\xbf"
     if format == "medit" and ending != ".meshb":
         ending = ".mesh"
-    if not packed and not marked and path.suffix.lower() == ending:
+    is_named = path.suffix.lower() == ending
+    if not packed and not marked and is_named and format != "vtu":
+        yield path
+        return
+    data = path.read_bytes()
+    content = (gzip.decompress(data) if packed else data).removeprefix(b"\xef\xbb\xbf")
+    if format == "vtu":
+        content = vtu.readable(content)
+    if is_named and content == data:
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / (path.stem + ending)
-        data = gzip.decompress(path.read_bytes()) if packed else path.read_bytes()
-        copy.write_bytes(data.removeprefix(b"\xef\xbb\xbf"))
+        copy.write_bytes(content)
         yield copy
 
 
@@ -140,7 +159,7 @@ def by_meshio(path: Path, format: str) -> Blocks:
     """The cells and sets that meshio finds."""
     from meshio._common import num_nodes_per_cell
 
-    raw = load(path, format)
+    raw, warnings, text = load(path, format)
     unknown = {block.type for block in raw.cells} - set(KINDS)
     if unknown:
         raise BadRequest(f"{path.name} has cells of the kind {', '.join(sorted(unknown))}", "write it with tetrahedra or hexahedra")
@@ -156,15 +175,31 @@ def by_meshio(path: Path, format: str) -> Blocks:
             # Tecplot has several kinds in one table
             fact = f"its cells are called {block.type} and have {rows.shape[-1]} nodes"
             raise BadRequest(f"cannot read {path.name}: as {format} {fact}", "write cells of one kind, or another format, such as MSH or VTU")
-        cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
+        cells.append((KINDS[block.type][1], rows[:, ORDERS[block.type]] if block.type in ORDERS else rows))
     names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
     if format == "netgen":
         with prepared(path, format) as readable:
             names = netgen.names(path, readable)
-    blocks = Blocks(points, cells, sets(raw, names))
+    blocks = Blocks(points, cells, sets(raw, names), notes=[f"the reader of {format} says: {text}" for text in warnings])
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
+    if format in NUMBERS:
+        number(blocks, *NUMBERS[format](text))
+    else:
+        first = tetgen.first(path) if format == "tetgen" else 0 if format in FROM_ZERO else 1
+        blocks.node_numbers = np.arange(first, first + len(blocks.points))
+        # All kinds of cells are in one list of VTK
+        blocks.numbers = counted(blocks.cells, first, of_all=format == "vtu")
     return blocks
+
+
+def number(blocks: Blocks, nodes: list, cells: list) -> None:
+    """Number the nodes and cells as the file does, which states these numbers in the order of its nodes and cells."""
+    ends = np.cumsum([len(rows) for _, rows in blocks.cells])
+    if len(set(nodes)) == len(nodes) == len(blocks.points):
+        blocks.node_numbers = np.array(nodes, int)
+    if len(ends) and len(cells) == ends[-1]:
+        blocks.numbers = np.split(np.array(cells, int), ends[:-1])
 
 
 def sets(raw, names: dict) -> dict:
@@ -179,6 +214,8 @@ def sets(raw, names: dict) -> dict:
                 mask[np.asarray(rows, int)] = True
         found[name] = masks
     for key, values in raw.cell_data.items():
+        # One component may be a column
+        values = [v[:, 0] if np.ndim(v) == 2 and np.shape(v)[1] == 1 else v for v in map(np.asarray, values)]
         if key in ("gmsh:geometrical", "cell_tags") or any(np.ndim(v) != 1 or not np.issubdtype(np.asarray(v).dtype, np.integer) for v in values):
             continue
         reference, of_values = key.endswith((":ref", ":physical")) or key == "netgen:index", {}
@@ -238,11 +275,16 @@ def by_gmsh(path: Path, format: str) -> Blocks:
         tags, points, _ = gmsh.model.mesh.getNodes()
         order = np.argsort(tags)
         tags, points = tags[order], points.reshape(-1, 3)[order]
-        cells, owner = [], []
+        kinds = {int(kind) for kind in gmsh.model.mesh.getElementTypes()}
+        if unknown := [gmsh.model.mesh.getElementProperties(kind)[0] for kind in sorted(kinds - set(DIMENSIONS))]:
+            fact = f"{path.name} has cells of the kind {', '.join(unknown)}"
+            raise BadRequest(fact, "write it with tetrahedra of order 1 or 2, or with hexahedra, wedges or pyramids of order 1")
+        cells, numbers, owner = [], [], []
         for dim, entity in gmsh.model.getEntities():
-            for kind, _, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
+            for kind, own, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
                 count = gmsh.model.mesh.getElementProperties(kind)[3]
                 cells.append((int(kind), np.searchsorted(tags, nodes).reshape(-1, count)))
+                numbers.append(own.astype(int))
                 owner.append((dim, entity))
         found = {}
         for dim, group in gmsh.model.getPhysicalGroups():
@@ -251,53 +293,70 @@ def by_gmsh(path: Path, format: str) -> Blocks:
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks
-        return Blocks(points, cells, found)
+        return Blocks(points, cells, found, node_numbers=tags.astype(int), numbers=numbers)
+
+
+def counted(cells: list, first: int = 1, of_all: bool = False) -> list:
+    """Numbers of the cells of each block in the order of the file: of all, else of those of each dimension."""
+    dims = [0 if of_all else DIMENSIONS[kind] for kind, _ in cells]
+    begin, found = dict.fromkeys(dims, first), []
+    for dim, (_, rows) in zip(dims, cells):
+        found.append(np.arange(begin[dim], begin[dim] + len(rows)))
+        begin[dim] += len(rows)
+    return found
 
 
 def lines(blocks: Blocks):
     """The sections of the MSH file: one physical group per set, one entity per combination of sets."""
     names = list(dict.fromkeys([*blocks.sets, *blocks.node_sets]))
-    entities = {dim: [] for dim in range(4)}  # (groups, gmsh's kind, rows)
-    dims = {number: dim for dim, number in KINDS.values()}
+    entities = {dim: [] for dim in range(4)}  # (groups, gmsh's kind, rows, their numbers)
+    count = len(blocks.points)
+    labels = np.arange(1, count + 1) if blocks.node_numbers is None else blocks.node_numbers
+    numbers = counted(blocks.cells) if blocks.numbers is None else blocks.numbers
     for i, (kind, rows) in enumerate(blocks.cells):
         if len(rows):
-            entities[dims[kind]] += combinations(kind, rows, {name: masks[i] for name, masks in blocks.sets.items()}, names)
+            masks = {name: masks[i] for name, masks in blocks.sets.items()}
+            entities[DIMENSIONS[kind]] += combinations(kind, rows, numbers[i], masks, names)
     for name, nodes in blocks.node_sets.items():
         if len(nodes):
-            entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1)))
+            entities[0].append(([names.index(name) + 1], 15, nodes.reshape(-1, 1), np.arange(1, len(nodes) + 1)))
     yield "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n"
-    named = sorted({(dim, group) for dim, list_ in entities.items() for groups, _, _ in list_ for group in groups})
+    if blocks.notes:
+        yield f"$MeshgenNotes\n{len(blocks.notes)}\n" + "".join(f'{i} "{" ".join(note.split())}"\n' for i, note in enumerate(blocks.notes, 1)) + "$EndMeshgenNotes\n"
+    named = sorted({(dim, group) for dim, list_ in entities.items() for groups, *_ in list_ for group in groups})
     yield f"$PhysicalNames\n{len(named)}\n"
     yield "".join(f'{dim} {group} "{names[group - 1]}"\n' for dim, group in named)
-    yield "$EndPhysicalNames\n$Entities\n"
+    yield "$EndPhysicalNames\n"
+    if blocks.node_sets:
+        yield f"$MeshgenNodeSets\n{len(blocks.node_sets)}\n" + "".join(f'{i} "{name}"\n' for i, name in enumerate(blocks.node_sets, 1)) + "$EndMeshgenNodeSets\n"
+    yield "$Entities\n"
     yield " ".join(str(len(entities[dim])) for dim in range(4)) + "\n"
     for dim in range(4):
-        for tag, (groups, _, _) in enumerate(entities[dim], 1):
+        for tag, (groups, *_) in enumerate(entities[dim], 1):
             box = "0 0 0" if dim == 0 else "0 0 0 0 0 0"
             yield f"{tag} {box} {len(groups)} {' '.join(map(str, groups))} {'' if dim == 0 else 0}\n"
     yield "$EndEntities\n$Nodes\n"
-    count = len(blocks.points)
-    yield f"1 {count} 1 {count}\n3 1 0 {count}\n"
-    yield "".join(f"{i}\n" for i in range(1, count + 1))
+    yield f"1 {count} {min(labels, default=0)} {max(labels, default=0)}\n3 1 0 {count}\n"
+    yield "".join(f"{label}\n" for label in labels)
     yield "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in blocks.points.tolist())
     yield "$EndNodes\n$Elements\n"
-    total = sum(len(rows) for list_ in entities.values() for _, _, rows in list_)
-    yield f"{sum(map(len, entities.values()))} {total} 1 {total}\n"
-    number = 0
+    everything = [number for list_ in entities.values() for *_, numbers in list_ for number in (numbers.min(), numbers.max())]
+    total = sum(len(rows) for list_ in entities.values() for _, _, rows, _ in list_)
+    yield f"{sum(map(len, entities.values()))} {total} {min(everything)} {max(everything)}\n"
     for dim in range(4):
-        for tag, (_, kind, rows) in enumerate(entities[dim], 1):
+        for tag, (_, kind, rows, numbers) in enumerate(entities[dim], 1):
             yield f"{dim} {tag} {kind} {len(rows)}\n"
-            for nodes in (rows + 1).tolist():
-                number += 1
+            for number, nodes in zip(numbers.tolist(), labels[rows].tolist()):
                 yield f"{number} {' '.join(map(str, nodes))}\n"
     yield "$EndElements\n"
 
 
-def combinations(kind: int, rows: np.ndarray, masks: dict, names: list) -> list:
-    """(physical groups, kind, rows) of every combination of sets, and of the rows in none."""
+def combinations(kind: int, rows: np.ndarray, numbers: np.ndarray, masks: dict, names: list) -> list:
+    """(physical groups, kind, rows, their numbers) of every combination of sets, and of the rows in none."""
     member = np.zeros((len(rows), len(names)), bool)
     for i, name in enumerate(names):
         if name in masks:
             member[:, i] = masks[name]
     found, which = np.unique(member, axis=0, return_inverse=True)
-    return [((np.flatnonzero(groups) + 1).tolist(), kind, rows[which.ravel() == i]) for i, groups in enumerate(found)]
+    own = [which.ravel() == i for i in range(len(found))]
+    return [((np.flatnonzero(groups) + 1).tolist(), kind, rows[mine], numbers[mine]) for mine, groups in zip(own, found)]

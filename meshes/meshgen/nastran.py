@@ -1,6 +1,5 @@
 """Nastran bulk data as meshio reads it: from BEGIN BULK to ENDDATA, one entry a line, its fields divided by commas."""
 
-import io
 import re
 from pathlib import Path
 
@@ -24,7 +23,7 @@ WITHOUT_VOLUME = re.compile(
 SHELLS = tuple(name for name, counts in NODES.items() if len(counts) == 1)
 
 
-def bulk(path: Path, content: Path) -> io.StringIO:
+def bulk(path: Path, content: Path) -> str:
     """The bulk data of a file, whose unpacked text is in `content`; files without BEGIN BULK, as gmsh writes them, hold nothing else.
 
     One without ENDDATA is cut off."""
@@ -48,7 +47,14 @@ def bulk(path: Path, content: Path) -> io.StringIO:
     lost = next((node for node in used if node not in points), None)
     if lost:
         raise BadRequest(f"cannot read {path.name}: line {used[lost]}: there is no GRID {lost}", "write the file again with all its nodes")
-    return io.StringIO("\n".join(["BEGIN BULK", *written, "ENDDATA", ""]))
+    return "\n".join(["BEGIN BULK", *written, "ENDDATA", ""])
+
+
+def numbers(text: str) -> tuple:
+    """Numbers of the nodes and cells of prepared bulk data, in their order."""
+    entries = [line.split(",", 2) for line in text.split("\n")[1:-2]]
+    of = {is_node: [int(number) for name, number, _ in entries if (name == "GRID") == is_node] for is_node in (True, False)}
+    return of[True], of[False]
 
 
 def entries(path: Path, lines: list, begin: int) -> list:

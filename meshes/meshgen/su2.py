@@ -21,6 +21,7 @@ class Reader:
         self.at = 0
         self.points = np.zeros((0, 3))
         self.rows: dict = {}  # (marker, kind) -> rows of nodes; the marker of cells is empty
+        self.numbers: dict = {}  # (marker, kind) -> numbers of the cells, from zero
 
     def text(self, number: int, line: bytes) -> str:
         """A line without its comment, which may be in another code than UTF-8."""
@@ -55,9 +56,11 @@ class Reader:
             elif key == "NPOIN":
                 self.points = np.array([self.point(*line) for line in self.block(number, key, value)]).reshape(-1, 3)
             elif key in ("NELEM", "MARKER_ELEMS"):
-                for line in self.block(number, key, value):
+                for i, line in enumerate(self.block(number, key, value)):
                     kind, nodes = self.element(*line)
-                    self.rows.setdefault((marker if key == "MARKER_ELEMS" else "", kind), []).append(nodes)
+                    of = (marker if key == "MARKER_ELEMS" else "", kind)
+                    self.rows.setdefault(of, []).append(nodes)
+                    self.numbers.setdefault(of, []).append(i)
         if found < announced[1]:
             raise self.fail(announced[0], f"NMARK= {announced[1]}, but {found} markers follow", "write or copy the file again")
 
@@ -107,4 +110,6 @@ def read(path: Path, content: Path) -> Blocks:
         cells.append((kind, rows))
         owners.append(marker)
     names = dict.fromkeys(marker for marker in owners if marker)
-    return Blocks(reader.points, cells, {name: [np.full(len(rows), owner == name) for (_, rows), owner in zip(cells, owners)] for name in names})
+    sets = {name: [np.full(len(rows), owner == name) for (_, rows), owner in zip(cells, owners)] for name in names}
+    numbers = [np.array(list_) for list_ in reader.numbers.values()]
+    return Blocks(reader.points, cells, sets, node_numbers=np.arange(len(reader.points)), numbers=numbers)

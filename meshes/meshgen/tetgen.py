@@ -8,8 +8,7 @@ from .errors import BadRequest
 def check(path: Path) -> None:
     """Refuse a pair of which a file has no counts or fewer numbers than it announces, and cells of second order."""
     for file, what, own in ((path.with_suffix(".node"), "nodes", 4), (path.with_suffix(".ele"), "cells", 1)):
-        lines = (line.partition("#")[0].split() for line in file.read_text("utf-8").splitlines())
-        rows = [line for line in lines if line]
+        rows = words(file)
         try:
             count, size, *further = numbers = [int(word) for word in rows[0]] if rows else []
             if min(numbers) < 0:
@@ -22,6 +21,18 @@ def check(path: Path) -> None:
         there = sum(map(len, rows[1:])) // columns
         if there < count:
             raise refused(file, f"it announces {count} {what}, of which {there} are there")
+
+
+def first(path: Path) -> int:
+    """The number of the first node and cell, zero or one."""
+    rows = words(path.with_suffix(".ele"))
+    return int(rows[1][0]) if len(rows) > 1 else 1
+
+
+def words(file: Path) -> list:
+    """The words of the lines that hold some, without comments."""
+    lines = (line.partition("#")[0].split() for line in file.read_text("utf-8").splitlines())
+    return [line for line in lines if line]
 
 
 def refused(file: Path, fact: str) -> BadRequest:

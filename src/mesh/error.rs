@@ -76,6 +76,8 @@ pub enum MeshError {
     LooseFacet { file: PathBuf, facet: u64, region: String },
     #[error("{}: a face of cell {cell} is shared by three or more cells; remove the duplicated cells", file.display())]
     SharedFace { file: PathBuf, cell: u64 },
+    #[error("{}: cells {} and {} are on the same side of a face that both have, so that they overlap; remove one of them", file.display(), cells[0], cells[1])]
+    Overlap { file: PathBuf, cells: [u64; 2] },
     #[error("{}: region \"body\" holds {count} of {cells} cells; the name is kept for the whole body, rename the group", file.display())]
     PartialBody { file: PathBuf, count: usize, cells: usize },
     #[error("the mesh has no region {name}; {}", hint(name, known))]

@@ -9,8 +9,10 @@ use std::collections::BTreeMap;
 pub struct Region {
     pub cells: Vec<u32>,
     pub facets: Vec<u32>,
-    /// Nodes named by themselves (selectors); the nodes of `cells` and `facets` are not repeated here.
+    /// Nodes named by themselves (selectors, node sets); the nodes of `cells` and `facets` need not be repeated here.
     pub nodes: Vec<u32>,
+    /// The nodes of the region are `nodes` alone: a node set of a file, in which an element set of the same name is another set.
+    pub is_node_set: bool,
     /// The border of the selector that made it runs through cells: an O(h) boundary condition.
     pub depends_on_mesh: bool,
 }
@@ -55,9 +57,12 @@ impl TetMesh {
         &self.facets[f * n..(f + 1) * n]
     }
 
-    /// All nodes of a region (of its cells, facets and nodes), ascending, without repeats.
+    /// All nodes of a region, ascending, without repeats: those of a node set, else of its cells, facets and nodes.
     pub fn nodes_of(&self, region: &Region) -> Vec<u32> {
         let mut nodes = region.nodes.clone();
+        if region.is_node_set {
+            return nodes;
+        }
         nodes.extend(region.cells.iter().flat_map(|&c| self.cell(c as usize)));
         nodes.extend(region.facets.iter().flat_map(|&f| self.facet(f as usize)));
         nodes.sort_unstable();

@@ -138,6 +138,127 @@ fn msh_2_and_partitions_hold_the_same_mesh_and_groups() {
     }
 }
 
+/// Two tetrahedra with groups of points, facets and cells that are all called `end`.
+fn groups_of_one_name(more: &str) -> String {
+    format!(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n0 1 \"end\"\n2 1 \"end\"\n3 1 \"end\"\n$EndPhysicalNames\n{more}\
+         $Entities\n1 0 1 2\n1 0 0 0 1 1\n1 0 0 0 1 1 1 1 1 0\n1 0 0 0 1 1 1 1 1 0\n2 0 0 0 1 1 1 0 0\n$EndEntities\n\
+         $Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n$EndNodes\n\
+         $Elements\n4 4 1 4\n0 1 15 1\n1 2\n2 1 2 1\n2 1 3 2\n3 1 4 1\n3 1 2 3 4\n3 2 4 1\n4 2 3 4 5\n$EndElements\n"
+    )
+}
+
+/// Groups of one name are one region of a file of gmsh, but in other files a set of nodes and one of cells are two.
+#[test]
+fn a_node_set_holds_no_node_of_a_set_of_cells() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("end.msh");
+    let of = |text: &str| {
+        std::fs::write(&path, text).expect("writable");
+        mesh::read(&path, 1.0).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let nodes = |mesh: &TetMesh| mesh.nodes_of(&mesh.regions["end"]);
+    let group = of(&groups_of_one_name(""));
+    assert_eq!(nodes(&group), [0, 1, 2, 3]);
+    let set = of(&groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n"));
+    assert_eq!(nodes(&set), [1]);
+    let end = &set.regions["end"];
+    assert_eq!((end.facets.len(), &end.cells), (1, &vec![0]));
+    assert_eq!((&end.facets, &end.cells), (&group.regions["end"].facets, &group.regions["end"].cells));
+    // Without points of its own it is that of the facets
+    let text = groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n");
+    assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
+}
+
+/// A binary legacy file of three tetrahedra in a row, with this data of the cells.
+fn binary_vtk(data: &[&[u8]]) -> Vec<u8> {
+    let mut out = b"# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\nPOINTS 6 float\n".to_vec();
+    let points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [2, 1, 1]];
+    out.extend(points.iter().flatten().flat_map(|x| (*x as f32).to_be_bytes()));
+    out.extend(b"\nCELLS 3 15\n");
+    out.extend([4, 0, 1, 2, 3, 4, 1, 2, 3, 4, 4, 1, 2, 4, 5].iter().flat_map(|k: &i32| k.to_be_bytes()));
+    out.extend(b"\nCELL_TYPES 3\n");
+    out.extend([10i32; 3].iter().flat_map(|k| k.to_be_bytes()));
+    out.extend(b"\nCELL_DATA 3\n");
+    data.iter().for_each(|part| out.extend(*part));
+    out
+}
+
+/// Regions with the number of their cells, and the notes of a file with these bytes.
+fn regions_of(data: &[u8]) -> (Vec<(String, usize)>, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.vtk");
+    std::fs::write(&path, data).expect("writable");
+    let (mesh, changes) = taken(&path, &reading(false, None)).unwrap_or_else(|e| panic!("{e}"));
+    let regions = mesh.regions.iter().filter(|(name, _)| *name != "body");
+    (regions.map(|(name, region)| (name.clone(), region.cells.len())).collect(), changes.notes)
+}
+
+/// VTK writes numbers of the type vtkIdType with four bytes, also where they have eight in memory.
+#[test]
+fn ids_of_binary_vtk_have_four_bytes() {
+    let values = [7i32, 7, 9].map(i32::to_be_bytes).concat();
+    let field = regions_of(&binary_vtk(&[b"FIELD FieldData 1\nRegionId 1 3 vtkIdType\n", &values, b"\n"]));
+    assert_eq!(field, (vec![("RegionId_7".into(), 2), ("RegionId_9".into(), 1)], vec![]));
+    let scalars = regions_of(&binary_vtk(&[b"SCALARS RegionId vtkIdType\nLOOKUP_TABLE default\n", &values, b"\n"]));
+    assert_eq!(scalars, field);
+}
+
+/// The data of the cells of a text of three tetrahedra in a row.
+fn text_vtk(data: &str) -> Vec<u8> {
+    let points = "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1 2 1 1";
+    format!(
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nFIELD FieldData 1\nTitle 1 1 string\nby%20me\nPOINTS 6 float\n{points}\n\
+         CELLS 3 15\n4 0 1 2 3\n4 1 2 3 4\n4 1 2 4 5\nCELL_TYPES 3\n10 10 10\nCELL_DATA 3\n{data}"
+    )
+    .into_bytes()
+}
+
+/// Vectors, tensors, ids, colours and strings make no region, and those after them are read.
+#[test]
+fn data_of_vtk_that_make_no_region_are_passed_over() {
+    let expected = (vec![("Part_7".to_string(), 2), ("Part_9".to_string(), 1)], Vec::<String>::new());
+    let part = "SCALARS Part int 1\nLOOKUP_TABLE default\n7 7 9\n";
+    let (nine, twenty) = (["1"; 9].join(" "), ["0.5"; 27].join(" "));
+    for other in [
+        format!("VECTORS v float\n{nine}\n"),
+        format!("NORMALS n double\n{nine}\n"),
+        format!("TENSORS t float\n{twenty}\n"),
+        "GLOBAL_IDS g vtkIdType\n1 2 3\n".into(),
+        "TEXTURE_COORDINATES t 2 float\n1 2 3 4 5 6\n".into(),
+        "COLOR_SCALARS c 1\n0.1 0.2 0.3\n".into(),
+        "LOOKUP_TABLE tab 2\n0 0 0 1 1 1 1 1\n".into(),
+        "FIELD FieldData 2\nname 1 3 string\na\n\nb%20c\nflag 1 3 bit\n0 1 1\n".into(),
+        "SCALARS x float 1\nLOOKUP_TABLE default\n1 2 3\nMETADATA\nINFORMATION 0\n\n".into(),
+    ] {
+        assert_eq!(regions_of(&text_vtk(&format!("{other}{part}POINT_DATA 6\n"))), expected, "{other}");
+    }
+    let values = [7i32, 7, 9].map(i32::to_be_bytes).concat();
+    let long = [&[0x80, 70][..], &[b'x'; 70]].concat();
+    let bytes = binary_vtk(&[
+        b"FIELD FieldData 3\nname 1 3 string\n\xc1a\xc0",
+        &long,
+        b"\nflag 1 3 bit\n\x60\nPart 1 3 int\n",
+        &values,
+        b"\n",
+    ]);
+    assert_eq!(regions_of(&bytes), expected);
+    let (regions, notes) = regions_of(&text_vtk(&format!("{part}STRANGE s float\n1 2 3\n")));
+    assert_eq!(regions, expected.0);
+    assert_eq!(notes, ["data of the cells from \"STRANGE\" on are not read, and make no regions"]);
+}
+
+/// What a conversion left out is told with every reading of the converted file.
+#[test]
+fn notes_of_a_conversion_are_kept_in_its_file() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("noted.msh");
+    let notes = "$MeshgenNotes\n2\n1 \"springs are passed over\"\n2 \"and \"plates\" too\"\n$EndMeshgenNotes\n";
+    std::fs::write(&path, groups_of_one_name(notes)).expect("writable");
+    let (_, changes) = taken(&path, &reading(false, None)).expect("a good file");
+    assert_eq!(changes.notes, ["springs are passed over", "and \"plates\" too"]);
+}
+
 fn reading(split: bool, merge: Option<f64>) -> Reading {
     Reading { unit_m: 1.0, split, merge }
 }
@@ -390,6 +511,7 @@ fn every_bad_file_is_refused_with_its_message() {
         ("node-twice.msh", ": node 4 is defined twice; write the file again".into()),
         ("not-a-number.msh", format!(", line 14: expected a coordinate, found \"l\"; {DAMAGED}")),
         ("not-finite.msh", format!(": node 5 has a coordinate that is not finite; {DAMAGED}")),
+        ("overlap.msh", ": cells 1 and 3 are on the same side of a face that both have, so that they overlap; remove one of them".into()),
         ("partial-body.msh", ": region \"body\" holds 1 of 2 cells; the name is kept for the whole body, rename the group".into()),
         ("shared-face.msh", ": a face of cell 3 is shared by three or more cells; remove the duplicated cells".into()),
         ("structured.vtk", ": a dataset of type STRUCTURED_POINTS holds no tetrahedra; write the mesh as UNSTRUCTURED_GRID".into()),

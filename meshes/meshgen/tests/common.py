@@ -93,9 +93,10 @@ def read_msh(path: str) -> dict:
         groups[dim, int(line.split()[0])] = [int(tag) for tag in fields[1 : 1 + int(fields[0])]]
     assert len(groups) == sum(counts)
     count = int(section["Nodes"][0].split()[1])
+    place = {int(number): i for i, number in enumerate(section["Nodes"][2 : 2 + count])}
     nodes = np.array([line.split() for line in section["Nodes"][2 + count :]], float)
     elements, lines = {}, iter(section["Elements"][1:])
     for line in lines:
         dim, entity, _, number = map(int, line.split())
-        elements[dim, entity] = np.array([next(lines).split()[1:] for _ in range(number)], int) - 1
+        elements[dim, entity] = np.array([[place[int(node)] for node in next(lines).split()[1:]] for _ in range(number)], int)
     return {"names": names, "groups": groups, "nodes": nodes, "elements": elements}

@@ -71,6 +71,17 @@ class Abaqus(Case):
         text = TWO + "*Nset, nset=root, instance=P-2\n 5\n" + END
         self.assertEqual(self.sizes(text), {"Root": 1, "P-1.Root": 3, "P-2.Root": 3, "all": {4: 4}})
 
+    def test_sets_of_one_name(self):
+        """The nodes of a face and the cells at it have one name in files of Abaqus/CAE, and are two sets."""
+        nodes = "*Nset, nset=face\n 1, 2, 3\n"
+        cells = "*Elset, elset=face\n 1\n*Elset, elset=wall\n 2\n*Surface, name=WALL\n wall, S3\n"
+        blocks = self.read(f"*Heading\n{NODES}{TETS}{nodes}{cells}")
+        self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"face": 3, "wall": 0})
+        text = "".join(convert.lines(blocks))
+        self.assertIn('$MeshgenNodeSets\n2\n1 "face"\n2 "wall"\n$EndMeshgenNodeSets\n', text)
+        self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
+        self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
+
     def test_two_of_one_name(self):
         self.refuse("another *PART is called 'finger' too", f"*Part, name=Finger\n{NODES}{TETS}*End Part\n*Part, name=finger\n{NODES}{TETS}*End Part\n")
         self.refuse("another *INSTANCE is called 'p-1' too", TWO + "*Instance, name=p-1, part=P\n*End Instance\n" + END)
@@ -179,6 +190,27 @@ class Abaqus(Case):
         for name in ("S8R", "B32", "T3D2H", "M3D8R", "CAX4", "SPRINGA", "CONN3D2", "MASS", "GAPUNI", "DCOUP3D"):
             blocks = self.read(f"{NODES}{TETS}*Element, type={name}\n 8, 1, 2\n")
             self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
+
+    def test_plates_apart_from_the_solids(self):
+        """A rigid counterpart of a contact, a membrane or a shell with nodes of its own is left out of its sets, which is told."""
+        apart = "*Node\n 11, 0, 0, -5\n 12, 1, 0, -5\n 13, 1, 1, -5\n 14, 0, 1, -5\n"
+        for kind in ("R3D4", "S4R", "M3D4"):
+            plate = f"{apart}*Element, type={kind}, elset=plate\n 8, 11, 12, 13, 14\n*Surface, name=counterpart\n plate, SPOS\n"
+            blocks = self.read(f"{NODES}{TETS}{plate}")
+            self.assertFalse(any(mask.any() for masks in blocks.sets.values() for mask in masks), kind)
+            self.assertEqual(blocks.notes, ["sets whose elements are neither solids nor faces of solids are no regions: plate, counterpart"])
+            both = f"{plate}*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=all, generate\n 1, 9, 1\n"
+            blocks = self.read(f"{NODES}{TETS}{both}")
+            self.assertEqual({name: [int(mask.sum()) for mask in masks] for name, masks in blocks.sets.items() if name in ("skin", "all")}, {"skin": [0, 0, 1], "all": [2, 0, 1]})
+            self.assertEqual(blocks.notes[0], "the set all has 1 shells, membranes or rigid faces apart from the solids, which are left out")
+        self.assertEqual(self.read(f"{NODES}{TETS}*Element, type=S8R, elset=thick\n 8, 1, 2, 3, 4, 1, 2, 3, 4\n").notes, ["sets whose elements are neither solids nor faces of solids are no regions: thick"])
+        # A surface alone is that of a body which is made of it
+        self.assertEqual(self.read(f"{apart}*Element, type=S4R, elset=plate\n 8, 11, 12, 13, 14\n").notes, [])
+
+    def test_shells_with_six_nodes(self):
+        middles = "*Node\n 6, .5, 0, 0\n 7, .5, .5, 0\n 8, 0, .5, 0\n 9, 0, 0, .5\n 10, .5, 0, .5\n 11, 0, .5, .5\n"
+        text = f"{NODES}{middles}*Element, type=C3D10\n 1, 1, 2, 3, 4, 6, 7, 8, 9, 10, 11\n*Element, type=S6, elset=skin\n 2, 1, 3, 2, 8, 7, 6\n"
+        self.assertEqual(self.sizes(text), {"skin": {9: 1}})
 
     def test_labels_that_are_given_twice(self):
         once, twice = self.read(NODES + TETS + SETS), self.read(NODES + TETS + SETS + NODES + TETS)

@@ -4,6 +4,8 @@ import gzip
 import importlib.util
 import json
 import os
+import re
+import zlib
 from pathlib import Path
 
 import gmsh
@@ -117,6 +119,114 @@ class Conversion(Case):
         self.assertEqual(sorted(held.ravel().tolist()), [0, 3])
         self.store("data.vtu", data={"cell_data": {"part": [np.array([4, 4, 7, 7, 7])], "level": [np.zeros(5)]}})
         self.assertEqual(set(self.converted("data.vtu", "vtu")["names"]), {"part_4", "part_7"})
+        text = Path(self.path("data.vtu")).read_text()
+        self.assertNotIn('Name="part" NumberOfComponents', text)
+        Path(self.path("column.vtu")).write_text(text.replace('Name="part"', 'Name="part" NumberOfComponents="1"'))
+        self.assertEqual(set(self.converted("column.vtu", "vtu")["names"]), {"part_4", "part_7"})
+
+    def numbers(self, file: str, format: str) -> tuple:
+        """Numbers of the nodes and of the cells with volume in a converted file, cells with their nodes."""
+        code, answer = self.send(self.request(file, format))
+        self.assertEqual(code, 0, answer)
+        text = Path(self.path("out.msh")).read_text()
+        head, *nodes = re.search(r"\$Nodes\n.*\n(.*)\n((?:.*\n)*?)\$EndNodes", text).expand(r"\1\n\2").splitlines()
+        cells, lines = {}, iter(text.partition("$Elements\n")[2].partition("$EndElements")[0].splitlines()[1:])
+        for line in lines:
+            dim, _, _, count = map(int, line.split())
+            rows = [[int(word) for word in next(lines).split()] for _ in range(count)]
+            cells |= {row[0]: row[1:] for row in rows if dim == 3}
+        return [int(label) for label in nodes[: int(head.split()[3])]], cells
+
+    def test_numbers_are_those_of_the_file(self):
+        data = {"cell_sets": {"odd": [np.array([0, 2, 4])], "even": [np.array([1, 3])]}, "point_sets": {"held": np.array([0, 3])}}
+        self.store("a.inp", data=data)
+        text = Path(self.path("a.inp")).read_text()
+        self.assertEqual(self.numbers("a.inp", "abaqus"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
+        labels = {"*NODE": 70, "*ELEMENT": 900}
+        lines, shift = [], ""
+        for line in text.splitlines():
+            shift = next((key for key in labels if line.upper().startswith(key)), "" if line.startswith("*") else shift)
+            words = [word.strip() for word in line.split(",")]
+            if shift and words[0].isdigit():
+                words[0] = str(int(words[0]) + labels[shift])
+                words[1:] = [str(int(word) + 70) if shift == "*ELEMENT" else word for word in words[1:]]
+            lines.append(", ".join(words))
+        Path(self.path("b.inp")).write_text("\n".join(lines[: next(i for i, line in enumerate(lines) if "SET" in line.upper())]) + "\n*ELSET, ELSET=a\n901, 904\n")
+        self.assertEqual(self.numbers("b.inp", "abaqus"), (list(range(71, 79)), {i: (row + 71).tolist() for i, row in enumerate(TETS, 901)}))
+        # The labels of two instances are the same: all are counted
+        Path(self.path("cae.inp")).write_text(CAE)
+        nodes, cells = self.numbers("cae.inp", "abaqus")
+        self.assertEqual((nodes, list(cells)), (list(range(1, 17)), [1, 2]))
+        self.store("c.bdf")
+        text = Path(self.path("c.bdf")).read_text()
+        moved = re.sub(r"^CTETRA,(\d+)", lambda m: f"CTETRA,{int(m[1]) + 40}", re.sub(r"^CTETRA +(\d+)", lambda m: f"CTETRA  {int(m[1]) + 40:<8}", text, flags=re.M), flags=re.M)
+        self.assertNotEqual(moved, text)
+        Path(self.path("d.bdf")).write_text(moved)
+        self.assertEqual(list(self.numbers("d.bdf", "nastran")[1]), list(range(41, 46)))
+        self.store("e.vtu", data={"cell_data": {"part": [np.array([4, 7, 4, 7, 7])]}}, file_format="vtu")
+        self.assertEqual(self.numbers("e.vtu", "vtu"), (list(range(8)), {i: row.tolist() for i, row in enumerate(TETS)}))
+        self.store("g.ele")
+        self.assertEqual(self.numbers("g.ele", "tetgen"), (list(range(8)), {i: row.tolist() for i, row in enumerate(TETS)}))
+        for name in ("g.node", "g.ele"):
+            head, *rows = [line for line in Path(self.path(name)).read_text().splitlines() if line and not line.startswith("#")]
+            columns = slice(0, 1) if name == "g.node" else slice(0, None)
+            words = [row.split() for row in rows]
+            for row in words:
+                row[columns] = [str(int(word) + 1) for word in row[columns]]
+            Path(self.path(name)).write_text("\n".join([head, *map(" ".join, words)]) + "\n")
+        self.assertEqual(self.numbers("g.ele", "tetgen"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
+        self.store("f.mesh", data={"cell_data": {"medit:ref": [np.array([4, 7, 4, 7, 7])]}})
+        self.assertEqual(self.numbers("f.mesh", "medit"), (list(range(1, 9)), {i: (row + 1).tolist() for i, row in enumerate(TETS, 1)}))
+
+    def test_voxels_and_unknown_cells(self):
+        hexahedron = CUBE + [2, 0, 0]
+        mesh = meshio.Mesh(np.vstack([CUBE, hexahedron]), {"tetra": TETS[:1], "hexahedron": [np.arange(8, 16)]})
+        meshio.write(self.path("plain.vtu"), mesh, binary=False)
+        text = Path(self.path("plain.vtu")).read_text()
+        self.assertIn("\n10\n12\n", text)
+        nodes = "\n".join(map(str, range(8, 16)))
+        self.assertIn(nodes, text)
+        voxel = text.replace("\n10\n12\n", "\n10\n11\n").replace(nodes, "\n".join(map(str, [8, 9, 11, 10, 12, 13, 15, 14])))
+        Path(self.path("voxel.vtu")).write_text(voxel)
+        self.assertEqual(str(self.converted("voxel.vtu", "vtu")), str(self.converted("plain.vtu", "vtu")))
+        Path(self.path("unknown.vtu")).write_text(text.replace("\n10\n12\n", "\n10\n99\n"))
+        self.reject("it has cells of the type 99, which are not read write it with tetrahedra", "unknown.vtu", "vtu")
+
+    def test_new_versions_and_raw_data_of_vtu(self):
+        self.store("a.vtu", file_format="vtu", binary=False)
+        text = Path(self.path("a.vtu")).read_text()
+        self.assertIn('version="0.1"', text)
+        whole = str(self.converted("a.vtu", "vtu"))
+        for version in ("1.0", "2.0", "2.2", "2.3"):
+            Path(self.path("b.vtu")).write_text(text.replace('version="0.1"', f'version="{version}" header_type="UInt64"'))
+            self.assertEqual(str(self.converted("b.vtu", "vtu")), whole, version)
+        Path(self.path("b.vtu")).write_text(text.replace('version="0.1"', 'version="3.0"'))
+        self.reject("Unknown VTU file version '3.0'", "b.vtu", "vtu")
+        values = [("Float64", 3, CUBE), ("Int64", 1, TETS), ("Int64", 1, np.arange(4, 24, 4)), ("UInt8", 1, np.full(5, 10))]
+        for packed in (False, True):
+            raw, arrays = b"", []
+            for name, (kind, components, content) in zip(("Points", "connectivity", "offsets", "types"), values):
+                arrays.append(f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="appended" offset="{len(raw)}"/>')
+                block = np.ascontiguousarray(content, kind.lower()).tobytes()
+                head = [len(block)] if not packed else [1, len(block), len(block), len(zlib.compress(block))]
+                raw += np.array(head, "<u4").tobytes() + (zlib.compress(block) if packed else block)
+            compressor = ' compressor="vtkZLibDataCompressor"' if packed else ""
+            begin = f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"{compressor}>\n<UnstructuredGrid>\n'
+            begin += f'<Piece NumberOfPoints="8" NumberOfCells="5">\n<Points>{arrays[0]}</Points>\n<Cells>{"".join(arrays[1:])}</Cells>\n</Piece>\n'
+            for end in ("", "\n", "\n   "):
+                text = f'{begin}</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'.encode() + raw + f"{end}</AppendedData>\n</VTKFile>\n".encode()
+                Path(self.path("raw.vtu")).write_bytes(text)
+                self.assertEqual(str(self.converted("raw.vtu", "vtu")), whole, (packed, end))
+            Path(self.path("raw.vtu")).write_bytes(text[: len(text) // 2])
+            self.reject("cannot read raw.vtu", "raw.vtu", "vtu")
+
+    def test_warnings_are_kept(self):
+        self.store("a.mesh")
+        text = Path(self.path("a.mesh")).read_text()
+        Path(self.path("b.mesh")).write_text(text.replace("\nEnd", "\nRidges\n1\n1\nEnd"))
+        self.converted("b.mesh", "medit")
+        (notes,) = re.findall(r"\$MeshgenNotes\n1\n1 \"the reader of medit says: (.*)\"\n\$EndMeshgenNotes\n", Path(self.path("out.msh")).read_text())
+        self.assertIn("keyword Ridges", notes)
 
     def test_abaqus(self):
         Path(self.path("cae.inp")).write_text(CAE)
@@ -342,6 +452,18 @@ class Conversion(Case):
             self.assertEqual(counts["soft"] + counts[hard], cells, name)
             self.assertEqual(counts["root"], sum(int(mask.sum()) for (kind, _), mask in zip(blocks.cells, blocks.sets["root"]) if kind == 2))
             self.assertGreater(counts["root"], 0, name)
+
+    def test_cells_of_order_three(self):
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(3)
+        gmsh.option.setNumber("Mesh.MshFileVersion", 4.0)
+        gmsh.write(self.path("a.msh"))
+        gmsh.finalize()
+        self.reject("a.msh has cells of the kind Triangle 10, Line 4, Tetrahedron 20 write it", "a.msh", "gmsh")
 
     def test_universal_files_that_are_cut_off(self):
         self.of_gmsh("a.unv")

@@ -7,7 +7,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::error::MeshError;
 use crate::mesh::surface::boundary::{Faces, push_boundary, push_facet, sorted};
 use crate::mesh::{Order, Region, TetMesh};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ pub struct Reading {
 }
 
 /// Changes that reading made to the content of a file.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Changes {
     /// Nodes that belong to no cell and were dropped
     pub dropped_nodes: usize,
@@ -37,6 +37,8 @@ pub struct Changes {
     pub merged_nodes: usize,
     /// Cells that were split into tetrahedra
     pub split_cells: usize,
+    /// Sentences on what of the file was not read
+    pub notes: Vec<String>,
 }
 
 /// A cell as a reader found it: its kind, where its nodes begin, and its number in the file.
@@ -71,10 +73,14 @@ pub(super) struct RawMesh {
     pub facets: Vec<RawFacet>,
     /// Indices into `points`
     pub node_regions: BTreeMap<String, Vec<u32>>,
+    /// Names of node sets: facets and cells of the same name are other sets. One without nodes of its own has those of the facets.
+    pub node_sets: BTreeSet<String>,
     /// Volumetric kinds that are refused
     pub other_volumes: Kinds,
     /// Kinds that are passed over
     pub other: Kinds,
+    /// Sentences on what of the file is not read
+    pub notes: Vec<String>,
 }
 
 impl RawMesh {
@@ -102,7 +108,7 @@ impl RawMesh {
         if let Some(i) = self.points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
             return Err(MeshError::NotFinite { file: self.file, node: self.node_tags[i] });
         }
-        let mut changes = Changes::default();
+        let mut changes = Changes { notes: std::mem::take(&mut self.notes), ..Changes::default() };
         if let Some(distance) = how.merge {
             changes.merged_nodes = self.merge(distance / how.unit_m)?;
         }
@@ -283,6 +289,9 @@ impl RawMesh {
     fn regions(mut self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let faces =
             Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cells[c].tag })?;
+        if let Some(cells) = faces.overlap(mesh) {
+            return Err(MeshError::Overlap { cells: cells.map(|c| self.cells[c].tag), file: self.file });
+        }
         if mesh.order == Order::Quadratic {
             self.numbers().check_faces(mesh, &faces)?;
         }
@@ -311,6 +320,15 @@ impl RawMesh {
             if !nodes.is_empty() {
                 mesh.regions.entry(name).or_default().nodes = ascending(nodes);
             }
+        }
+        for name in &self.node_sets {
+            let Some(region) = mesh.regions.get(name) else { continue };
+            let own = match region.nodes.is_empty() {
+                true => mesh.nodes_of(&Region { facets: region.facets.clone(), ..Region::default() }),
+                false => region.nodes.clone(),
+            };
+            let region = mesh.regions.get_mut(name).expect("found before");
+            (region.is_node_set, region.nodes) = (!own.is_empty(), own);
         }
         let cells = mesh.cell_count();
         if let Some(body) = mesh.regions.get("body")

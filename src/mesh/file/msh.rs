@@ -1,7 +1,7 @@
 //! Gmsh MSH 4.1, text and binary; 2.2 is read by `msh2` from the same sections.
 //!
 //! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may belong to several.
-//! Those of points and curves hold nodes. Elements read: triangles and quadrilaterals, tetrahedra of order 1 and 2 (gmsh's last two
+//! Those of points and curves hold nodes. Files that the mesher has converted name node sets in a section of their own, and notes on what was left out. Elements read: triangles and quadrilaterals, tetrahedra of order 1 and 2 (gmsh's last two
 //! mid-nodes are VTK's swapped), hexahedra, prisms and pyramids of order 1. A node that belongs to no cell does not count as dropped when
 //! gmsh keeps it on a point, curve or surface of the geometry (centres of arcs).
 
@@ -49,6 +49,8 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
         match section {
             "$MeshFormat" => format = Some(read_format(&mut at, file)?),
             "$PhysicalNames" => read_names(&mut at, &mut groups)?,
+            "$MeshgenNodeSets" => raw.node_sets.extend(read_list(&mut at, "node sets")?),
+            "$MeshgenNotes" => raw.notes = read_list(&mut at, "notes")?,
             "$Entities" | "$PartitionedEntities" => {
                 begin(&mut at, format);
                 read_entities(&mut at, section == "$PartitionedEntities", &mut groups)?;
@@ -147,12 +149,23 @@ fn read_names(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
     for _ in 0..count {
         let dim: usize = at.parse("the dimension of a physical name")?;
         let tag: i64 = at.parse("the tag of a physical name")?;
-        let line = at.line().ok_or_else(|| at.truncated("a physical name"))?.trim();
-        let name = line.strip_prefix('"').and_then(|s| s.strip_suffix('"'));
-        let name = name.ok_or_else(|| at.syntax("a name in quotes", line))?;
-        groups.names.insert((dim, tag), name.to_string());
+        groups.names.insert((dim, tag), read_name(at)?);
     }
     Ok(())
+}
+
+/// A count, then so many names or texts in quotes, each after its number on a line of its own.
+fn read_list(at: &mut Cursor, wanted: &str) -> Result<Vec<String>, MeshError> {
+    let count: usize = at.parse(wanted)?;
+    let one = |_| at.parse::<usize>(wanted).and_then(|_| read_name(at));
+    (0..count).map(one).collect()
+}
+
+/// A name in quotes, up to the end of its line.
+fn read_name(at: &mut Cursor) -> Result<String, MeshError> {
+    let line = at.line().ok_or_else(|| at.truncated("a name"))?.trim();
+    let name = line.strip_prefix('"').and_then(|s| s.strip_suffix('"'));
+    Ok(name.ok_or_else(|| at.syntax("a name in quotes", line))?.to_string())
 }
 
 /// Entities, or their parts in the partitions of a mesh, each with the physical groups that it belongs to.

@@ -2,7 +2,7 @@
 //!
 //! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_VOXEL (11), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
 //! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
-//! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
+//! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`, and other data are passed over.
 
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
@@ -112,6 +112,8 @@ struct Grid {
     types: Vec<i64>,
     /// Integers of CELL_DATA by name
     tags: BTreeMap<String, Vec<i64>>,
+    /// Sentences on what is not read
+    notes: Vec<String>,
 }
 
 impl Grid {
@@ -198,10 +200,13 @@ impl Grid {
         Ok(())
     }
 
-    /// Cell data, as far as it is understood: it only names regions, so that anything strange just ends it. A file that ends within it is refused.
+    /// Cell data, as far as it is understood: it only names regions, so that anything strange ends it with a note. A file that ends within it is refused.
     fn data(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
         match self.attributes(at) {
-            Err(MeshError::Syntax { .. }) if at.peek().is_some() => Ok(()),
+            Err(MeshError::Syntax { found, .. }) if at.peek().is_some() => {
+                self.notes.push(format!("data of the cells from \"{found}\" on are not read, and make no regions"));
+                Ok(())
+            }
             Err(MeshError::Syntax { .. }) => Err(at.truncated("the data of the cells")),
             read => read,
         }
@@ -216,10 +221,76 @@ impl Grid {
                     at.word();
                     self.arrays(at, Some(count))?;
                 }
+                "VECTORS" | "NORMALS" => self.pass_over(at, 3, count)?,
+                "TENSORS" => self.pass_over(at, 9, count)?,
+                "TENSORS6" => self.pass_over(at, 6, count)?,
+                "GLOBAL_IDS" | "PEDIGREE_IDS" => self.pass_over(at, 1, count)?,
+                "TEXTURE_COORDINATES" => {
+                    at.word();
+                    let components = at.parse("the components of texture coordinates")?;
+                    let kind = at.word().unwrap_or_default();
+                    self.skip(at, kind, [components, count])?;
+                }
+                "COLOR_SCALARS" => {
+                    at.word();
+                    let components = at.parse("the components of colours")?;
+                    self.skip(at, self.kind_of_colours(), [components, count])?;
+                }
+                "LOOKUP_TABLE" => {
+                    at.word();
+                    let colours = at.parse("the size of a table of colours")?;
+                    self.skip(at, self.kind_of_colours(), [4, colours])?;
+                }
+                "METADATA" => skip_metadata(at),
+                "POINT_DATA" => break,
                 other => return Err(at.syntax("data of cells", other)),
             }
         }
         Ok(())
+    }
+
+    /// Data that make no region: a name, a type, and so many values for each of the cells.
+    fn pass_over(&self, at: &mut Cursor, components: usize, cells: usize) -> Result<(), MeshError> {
+        at.word();
+        let kind = at.word().unwrap_or_default();
+        self.skip(at, kind, [components, cells])
+    }
+
+    /// Passes over an array of so many components and tuples, of numbers, bits or strings.
+    fn skip(&self, at: &mut Cursor, kind: &str, [components, tuples]: [usize; 2]) -> Result<(), MeshError> {
+        let (count, wanted) = (components.saturating_mul(tuples), "an array");
+        match kind {
+            "string" => self.skip_strings(at, count, wanted),
+            // Eight in a byte
+            "bit" if self.binary => self.values(at, "unsigned_char", count.div_ceil(8), wanted).map(drop),
+            "bit" => self.values(at, "unsigned_char", count, wanted).map(drop),
+            _ => self.values(at, kind, count, wanted).map(drop),
+        }
+    }
+
+    /// Strings: one a line of a text file; of a binary one each after its length, whose first two bits say in how many bytes it is.
+    fn skip_strings(&self, at: &mut Cursor, count: usize, wanted: &str) -> Result<(), MeshError> {
+        at.line();
+        at.count(count as i64, 1, wanted)?;
+        if !self.binary {
+            return (0..count).try_for_each(|_| at.line().map(drop).ok_or_else(|| at.truncated(wanted)));
+        }
+        for _ in 0..count {
+            let mut byte = || at.byte(wanted).map(|b| b as u8);
+            let first = byte()?;
+            let more = [7, 3, 1, 0][usize::from(first >> 6)];
+            let length =
+                (0..more).try_fold(u64::from(first & 63), |sum, _| byte().map(|b| (sum << 8) | u64::from(b)))?;
+            for _ in 0..at.count(i64::try_from(length).unwrap_or(-1), 1, wanted)? {
+                at.byte(wanted)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Colours are bytes of a binary file, and shares of one in a text.
+    fn kind_of_colours(&self) -> &'static str {
+        if self.binary { "unsigned_char" } else { "float" }
     }
 
     fn scalars(&mut self, at: &mut Cursor, count: usize) -> Result<(), MeshError> {
@@ -231,7 +302,7 @@ impl Grid {
             at.word();
             at.word();
         }
-        self.tag(at, (name, kind), [components, count], Some(count), "the data of the cells")
+        self.tag(at, (name, kind), [components, count], Some(count))
     }
 
     /// `FIELD name n`, then n times `name components tuples type` and values; kept if they belong to the cells.
@@ -246,7 +317,7 @@ impl Grid {
             let components: usize = at.parse("the components of an array")?;
             let tuples: usize = at.parse("the tuples of an array")?;
             let kind = at.word().unwrap_or_default();
-            self.tag(at, (name, kind), [components, tuples], cells, "an array")?;
+            self.tag(at, (name, kind), [components, tuples], cells)?;
         }
         Ok(())
     }
@@ -258,18 +329,18 @@ impl Grid {
         (name, kind): (&str, &str),
         [components, tuples]: [usize; 2],
         cells: Option<usize>,
-        wanted: &str,
     ) -> Result<(), MeshError> {
-        if components == 1 && Some(tuples) == cells && !is_float(kind) {
-            let values = self.integers(at, kind, tuples, wanted)?;
+        if components == 1 && Some(tuples) == cells && !is_float(kind) && width(kind).is_some() {
+            let values = self.integers(at, kind, tuples, "the data of the cells")?;
             self.tags.insert(name.to_string(), values);
             return Ok(());
         }
-        self.values(at, kind, components.saturating_mul(tuples), wanted).map(drop)
+        self.skip(at, kind, [components, tuples])
     }
 
     fn into_raw(self, file: &Path) -> Result<RawMesh, MeshError> {
-        let mut raw = RawMesh { file: file.to_path_buf(), points: self.positions, ..RawMesh::default() };
+        let mut raw =
+            RawMesh { file: file.to_path_buf(), points: self.positions, notes: self.notes, ..RawMesh::default() };
         raw.node_tags = (0..raw.points.len() as u64).collect();
         raw.may_be_free = vec![false; raw.points.len()];
         let cells = self.offsets.len().saturating_sub(1);
@@ -342,13 +413,13 @@ fn is_float(kind: &str) -> bool {
     matches!(kind, "float" | "double")
 }
 
-/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5).
+/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size is in memory.
 fn width(kind: &str) -> Option<usize> {
     match kind {
         "char" | "unsigned_char" => Some(1),
         "short" | "unsigned_short" => Some(2),
-        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "float" => Some(4),
-        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "vtkIdType" | "double" => Some(8),
+        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "vtkIdType" | "float" => Some(4),
+        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "double" => Some(8),
         _ => None,
     }
 }

@@ -40,8 +40,8 @@ pub enum GenerateError {
         nearest: Option<usize>,
         lines: Vec<String>,
     },
-    #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
-    Died { status: String, lines: Vec<String> },
+    #[error("the mesher stopped ({status}) before it wrote a mesh; {remedy}{}", tail(lines))]
+    Died { status: String, remedy: &'static str, lines: Vec<String> },
     #[error("the mesher was ended after its time limit of {seconds} s; {remedy}{}", tail(lines))]
     TimeLimit { seconds: f64, remedy: &'static str, lines: Vec<String> },
     #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]

@@ -23,6 +23,11 @@ const ANSWER: u64 = 256 << 20;
 const MESHING_LATE: &str = "ask for fewer cells or a larger size, try the other generator, or raise mesh.time_limit";
 const CONVERSION_LATE: &str = "give a smaller mesh, or write it as .msh or legacy .vtk, which need no conversion";
 
+/// Remedies where the mesher ends without an answer: a file on which a library crashes cannot be read.
+const MESHING_ENDED: &str = "try another size or seed";
+const CONVERSION_ENDED: &str =
+    "the file cannot be read: write it in another format, such as MSH 4.1 or VTU, with cells of order 1 or 2";
+
 /// The command that installs Python on this system.
 const INSTALL: &str = if cfg!(windows) {
     "winget install Python.Python.3.13"
@@ -239,9 +244,12 @@ impl Mesher<'_> {
         let limit = Duration::try_from_secs_f64(limit_s).ok();
         let output = run(&mut self.meshgen(), &request.to_string(), limit, progress)
             .map_err(|e| missing(format!("{}: {e}", self.python.display())))?;
+        let [late, ended] = match request.get("convert") {
+            Some(_) => [CONVERSION_LATE, CONVERSION_ENDED],
+            None => [MESHING_LATE, MESHING_ENDED],
+        };
         if output.late {
-            let remedy = if request.get("convert").is_some() { CONVERSION_LATE } else { MESHING_LATE };
-            return Err(GenerateError::TimeLimit { seconds: limit_s, remedy, lines: output.lines });
+            return Err(GenerateError::TimeLimit { seconds: limit_s, remedy: late, lines: output.lines });
         }
         if output.status.success() {
             return Ok(output.stdout);
@@ -260,7 +268,7 @@ impl Mesher<'_> {
             (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
                 Err(missing(lines.last().cloned().unwrap_or_default()))
             }
-            (_, Err(_)) => Err(GenerateError::Died { status: output.status.to_string(), lines }),
+            (_, Err(_)) => Err(GenerateError::Died { status: output.status.to_string(), remedy: ended, lines }),
         }
     }
 }

@@ -173,6 +173,18 @@ fn a_conversion_that_takes_too_long_has_no_key_for_its_time() {
 }
 
 #[test]
+fn a_file_on_which_the_mesher_crashes_cannot_be_read() {
+    let (_folder, store) = project("kill -9 $$");
+    let ended = |asked: serde_json::Value| {
+        store.mesher().call(&asked, "of m.unv", 60.0, &mut |_| {}).expect_err("no answer").to_string()
+    };
+    let conversion = ended(serde_json::json!({ "convert": {} }));
+    assert!(conversion.contains("the file cannot be read: write it in another format"), "{conversion}");
+    let meshing = ended(serde_json::json!({}));
+    assert!(meshing.contains("try another size or seed"), "{meshing}");
+}
+
+#[test]
 fn unknown_names_are_refused_with_the_nearest_one() {
     let (_folder, store) = project("");
     let refuse = |r: MeshRequest| r.resolve(&store.home.path).expect_err("must be refused").to_string();

@@ -183,6 +183,7 @@ impl<'a> Builder<'a> {
             cells: parts(&region.cells, cell_parts),
             facets: parts(&region.facets, facet_parts),
             nodes: self.selected(&region.nodes, (order, &facets), facet_parts),
+            is_node_set: region.is_node_set,
             depends_on_mesh: region.depends_on_mesh,
         };
         let regions = self.mesh.regions.iter().map(|(name, own)| (name.clone(), region(own))).collect();

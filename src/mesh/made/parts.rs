@@ -33,12 +33,18 @@ pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
                 cells: list.cells.iter().map(|c| c + cells).collect(),
                 facets: list.facets.iter().map(|f| f + facets).collect(),
                 nodes: list.nodes.iter().map(|n| n + nodes).collect(),
+                is_node_set: list.is_node_set,
                 depends_on_mesh: list.depends_on_mesh,
             };
             let all = whole.regions.entry(region.clone()).or_default();
             all.cells.extend(&moved.cells);
             all.facets.extend(&moved.facets);
-            all.nodes.extend(&moved.nodes);
+            // With a node set of one part the nodes of all are given by themselves
+            all.is_node_set = named.iter().any(|(_, part)| part.regions.get(region).is_some_and(|r| r.is_node_set));
+            match all.is_node_set {
+                true => all.nodes.extend(part.nodes_of(list).iter().map(|n| n + nodes)),
+                false => all.nodes.extend(&moved.nodes),
+            }
             all.depends_on_mesh |= moved.depends_on_mesh;
             whole.regions.insert(format!("{name}.{region}"), moved);
         }
@@ -104,6 +110,21 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::made::structured::block;
     use crate::mesh::quality::overlap::overlap_of_parts;
+
+    /// A part without a node set has the nodes of its facets in the region of all parts.
+    #[test]
+    fn node_sets_stay_sets_of_nodes_in_several_parts() {
+        let one = block(2, 1, 1, 0.02, 0.01, 0.01, Order::Linear);
+        let mut other = one.clone();
+        let held = other.regions.get_mut("xmin").expect("a region of blocks");
+        held.cells = vec![0];
+        (held.nodes, held.is_node_set) = (vec![3], true);
+        let facets = one.nodes_of(&one.regions["xmin"]);
+        let count = one.points.len() as u32;
+        let both = side_by_side(&[("a".into(), one), ("b".into(), other)]).expect("two parts");
+        assert_eq!(both.nodes_of(&both.regions["b.xmin"]), [count + 3]);
+        assert_eq!(both.nodes_of(&both.regions["xmin"]), [&facets[..], &[count + 3]].concat());
+    }
 
     #[test]
     fn parts_are_taken_apart_and_overlaps_found() {

@@ -23,6 +23,19 @@ impl Faces {
         }
         Ok(Self(faces))
     }
+
+    /// Two cells that have a face in common and lie on the same side of it, so that they overlap; all volumes are positive.
+    pub(in crate::mesh) fn overlap(&self, mesh: &TetMesh) -> Option<[usize; 2]> {
+        let corners = |c: usize, face: usize| [0, 1, 2].map(|k| mesh.cell(c)[CELL_FACES[face][k]]);
+        let mut faces = (0..mesh.cell_count()).flat_map(|c| (0..CELL_FACES.len()).map(move |face| (c, face)));
+        faces.find_map(|(c, face)| {
+            let [i, j, k] = corners(c, face);
+            let &(first, other, _) = self.0.get(&sorted([i, j, k]))?;
+            let outward = corners(first as usize, other as usize);
+            let is_same = [[i, j, k], [j, k, i], [k, i, j]].contains(&outward);
+            (first as usize != c && is_same).then_some([first as usize, c])
+        })
+    }
 }
 
 /// Appends local face `face` of `cell`, outward of that cell.

@@ -2,6 +2,7 @@
 
 use super::mesh_spec::MeshSpec;
 use crate::math::units::{self, Dimension};
+use crate::mesh::boundary::boundary_facets;
 use crate::mesh::format::{Format, Reader, recognise};
 use crate::mesh::{Changes, Reading, TetMesh};
 use crate::scene::error::{SceneError, part};
@@ -68,7 +69,20 @@ pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
         (changes.merged_nodes, "nodes of the file were merged with another one at their place"),
         (changes.split_cells, "cells of the file were split into tetrahedra"),
     ];
-    counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect()
+    let counted = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}"));
+    changes.notes.iter().cloned().chain(counted).collect()
+}
+
+/// A note on a region of the file with the name of the whole surface, in whose place it is.
+pub(super) fn own_skin(mesh: &TetMesh) -> Option<String> {
+    let (skin, surface) = (mesh.regions.get("skin")?, boundary_facets(mesh));
+    (skin.facets != surface).then(|| {
+        format!(
+            "region skin is that of the file, with {} facets, and not the whole surface of {}; rename it in the file to have both",
+            skin.facets.len(),
+            surface.len()
+        )
+    })
 }
 
 /// A warning about a body of a size that no soft robot has, with the unit that would give it one, unless its file states another.
@@ -113,8 +127,21 @@ pub(in crate::scene) fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, Scen
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Order;
     use crate::mesh::structured::block;
+    use crate::mesh::{Order, Region};
+
+    /// A file may call another region so; the whole surface under its own name is nothing to tell.
+    #[test]
+    fn a_region_in_the_place_of_the_whole_surface_is_told() {
+        let mut mesh = block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear);
+        assert_eq!(own_skin(&mesh), None);
+        let facets = boundary_facets(&mesh);
+        mesh.regions.insert("skin".into(), Region { facets: facets.clone(), ..Region::default() });
+        assert_eq!(own_skin(&mesh), None);
+        mesh.regions.insert("skin".into(), Region { facets: facets[..3].to_vec(), ..Region::default() });
+        let fact = "region skin is that of the file, with 3 facets, and not the whole surface of 12; ";
+        assert!(own_skin(&mesh).is_some_and(|note| note.starts_with(fact)));
+    }
 
     /// No other unit is advised to a file that states its own, as the mesher refuses it.
     #[test]

@@ -25,7 +25,7 @@ use crate::mesh::{self, TetMesh};
 use cut_edges::cut_edges;
 use deform::{Undeformed, deform, formulas_of, is_made_here};
 use grid::{disturb, grid, mesh_hash, round_volume};
-use mesh_file::{content, doubtful_unit, reading, taken_over, volume_mesh};
+use mesh_file::{content, doubtful_unit, own_skin, reading, taken_over, volume_mesh};
 use mesh_spec::{DeformSpec, ElementSpec, MeshSpec};
 use request::{check_levels, check_source, given_or_found, request_from};
 use source_volume::SourceVolume;
@@ -174,6 +174,7 @@ impl Body {
             check_element(file, spec, &mesh)?;
             let mut body = Self::of_file(file, mesh, (&path, format.reader))?;
             body.notes = taken_over(&changes);
+            body.notes.extend(own_skin(&body.mesh));
             body.warnings.extend(doubtful_unit(&body.mesh, format.reader, how.unit_m));
             body.split(file, spec.levels)?;
             return Ok(body);

@@ -77,10 +77,10 @@ impl PrescribedSpec {
 impl ConstraintPart for PrescribedSpec {
     fn note(&self, builder: &mut Builder) -> Option<String> {
         let (mesh, region) = (&builder.body.mesh, builder.regions.get(&self.region)?);
-        let has_surface = !region.facets.is_empty() || !region.cells.is_empty() || {
-            let is_own = |node: &u32| region.nodes.binary_search(node).is_ok();
-            (0..mesh.facet_count()).any(|f| mesh.facet(f)[..3].iter().all(is_own))
-        };
+        let nodes = mesh.nodes_of(region);
+        let is_own = |node: &u32| nodes.binary_search(node).is_ok();
+        let has_surface = (0..mesh.facet_count()).any(|f| mesh.facet(f)[..3].iter().all(is_own))
+            || (!region.is_node_set && !(region.facets.is_empty() && region.cells.is_empty()));
         (!has_surface).then(|| {
             format!(
                 "the motion of {} is prescribed at single nodes, where the finer the mesh the smaller the force",

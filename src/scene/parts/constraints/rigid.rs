@@ -5,6 +5,7 @@ use crate::effect::affine_body::Rigidity;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::rigid_insert::Rigid;
 use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::Region;
 use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
@@ -51,9 +52,9 @@ impl RigidInsertSpec {
         }
         let nodes = [0, 1, 2, 3].map(|k| first + k);
         let frame = AffineFrame { nodes, center: center / volume, length: volume.cbrt() };
-        let region = builder.region(place, &self.region)?;
+        let inside = Region { cells: cells.clone(), ..Region::default() };
         let mut faults = Vec::new();
-        for node in mesh.nodes_of(region) {
+        for node in mesh.nodes_of(&inside) {
             let at = mesh.points[node as usize];
             if (0..3).any(|i| builder.motion(3 * node + i).is_some()) {
                 faults.push(format!("the node at {} is prescribed", point(&at)));

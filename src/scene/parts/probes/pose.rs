@@ -132,7 +132,7 @@ fn shares_of_region(mesh: &TetMesh, region: &Region) -> Vec<(Vec<(u32, f64)>, f6
                 shares.push((own, w * mesh.facet_normal(f as usize, xi).norm()));
             }
         }
-    } else if !region.cells.is_empty() {
+    } else if !region.cells.is_empty() && !region.is_node_set {
         let rule = quadrature::tet(5);
         for &c in &region.cells {
             for (&xi, w) in rule.points.iter().zip(&rule.weights) {

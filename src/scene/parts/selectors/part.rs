@@ -99,8 +99,13 @@ pub(in crate::scene) fn region_of(
     if !selector.may_be_everything() && every.iter().all(|k| entities.binary_search(k).is_ok()) {
         let fact = format!("{} holds all {} {}", selector.words(), every.len(), pick.words());
         let name = if pick == Pick::Facets { "skin" } else { "body" };
-        let remedy = format!("check its lengths and their units, or use the region \"{name}\", which holds them all");
-        return Err(Refusal::new(fact, remedy));
+        let remedy = "check its lengths and their units";
+        // The mesh may have a part of the surface under this name
+        let is_whole = pick != Pick::Facets || ground.regions.get(name).is_some_and(|skin| skin.facets == every);
+        return Err(match is_whole {
+            true => Refusal::new(fact, format!("{remedy}, or use the region \"{name}\", which holds them all")),
+            false => Refusal::new(fact, remedy),
+        });
     }
     Ok((pick.region(entities, depends_on_mesh), note))
 }
