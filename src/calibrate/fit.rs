@@ -158,11 +158,11 @@ pub(super) fn headline(
     let mut found = answer.identified.estimates.clone();
     let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
     found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
-    let mut accuracy = options.accuracy.or(&experiment.accuracy);
+    let mut asked = options.accuracy.clone();
     if let Some(half) = options.poisson.as_ref().filter(|p| p.measured).map(|p| p.ratio.half_width()) {
-        accuracy.0.insert(SharedError::Poisson, half);
+        asked.0.insert(SharedError::Poisson, half);
     }
-    let stated = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
+    let stated = measurement::contributions(setting, fitted, answer, experiment, &asked)?;
     measurement::widen(&mut found, &stated.contributions);
     Ok((found, stated))
 }

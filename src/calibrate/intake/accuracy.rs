@@ -25,10 +25,14 @@ pub enum SharedError {
     Compliance,
     /// Poisson's ratio of a foam \[–\]
     Poisson,
+    /// Mean stress of the first data points, which was subtracted \[Pa\], of each curve anew
+    Zeroing,
+    /// Strain at which the line of the toe reaches zero stress, which was subtracted \[–\], of each curve anew
+    Toe,
 }
 
 impl SharedError {
-    /// Every one with its key, its dimension and its name
+    /// Every one that can be stated, with its key, its dimension and its name
     pub const ALL: [(Self, &'static str, Dimension, &'static str); 7] = [
         (Self::StressZero, "stress_zero", Dimension::PRESSURE, "zero of the stress"),
         (Self::ForceZero, "force_zero", Dimension::FORCE, "zero of the force"),
@@ -42,20 +46,29 @@ impl SharedError {
     /// SI unit of its half-width
     pub fn unit(self) -> &'static str {
         match self {
-            Self::StressZero => "Pa",
+            Self::StressZero | Self::Zeroing => "Pa",
             Self::ForceZero => "N",
-            Self::StressScale | Self::StrainZero | Self::StrainScale | Self::Poisson => "–",
+            Self::StressScale | Self::StrainZero | Self::StrainScale | Self::Poisson | Self::Toe => "–",
             Self::Compliance => "m/N",
         }
     }
 
     pub fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(kind, ..)| *kind == self).expect("all are listed").3
+        match self {
+            Self::Zeroing => "scatter of the zero",
+            Self::Toe => "scatter of the toe",
+            stated => Self::ALL.into_iter().find(|(kind, ..)| *kind == stated).expect("all others are listed").3,
+        }
+    }
+
+    /// Whether it is of a correction of the data points, whose scatter shows it.
+    pub fn is_of_a_correction(self) -> bool {
+        matches!(self, Self::Zeroing | Self::Toe)
     }
 
     /// Whether another specimen has another one.
     pub fn is_of_a_curve(self) -> bool {
-        matches!(self, Self::StressZero | Self::ForceZero | Self::StrainZero)
+        matches!(self, Self::StressZero | Self::ForceZero | Self::StrainZero) || self.is_of_a_correction()
     }
 }
 

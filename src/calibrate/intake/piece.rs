@@ -1,0 +1,41 @@
+//! A test piece with what is known of the errors of its test.
+
+use super::accuracy::{Accuracy, SharedError};
+use super::dimensions::Dimensions;
+use crate::calibrate::Mode;
+
+/// A test piece.
+#[derive(Clone, Debug, Default)]
+pub struct Piece {
+    pub dimensions: Dimensions,
+    /// 95 % half-widths of the errors that its data points share, by its card
+    pub accuracy: Accuracy,
+    /// Errors of the corrections of its curves
+    pub corrections: Vec<CorrectionError>,
+}
+
+/// Error that a correction leaves in all data points of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CorrectionError {
+    pub error: SharedError,
+    pub mode: Mode,
+    /// Half-width of the 95 % interval \[SI\]
+    pub half_width: f64,
+    /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
+    pub strain_per_stress: f64,
+}
+
+impl Piece {
+    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card.
+    pub fn errors(&self, mode: Mode, asked: &Accuracy) -> Accuracy {
+        let mut all = asked.or(&self.accuracy);
+        all.0.extend(self.corrections.iter().filter(|c| c.mode == mode).map(|c| (c.error, c.half_width)));
+        all
+    }
+
+    /// Shift of the strain that an error of the stress causes in a mode \[1/Pa\].
+    pub fn strain_per_stress(&self, mode: Mode) -> f64 {
+        let own = self.corrections.iter().filter(|c| c.mode == mode && c.error == SharedError::Zeroing);
+        own.map(|c| c.strain_per_stress).sum()
+    }
+}
