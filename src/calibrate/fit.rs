@@ -70,7 +70,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
-    let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range.from, options.ranges));
+    let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range, options.ranges));
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {

@@ -62,7 +62,7 @@ pub struct Prediction {
 /// A fit over a range that ends earlier or later.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RangeRow {
-    /// Largest λ \[–\]
+    /// λ of its end \[–\], the farthest from 1
     pub to: f64,
     pub rows: usize,
     pub parameters: Vec<Estimate>,

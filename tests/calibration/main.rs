@@ -13,6 +13,7 @@ mod fit_laws;
 mod fit_measurement;
 mod fit_preparation;
 mod fit_report;
+mod fit_ranges;
 mod fit_row_order;
 mod fit_treloar;
 mod fit_verdicts;
