@@ -6,8 +6,8 @@ use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
     Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit,
-    Mode, Model, Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment,
-    Weighting,
+    Mode, Model, Partner, Poisson, Residual, Scatter, SharedError, Slack, SolverCheck, StableRange, StretchRange,
+    Treatment, Weighting,
 };
 use crate::material::Choice;
 use crate::storage;
@@ -27,11 +27,12 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
         Weighting::Noise => "of one size in each mode",
     };
     let outliers = if loss == Loss::Huber { "; asymptotic, of Huber's loss" } else { "" };
-    let stated: Vec<&str> = measurement.iter().map(|c| c.error.name()).collect();
-    let stated = match stated.is_empty() {
-        true => String::new(),
-        false => format!("; with the stated errors of the {}", stated.join(", the ")),
+    let listed = |words: &str, of_correction: bool| {
+        let own = measurement.iter().map(|c| c.error).filter(|error| error.is_of_a_correction() == of_correction);
+        let names: Vec<&str> = own.map(SharedError::name).collect();
+        if names.is_empty() { String::new() } else { format!("; with the {words}{}", names.join(", the ")) }
     };
+    let stated = listed("stated errors of the ", false) + &listed("", true);
     format!(
         "95 %, Student's t with {degrees} of freedom: {model}; normal stress errors {size}{stated}; it does not cover misfit of the law, the interval for use does{outliers}"
     )
@@ -133,7 +134,7 @@ pub struct FitResult {
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
-    /// Stated errors of the measurement, and their part in the intervals
+    /// Errors of the measurement that data points share, stated or of a correction, and their part in the intervals
     pub measurement: Vec<Contribution>,
     /// Fitted offsets of the strain
     pub slack: Vec<Slack>,

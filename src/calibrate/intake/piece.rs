@@ -15,7 +15,7 @@ pub struct Piece {
 }
 
 /// Error that a correction leaves in all data points of a curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CorrectionError {
     pub error: SharedError,
     pub mode: Mode,
@@ -23,6 +23,8 @@ pub struct CorrectionError {
     pub half_width: f64,
     /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
     pub strain_per_stress: f64,
+    /// Of a toe: strains of the data points of its line, without it
+    pub line: Vec<f64>,
 }
 
 impl Piece {
@@ -33,9 +35,8 @@ impl Piece {
         all
     }
 
-    /// Shift of the strain that an error of the stress causes in a mode \[1/Pa\].
-    pub fn strain_per_stress(&self, mode: Mode) -> f64 {
-        let own = self.corrections.iter().filter(|c| c.mode == mode && c.error == SharedError::Zeroing);
-        own.map(|c| c.strain_per_stress).sum()
+    /// The correction of the curve of a mode that leaves this error.
+    pub fn correction(&self, error: SharedError, mode: Mode) -> Option<&CorrectionError> {
+        self.corrections.iter().find(|c| c.error == error && c.mode == mode)
     }
 }

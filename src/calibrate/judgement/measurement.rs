@@ -14,6 +14,7 @@ use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
 use crate::calibrate::intake::piece::Piece;
 use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
+use crate::calibrate::treatment::toe_line::ToeLine;
 use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, Model, Sample};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -56,7 +57,10 @@ pub fn contributions(
     let alone = alone(fitted, answer);
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     for kind in kinds {
-        let width = |k: usize| errors[k].0.get(&kind).copied().unwrap_or(0.0);
+        let width = |k: usize| {
+            let half = errors[k].0.get(&kind).copied().unwrap_or(0.0);
+            half + if kind == SharedError::Toe { curvature(setting, answer, experiment, &fitted[k]) } else { 0.0 }
+        };
         let moved = |rows: &Vec<usize>| -> Result<DVector<f64>, FitError> {
             let mut residuals = DVector::zeros(fitted.len());
             for &k in rows.iter().filter(|k| width(**k) > 0.0) {
@@ -118,8 +122,19 @@ fn change(
         SharedError::StrainScale => slope() * s.mode.strain(s.stretch),
         SharedError::Poisson => by_poisson(setting.model, &answer.values, s),
         SharedError::Compliance => slope() * law() * area()? / piece.dimensions.needed_length(kind)?,
-        SharedError::Zeroing => 1.0 - slope() * piece.strain_per_stress(s.mode),
+        SharedError::Zeroing => {
+            let own = piece.correction(kind, s.mode).map_or(0.0, |c| c.strain_per_stress);
+            1.0 - if own > 0.0 { slope() * own } else { 0.0 }
+        }
     })
+}
+
+/// How far the curvature of the law moves the line of a toe \[–\].
+fn curvature(setting: &LawSetting, answer: &LawFit, experiment: &Experiment, s: &Sample) -> f64 {
+    let Some(toe) = experiment.piece(s).correction(SharedError::Toe, s.mode) else { return 0.0 };
+    let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
+    let points: Vec<(f64, f64)> = toe.line.iter().map(|e| (*e, law(*e))).collect();
+    ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())
 }
 
 /// −∂P/∂ν \[Pa\], what an error of ν leaves in the residuals: central differences, to 1e-8.

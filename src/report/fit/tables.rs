@@ -89,7 +89,7 @@ fn list(parameters: &[Parameter], printed: &[Printed]) -> String {
     parameters.iter().zip(printed).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Parts of the stated errors of the measurement.
+/// Parts of the shared errors of the measurement.
 fn measurement(fit: &StoredFit) -> Table {
     let printed = fit.printed();
     let row = |c: &Contribution| {
@@ -102,7 +102,7 @@ fn measurement(fit: &StoredFit) -> Table {
     let constants = constants.iter().map(|name| (name.as_str(), "", true));
     Table {
         name: "measurement",
-        caption: "Stated errors of the measurement that all data points share, as half-widths of 95 % intervals, and what each adds in quadrature to the half-widths of the constants.".into(),
+        caption: "Errors of the measurement that all data points share, stated or by the scatter of a correction, as half-widths of 95 % intervals, and what each adds in quadrature to the half-widths of the constants.".into(),
         columns: headings(&head.into_iter().chain(constants).collect::<Vec<_>>()),
         rows: fit.measurement.iter().map(row).collect(),
         pick: None,
