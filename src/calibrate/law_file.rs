@@ -91,8 +91,20 @@ impl FitResult {
         p.insert("rms_relative".into(), self.misfit.rms_relative.into());
         p.insert("warnings".into(), texts(self.warnings.iter().map(ToString::to_string).collect()));
         p.insert("durometer".into(), self.version.into());
+        p.extend(self.correlation_table());
         root.insert("provenance".into(), p.into());
         toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+    }
+
+    /// The table `correlation` of the constants by pairs of names, `C10_C01`; none of one constant, and where it says nothing about the intervals.
+    fn correlation_table(&self) -> Option<(String, Value)> {
+        let name = |k: usize| self.parameters[k].name;
+        let of_row = |(a, row): (usize, &Vec<f64>)| {
+            let others = row.iter().enumerate().skip(a + 1);
+            others.map(|(b, r)| (pair(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
+        };
+        let all: Table = self.correlation.iter().enumerate().flat_map(of_row).collect();
+        (!all.is_empty() && self.open_signs.is_empty()).then(|| ("correlation".into(), all.into()))
     }
 
     /// Writes `law.toml`.
@@ -142,6 +154,17 @@ pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
     let of_poisson = || provenance_pair(provenance, "poisson_interval").filter(|[low, high]| high > low);
     provenance_pair(provenance, &format!("{constant}_interval"))
         .or_else(|| is_poisson_of_term(constant).then(of_poisson).flatten())
+}
+
+/// Key of the correlation of two constants.
+fn pair(a: &str, b: &str) -> String {
+    format!("{a}_{b}")
+}
+
+/// Correlation of two constants \[–\], zero where the file has none.
+pub fn correlation_of(provenance: &Table, a: &str, b: &str) -> f64 {
+    let known = |key: String| provenance.get("correlation")?.get(key)?.as_float();
+    known(pair(a, b)).or_else(|| known(pair(b, a))).unwrap_or(0.0)
 }
 
 /// Whether this constant is Poisson's ratio of one term of a foam, `nu2`.

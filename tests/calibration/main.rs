@@ -9,6 +9,7 @@ mod fit_error_models;
 mod fit_ill_posed;
 mod fit_intake;
 mod fit_intervals;
+mod fit_law_correlation;
 mod fit_law_file;
 mod fit_laws;
 mod fit_measurement;

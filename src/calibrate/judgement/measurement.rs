@@ -37,6 +37,8 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 pub struct Stated {
     pub contributions: Vec<Contribution>,
     pub columns: DMatrix<f64>,
+    /// Covariance of the constants by these errors \[SI²\]
+    pub covariance: DMatrix<f64>,
 }
 
 /// Contributions of the errors that data points share: those of their test pieces, and those that are `asked` of all.
@@ -47,7 +49,9 @@ pub fn contributions(
     experiment: &Experiment,
     asked: &Accuracy,
 ) -> Result<Stated, FitError> {
-    let mut stated = Stated { contributions: vec![], columns: DMatrix::zeros(fitted.len(), 0) };
+    let count = answer.values.len();
+    let columns = DMatrix::zeros(fitted.len(), 0);
+    let mut stated = Stated { contributions: vec![], columns, covariance: DMatrix::zeros(count, count) };
     let errors: Vec<Accuracy> = fitted.iter().map(|s| experiment.piece(s).errors(s.mode, asked)).collect();
     let kinds: BTreeSet<SharedError> = errors.iter().flat_map(|of_row| of_row.0.keys().copied()).collect();
     if kinds.is_empty() {
@@ -76,7 +80,11 @@ pub fn contributions(
             continue;
         }
         let shifts: Vec<DVector<f64>> = columns.iter().map(|c| &step * c).collect();
-        let moves = (0..answer.values.len()).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
+        for shift in &shifts {
+            let own = shift.rows(0, count) / NORMAL;
+            stated.covariance += &own * own.transpose();
+        }
+        let moves = (0..count).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
         let half_width = every.iter().map(|k| width(*k)).fold(0.0, f64::max);
         stated.contributions.push(Contribution { error: kind, half_width, moves });
         for column in columns {

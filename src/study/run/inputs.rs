@@ -1,10 +1,10 @@
 //! Constants of laws that are known within intervals, and the derivatives of recorded quantities by them.
 //!
-//! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval. It has no
-//! covariance, so constants count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. A constant whose interval has an open end is not determined by its
+//! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval, and with several constants the table `correlation`.
+//! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. A constant whose interval has an open end is not determined by its
 //! data: nothing bounds its share.
 
-use crate::calibrate::{interval_of, is_poisson_of_term};
+use crate::calibrate::{correlation_of, interval_of, is_poisson_of_term};
 use crate::scene::{ParameterKey, Run, SceneSpec, Sensitivities, extreme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -19,6 +19,9 @@ pub struct InputRecord {
     pub half_width: f64,
     /// Column → derivative of its largest departure from the start \[unit of the column per SI unit of the constant\]
     pub derivatives: BTreeMap<String, f64>,
+    /// Other constant → correlation with it \[–\]; those that are absent count as independent
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub correlation: BTreeMap<String, f64>,
 }
 
 /// A constant that is known within an interval.
@@ -27,21 +30,30 @@ pub struct Uncertain {
     pub keys: Vec<ParameterKey>,
     /// \[SI\]
     pub half_width: f64,
+    /// Other constant → correlation with it \[–\]
+    pub correlation: BTreeMap<String, f64>,
 }
 
 /// The constants of the laws of a scene whose files give an interval with two ends.
 pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     let of = |(law, table): (&String, &Table)| {
         let mut own: Vec<(Uncertain, [f64; 2])> = vec![];
-        for (key, [low, high]) in intervals(table).filter(|(_, [low, high])| (high - low).is_finite() && high > low) {
-            let (ends, is_poisson) = ([low, high], is_poisson_of_term(key));
+        for (name, [low, high]) in intervals(table).filter(|(_, [low, high])| (high - low).is_finite() && high > low) {
+            let (ends, is_poisson) = ([low, high], is_poisson_of_term(name));
             let is_shared = |(other, of): &&mut (Uncertain, [f64; 2])| {
                 is_poisson && *of == ends && other.keys[0].law_constant().is_some_and(|c| is_poisson_of_term(c.key))
             };
-            let key = ParameterKey::of_law(law, key);
+            let key = ParameterKey::of_law(law, name);
             match own.iter_mut().find(is_shared) {
                 Some((one, _)) => one.keys.push(key),
-                None => own.push((Uncertain { keys: vec![key], half_width: 0.5 * (high - low) }, ends)),
+                None => own.push((
+                    Uncertain {
+                        correlation: correlations(law, table, name),
+                        keys: vec![key],
+                        half_width: 0.5 * (high - low),
+                    },
+                    ends,
+                )),
             }
         }
         own.into_iter().map(|(one, _)| one).collect::<Vec<_>>()
@@ -57,6 +69,16 @@ pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
         open.map(|(key, _)| ParameterKey::of_law(law, key).to_string()).collect::<Vec<_>>()
     };
     spec.laws.iter().filter(|(law, _)| used.contains(law.as_str())).flat_map(of).collect()
+}
+
+/// Correlations of a constant with the others of its law.
+fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
+    let provenance = table.get("provenance").and_then(toml::Value::as_table);
+    let with = |(other, _): (&String, [f64; 2])| {
+        let r = if other == name { 0.0 } else { correlation_of(provenance?, name, other) };
+        (r != 0.0).then(|| (ParameterKey::of_law(law, other).to_string(), r))
+    };
+    intervals(table).filter_map(with).collect()
 }
 
 /// The constants of a law with the intervals of its file.
@@ -83,6 +105,7 @@ pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities)
         InputRecord {
             constant: names.join(" = "),
             half_width: constant.half_width,
+            correlation: constant.correlation.clone(),
             derivatives: sensitivities.columns.iter().enumerate().filter_map(derivative).collect(),
         }
     };

@@ -254,12 +254,13 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
     let (Some((bar, share)), Some(inputs)) = (both(q), &q.inputs) else { return String::new() };
     format!(
         " Constants ({}) are known within the 95 % intervals of the law file only: of the {}, {} are discretisation, {} constants, together {} \
-         (root of the sum of squares; the file has no covariance).",
+         (root of the sum of squares; {}).",
         inputs.constants.join(", "),
         q.peak_title(),
         percent(bar),
         percent(share),
-        percent(bar.hypot(share))
+        percent(bar.hypot(share)),
+        if inputs.correlated { "the constants are correlated as the file says" } else { "the file has no covariance" }
     )
 }
 
