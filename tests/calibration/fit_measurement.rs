@@ -244,3 +244,41 @@ fn each_test_piece_has_its_own_errors() {
         assert!((c.moves[0] / real - 1.0).abs() < 0.02, "{}: {} {real}", c.error, c.moves[0]);
     }
 }
+
+/// The cross-section of a test piece is its own: of two pieces in two modes each error moves the constants by itself, that of the load cell both together.
+#[test]
+fn a_cross_section_is_of_one_test_piece() {
+    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let of = |specimen: usize, mode: Mode| {
+        pull(model, &[0.04e6, 0.02e6], mode).into_iter().map(move |s| Sample { specimen, ..s })
+    };
+    let samples: Vec<Sample> = of(0, Mode::Uniaxial).chain(of(1, Mode::Planar)).collect();
+    let fit = |accuracy: &[&str], change: &dyn Fn(&Sample) -> f64| {
+        let mut e = table(samples.iter().map(|s| Sample { stress: s.stress * change(s), ..*s }).collect());
+        e.specimens = (0..2).map(|k| format!("{k}.csv")).collect();
+        let mut o = options(model, Mode::Uniaxial, accuracy);
+        o.modes = vec![Mode::Uniaxial, Mode::Planar];
+        fit_experiment(&e, &o).expect("fitted")
+    };
+    let stated = fit(&["stress_scale=0.1%", "area_scale=0.1%"], &|_| 1.0);
+    let [common, own] = &stated.measurement[..] else { panic!("{:?}", stated.measurement) };
+    assert_eq!([common.error.name(), own.error.name()], ["scale of the stress", "scale of the cross-section"]);
+    for k in 0..2 {
+        let value = stated.parameters[k].value;
+        let by = |one: usize| {
+            let ends =
+                [1.001, 0.999].map(|by| fit(&[], &|s| if s.specimen == one { by } else { 1.0 }).parameters[k].value);
+            0.5 * (ends[0] - ends[1])
+        };
+        let (uniaxial, planar) = (by(0), by(1));
+        assert!(
+            (own.moves[k] / uniaxial.hypot(planar) - 1.0).abs() < 0.02,
+            "{k}: {} {uniaxial} {planar}",
+            own.moves[k]
+        );
+        assert!(
+            (common.moves[k] / (1e-3 * value) - 1.0).abs() < 0.02 && own.moves[k] > 1.2 * common.moves[k],
+            "{k}: {common:?} {own:?}"
+        );
+    }
+}

@@ -15,8 +15,10 @@ pub enum SharedError {
     StressZero,
     /// Zero of the force \[N\], of each curve anew
     ForceZero,
-    /// Load cell and cross-section: P(1 + δ) \[–\]
+    /// Load cell, and a cross-section that all test pieces share: P(1 + δ) \[–\]
     StressScale,
+    /// Cross-section of one test piece: P(1 + δ) of each curve anew \[–\]
+    AreaScale,
     /// Zero of the strain \[–\], of each curve anew
     StrainZero,
     /// Gauge length or extensometer: e(1 + δ) \[–\]
@@ -33,10 +35,11 @@ pub enum SharedError {
 
 impl SharedError {
     /// Every one that can be stated, with its key, its dimension and its name
-    pub const ALL: [(Self, &'static str, Dimension, &'static str); 7] = [
+    pub const ALL: [(Self, &'static str, Dimension, &'static str); 8] = [
         (Self::StressZero, "stress_zero", Dimension::PRESSURE, "zero of the stress"),
         (Self::ForceZero, "force_zero", Dimension::FORCE, "zero of the force"),
         (Self::StressScale, "stress_scale", Dimension::NONE, "scale of the stress"),
+        (Self::AreaScale, "area_scale", Dimension::NONE, "scale of the cross-section"),
         (Self::StrainZero, "strain_zero", Dimension::NONE, "zero of the strain"),
         (Self::StrainScale, "strain_scale", Dimension::NONE, "scale of the strain"),
         (Self::Compliance, "compliance", Dimension::COMPLIANCE, "compliance of the machine"),
@@ -48,7 +51,9 @@ impl SharedError {
         match self {
             Self::StressZero | Self::Zeroing => "Pa",
             Self::ForceZero => "N",
-            Self::StressScale | Self::StrainZero | Self::StrainScale | Self::Poisson | Self::Toe => "–",
+            Self::StressScale | Self::AreaScale | Self::StrainZero | Self::StrainScale | Self::Poisson | Self::Toe => {
+                "–"
+            }
             Self::Compliance => "m/N",
         }
     }
@@ -68,7 +73,8 @@ impl SharedError {
 
     /// Whether another specimen has another one.
     pub fn is_of_a_curve(self) -> bool {
-        matches!(self, Self::StressZero | Self::ForceZero | Self::StrainZero) || self.is_of_a_correction()
+        matches!(self, Self::StressZero | Self::ForceZero | Self::AreaScale | Self::StrainZero)
+            || self.is_of_a_correction()
     }
 }
 

@@ -5,8 +5,8 @@
 //! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
 //! expression of uncertainty in measurement*, 5.1.2, type B).
 //!
-//! Zeros are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
-//! added a second time; those of the one specimen of another mode are. Scales and the compliance are common to all.
+//! Zeros and the cross-section are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
+//! added a second time; those of the one specimen of another mode are. Other scales and the compliance are common to all.
 //!
 //! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
 
@@ -125,7 +125,7 @@ fn change(
     Ok(match kind {
         SharedError::StressZero => 1.0,
         SharedError::ForceZero => area()?.recip(),
-        SharedError::StressScale => law(),
+        SharedError::StressScale | SharedError::AreaScale => law(),
         SharedError::StrainZero | SharedError::Toe => slope(),
         SharedError::StrainScale => slope() * s.mode.strain(s.stretch),
         SharedError::Poisson => by_poisson(setting.model, &answer.values, s),

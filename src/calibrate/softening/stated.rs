@@ -102,7 +102,7 @@ fn moved(s: &Sample, kind: SharedError, by: f64, dimensions: &Dimensions) -> Res
     Ok(match kind {
         SharedError::StressZero => stressed(s.stress + by),
         SharedError::ForceZero => stressed(s.stress + by / dimensions.needed_section(kind)?),
-        SharedError::StressScale => stressed(s.stress * (1.0 + by)),
+        SharedError::StressScale | SharedError::AreaScale => stressed(s.stress * (1.0 + by)),
         SharedError::StrainZero => strained(strain + by),
         SharedError::StrainScale => strained(strain * (1.0 + by)),
         SharedError::Compliance => {
