@@ -83,11 +83,17 @@ impl Printed<'_> {
     }
 
     /// `334 to 380 kPa`
-    pub fn span(&self, [low, high]: [f64; 2]) -> String {
+    pub fn span(&self, ends: [f64; 2]) -> String {
+        let is_open = !ends.iter().any(|end| end.is_finite());
+        self.ends(ends) + &if is_open { String::new() } else { self.suffix() }
+    }
+
+    /// `334 to 380`, without the unit
+    pub fn ends(&self, [low, high]: [f64; 2]) -> String {
         if !low.is_finite() && !high.is_finite() {
             return "open at both ends".into();
         }
-        format!("{} to {}{}", self.end(low), self.end(high), self.suffix())
+        format!("{} to {}", self.end(low), self.end(high))
     }
 
     /// A half-width or a deviation with its unit, in two digits of its own, so that a small one is not rounded away.

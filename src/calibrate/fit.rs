@@ -18,6 +18,7 @@ use super::{
     Mode, Model, Otherwise, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::extent;
+use nalgebra::DMatrix;
 use std::borrow::Cow;
 
 /// Reads a table and fits a law to it.
@@ -66,11 +67,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
     let misfit = Misfit::of(&own).expect("the data points were counted");
-    // A law of finite chains is not defined at every stretch outside the range
-    let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
-    let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
-    let all = residuals(&samples, stress);
-    let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range.from, options.ranges));
+    let all = residuals(&within_law(&experiment, stress), stress);
+    let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range, options.ranges));
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
@@ -97,6 +95,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         loss: options.loss,
         in_use: in_use(&parameters, &answer),
         covariance: covariance(&answer, parameters.len()),
+        correlation: correlation(&parameters, &answer, &stated.covariance),
         parameters,
         errors: answer.errors.model,
         degrees: answer.errors.free,
@@ -133,6 +132,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(with_open_constants(result, &answer, model))
 }
 
+/// The data points at which the law is finite: one of finite chains is not defined at every stretch outside the range.
+fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<Sample> {
+    experiment.samples.iter().filter(|s| s.is_informative() && stress(s).is_finite()).copied().collect()
+}
+
 /// The largest principal stretch of the data, or the reciprocal of the smallest one.
 fn largest_stretch(experiment: &Experiment, model: Model) -> f64 {
     let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
@@ -158,11 +162,11 @@ pub(super) fn headline(
     let mut found = answer.identified.estimates.clone();
     let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
     found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
-    let mut accuracy = options.accuracy.or(&experiment.accuracy);
+    let mut asked = options.accuracy.clone();
     if let Some(half) = options.poisson.as_ref().filter(|p| p.measured).map(|p| p.ratio.half_width()) {
-        accuracy.0.insert(SharedError::Poisson, half);
+        asked.0.insert(SharedError::Poisson, half);
     }
-    let stated = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
+    let stated = measurement::contributions(setting, fitted, answer, experiment, &asked)?;
     measurement::widen(&mut found, &stated.contributions);
     Ok((found, stated))
 }
@@ -171,6 +175,23 @@ pub(super) fn headline(
 fn covariance(answer: &LawFit, count: usize) -> Vec<Vec<f64>> {
     let c = &answer.errors.covariance;
     (0..count).map(|a| (0..count).map(|b| c[(a, b)]).collect()).collect()
+}
+
+/// Half-widths of intervals over standard errors that differ by no more are those of one linear fit
+const LINEAR: f64 = 1.5;
+
+/// Correlation of the constants by the scatter and the shared errors together; empty where a variance is not finite, and where intervals are far from those of a linear fit.
+fn correlation(parameters: &[Estimate], answer: &LawFit, shared: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let [least, most] = extent(parameters.iter().map(|e| 0.5 * (e.interval[1] - e.interval[0]) / e.std_error));
+    let is_linear = most <= LINEAR * least;
+    if !is_linear {
+        return vec![];
+    }
+    let count = shared.nrows();
+    let total = answer.errors.covariance.view((0, 0), (count, count)) + shared;
+    let one = |a: usize, b: usize| if a == b { 1.0 } else { total[(a, b)] / (total[(a, a)] * total[(b, b)]).sqrt() };
+    let all: Vec<Vec<f64>> = (0..count).map(|a| (0..count).map(|b| one(a, b)).collect()).collect();
+    if all.iter().flatten().all(|r| r.is_finite()) { all } else { vec![] }
 }
 
 /// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.

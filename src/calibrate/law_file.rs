@@ -9,6 +9,7 @@
 //! ```
 
 use super::{AuditKind, FitError, FitResult, Loss, Partner, Weighting};
+use crate::math::units::{self, Dimension};
 use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use toml::{Table, Value};
@@ -90,8 +91,20 @@ impl FitResult {
         p.insert("rms_relative".into(), self.misfit.rms_relative.into());
         p.insert("warnings".into(), texts(self.warnings.iter().map(ToString::to_string).collect()));
         p.insert("durometer".into(), self.version.into());
+        p.extend(self.correlation_table());
         root.insert("provenance".into(), p.into());
         toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
+    }
+
+    /// The table `correlation` of the constants by pairs of names, `C10_C01`; none of one constant, and where it says nothing about the intervals.
+    fn correlation_table(&self) -> Option<(String, Value)> {
+        let name = |k: usize| self.parameters[k].name;
+        let of_row = |(a, row): (usize, &Vec<f64>)| {
+            let others = row.iter().enumerate().skip(a + 1);
+            others.map(|(b, r)| (pair(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
+        };
+        let all: Table = self.correlation.iter().enumerate().flat_map(of_row).collect();
+        (!all.is_empty() && self.open_signs.is_empty()).then(|| ("correlation".into(), all.into()))
     }
 
     /// Writes `law.toml`.
@@ -114,6 +127,49 @@ pub fn read_law_file(path: &Path) -> Result<(Table, Table), FitError> {
         Some(Value::String(_)) => Ok((law, provenance)),
         _ => Err(refuse("has no law; write for example law = \"neo_hookean\"".into())),
     }
+}
+
+/// A pressure \[Pa\] or a number of the provenance, `-inf Pa` as the open end of an interval.
+fn provenance_number(value: &Value) -> Option<f64> {
+    let text = |text: &str| match text.split_whitespace().next()? {
+        "inf" => Some(f64::INFINITY),
+        "-inf" => Some(f64::NEG_INFINITY),
+        _ => units::parse(text, Dimension::PRESSURE).ok(),
+    };
+    value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).or_else(|| text(value.as_str()?))
+}
+
+/// Two numbers of the provenance, such as `fitted_stretch`.
+pub fn provenance_pair(provenance: &Table, key: &str) -> Option<[f64; 2]> {
+    let [a, b] = provenance.get(key)?.as_array()?.as_slice() else { return None };
+    Some([provenance_number(a)?, provenance_number(b)?])
+}
+
+/// The 95 % interval of a constant \[SI\], none where the file has none. An end that the data leave open is infinite; both are where the file says why there is no interval.
+/// The terms of a foam share Poisson's ratio and its interval.
+pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
+    if provenance.contains_key(&format!("{constant}_without_interval")) {
+        return Some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let of_poisson = || provenance_pair(provenance, "poisson_interval").filter(|[low, high]| high > low);
+    provenance_pair(provenance, &format!("{constant}_interval"))
+        .or_else(|| is_poisson_of_term(constant).then(of_poisson).flatten())
+}
+
+/// Key of the correlation of two constants.
+fn pair(a: &str, b: &str) -> String {
+    format!("{a}_{b}")
+}
+
+/// Correlation of two constants \[–\], zero where the file has none.
+pub fn correlation_of(provenance: &Table, a: &str, b: &str) -> f64 {
+    let known = |key: String| provenance.get("correlation")?.get(key)?.as_float();
+    known(pair(a, b)).or_else(|| known(pair(b, a))).unwrap_or(0.0)
+}
+
+/// Whether this constant is Poisson's ratio of one term of a foam, `nu2`.
+pub fn is_poisson_of_term(constant: &str) -> bool {
+    constant.strip_prefix("nu").is_some_and(|term| term.parse::<usize>().is_ok())
 }
 
 /// The law block alone, as a scene includes it: `law` and the constants.

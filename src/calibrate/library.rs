@@ -7,10 +7,10 @@
 use super::constant_format::{largest_stress, within_size};
 use super::judgement::certificate::{StableRange, certificate, ranges};
 use super::model::unit;
-use super::{FitError, Mode, Model, read_law_file};
+use super::{FitError, Mode, Model, interval_of, provenance_pair, read_law_file};
 use crate::material::registry::{self, Given};
 use crate::material::{LoadCase, Parameter};
-use crate::math::units::{self, Dimension};
+use crate::math::units::Dimension;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct ListedConstant {
     /// \[SI\]
     pub value: f64,
     pub unit: &'static str,
-    /// 95 % interval \[SI\], where the file has one
+    /// 95 % interval \[SI\], where the file has one; an open end is infinite
     pub interval: Option<[f64; 2]>,
 }
 
@@ -122,13 +122,9 @@ fn listed(path: &Path) -> Result<ListedLaw, String> {
     let mut given = registry::given(&table).map_err(|e| e.to_string())?;
     // An interval of μ in another convention is none of the μ that is listed, which depends on α too
     let converted = given.0.to_own_convention.is_some_and(|convert| convert(&mut given.1, &mut given.2));
-    let pair = |v: &toml::Value| {
-        let [a, b] = v.as_array()?.as_slice() else { return None };
-        Some([pascal(a)?, pascal(b)?])
-    };
     // Of a whole specimen, whose parts stretch from rest to the largest value
     let reached = || provenance.get("largest_stretch").and_then(toml::Value::as_float).map(|largest| [1.0, largest]);
-    let fitted_stretch = provenance.get("fitted_stretch").and_then(pair).or_else(reached);
+    let fitted_stretch = provenance_pair(&provenance, "fitted_stretch").or_else(reached);
     let reach = fitted_stretch.map_or(2.0, |[low, high]| high.max(1.0 / low));
     let described = match fitted(&given) {
         Some((model, values)) => incompressible(model, &values, reach)?,
@@ -138,10 +134,7 @@ fn listed(path: &Path) -> Result<ListedLaw, String> {
         symbol: q.symbol,
         value,
         unit: unit(q),
-        interval: provenance
-            .get(&format!("{}_interval", q.name))
-            .and_then(pair)
-            .filter(|_| !converted || q.dimension != Dimension::PRESSURE),
+        interval: interval_of(&provenance, q.name).filter(|_| !converted || q.dimension != Dimension::PRESSURE),
     };
     let (stable, stable_modes) = common(&described.stability);
     let text = |key: &str| provenance.get(key).and_then(|v| v.as_str()).map(String::from);
@@ -160,16 +153,6 @@ fn listed(path: &Path) -> Result<ListedLaw, String> {
         data: text("data"),
         source: text("source"),
     })
-}
-
-/// A pressure \[Pa\], or a number.
-fn pascal(v: &toml::Value) -> Option<f64> {
-    match v {
-        toml::Value::String(text) => units::parse(text, Dimension::PRESSURE).ok(),
-        toml::Value::Float(x) => Some(*x),
-        toml::Value::Integer(n) => Some(*n as f64),
-        _ => None,
-    }
 }
 
 /// The model and the constants of a law that has those of an incompressible fit.
@@ -254,8 +237,7 @@ pub fn library_text(library: &Library, folder: &Path) -> String {
         let size = largest_stress(l.constants.iter().map(|c| (c.value, c.unit)));
         let constant = |c: &ListedConstant| {
             let printed = within_size(size, c.value, c.unit, c.interval);
-            let number = |v: f64| printed.end(v);
-            let ends = c.interval.map_or(String::new(), |[a, b]| format!(" ({} to {})", number(a), number(b)));
+            let ends = c.interval.map_or(String::new(), |ends| format!(" ({})", printed.ends(ends)));
             format!("{} = {}{ends}", c.symbol, printed.text(c.value))
         };
         let range = |r: [f64; 2]| format!("{:.2} to {:.2}", r[0], r[1]);

@@ -6,8 +6,8 @@ use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
     Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit,
-    Mode, Model, Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment,
-    Weighting,
+    Mode, Model, Partner, Poisson, Residual, Scatter, SharedError, Slack, SolverCheck, StableRange, StretchRange,
+    Treatment, Weighting,
 };
 use crate::material::Choice;
 use crate::storage;
@@ -27,11 +27,12 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
         Weighting::Noise => "of one size in each mode",
     };
     let outliers = if loss == Loss::Huber { "; asymptotic, of Huber's loss" } else { "" };
-    let stated: Vec<&str> = measurement.iter().map(|c| c.error.name()).collect();
-    let stated = match stated.is_empty() {
-        true => String::new(),
-        false => format!("; with the stated errors of the {}", stated.join(", the ")),
+    let listed = |words: &str, of_correction: bool| {
+        let own = measurement.iter().map(|c| c.error).filter(|error| error.is_of_a_correction() == of_correction);
+        let names: Vec<&str> = own.map(SharedError::name).collect();
+        if names.is_empty() { String::new() } else { format!("; with the {words}{}", names.join(", the ")) }
     };
+    let stated = listed("stated errors of the ", false) + &listed("", true);
     format!(
         "95 %, Student's t with {degrees} of freedom: {model}; normal stress errors {size}{stated}; it does not cover misfit of the law, the interval for use does{outliers}"
     )
@@ -62,7 +63,7 @@ pub struct Prediction {
 /// A fit over a range that ends earlier or later.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RangeRow {
-    /// Largest λ \[–\]
+    /// λ of its end \[–\], the farthest from 1
     pub to: f64,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
@@ -126,6 +127,8 @@ pub struct FitResult {
     pub parameters: Vec<Estimate>,
     /// Of the constants by the scatter of the data, without the stated errors of the measurement \[SI²\]
     pub covariance: Vec<Vec<f64>>,
+    /// Correlation of the constants by all that is in their intervals \[–\]; empty where one of them has no finite variance, or intervals are far from those of a linear fit
+    pub correlation: Vec<Vec<f64>>,
     pub interval_assumption: String,
     /// 95 % of each constant where the law is used over the fitted range: with its misfit
     pub in_use: Vec<[f64; 2]>,
@@ -133,7 +136,7 @@ pub struct FitResult {
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
-    /// Stated errors of the measurement, and their part in the intervals
+    /// Errors of the measurement that data points share, stated or of a correction, and their part in the intervals
     pub measurement: Vec<Contribution>,
     /// Fitted offsets of the strain
     pub slack: Vec<Slack>,

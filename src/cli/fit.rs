@@ -163,7 +163,7 @@ pub struct Args {
     /// Compliance of machine and grips, whose part of the travel is no strain, e.g. "0.002 mm/N"
     #[arg(long)]
     compliance: Option<String>,
-    /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, strain_zero, strain_scale,
+    /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, area_scale, strain_zero, strain_scale,
     /// compliance, poisson (of hyperfoam); e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
     #[arg(long, value_name = "ERROR=VALUE")]
     accuracy: Vec<Accuracy>,

@@ -5,8 +5,14 @@ use super::parts::effects::EffectSpec;
 use super::parts::probes::ProbeSpec;
 use super::record::recorder::Headline;
 use super::spec::SceneSpec;
+use std::collections::BTreeSet;
 
 impl SceneSpec {
+    /// Names of the laws that its effects take.
+    pub fn laws_in_use(&self) -> BTreeSet<&str> {
+        self.effects.iter().filter_map(EffectSpec::law).collect()
+    }
+
     /// The quantity by which runs are compared where nothing else is said: of the first probe that has one, else of the
     /// first cable or cavity.
     pub fn headline(&self) -> Option<Headline> {

@@ -29,7 +29,8 @@ fn options(model: Model, mode: Mode, accuracy: &[&str]) -> FitOptions {
 
 fn fitted(samples: Vec<Sample>, options: &FitOptions) -> FitResult {
     let mut e = table(samples);
-    (e.dimensions.gauge_length, e.dimensions.area) = (Some(LENGTH), Some(AREA));
+    let own = &mut e.pieces[0].dimensions;
+    (own.gauge_length, own.area) = (Some(LENGTH), Some(AREA));
     fit_experiment(&e, options).expect("fitted")
 }
 
@@ -200,5 +201,84 @@ fn a_stated_error_that_makes_no_sense_is_refused() {
     for (text, fact) in [("force_zero=1N", "--area"), ("compliance=1 mm/N", "--area")] {
         let message = fit_experiment(&e, &options(model, Mode::Uniaxial, &[text])).expect_err(text).to_string();
         assert!(message.contains(fact), "{text}: {message}");
+    }
+}
+
+/// Two test pieces of different sections, of which one has a stated scale: an error of the force is one of each section, the scale one of its piece, in whatever order the tables are given.
+#[test]
+fn each_test_piece_has_its_own_errors() {
+    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let (uniaxial, planar) = (AREA, 100e-6);
+    let of = |mode: Mode, area: f64, accuracy: &str| {
+        let mut e = table(pull(model, &[0.04e6, 0.02e6], mode));
+        e.pieces[0].dimensions.area = Some(area);
+        e.pieces[0].accuracy = accuracy.parse().expect("valid");
+        e
+    };
+    let pieces = || [of(Mode::Uniaxial, uniaxial, "stress_zero=1 Pa"), of(Mode::Planar, planar, "stress_scale=0.1%")];
+    let mut asked = options(model, Mode::Uniaxial, &["force_zero=0.01 N"]);
+    asked.modes = vec![Mode::Uniaxial, Mode::Planar];
+    let fit = |order: [usize; 2], change: &dyn Fn(&mut Sample)| {
+        let all = pieces();
+        let mut e = Experiment::pool(order.map(|k| all[k].clone()).to_vec()).expect("two tables");
+        e.samples.iter_mut().for_each(change);
+        fit_experiment(&e, &asked).expect("fitted")
+    };
+    let [first, second] = [[0, 1], [1, 0]].map(|order| fit(order, &|_| {}));
+    assert_eq!(first.measurement.len(), 3);
+    for (a, b) in first.measurement.iter().zip(&second.measurement) {
+        assert_eq!(a.error, b.error);
+        a.moves.iter().zip(&b.moves).for_each(|(a, b)| assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}"));
+    }
+    // The answers when the data have these errors: ± 0.01 of each
+    let by = |change: &dyn Fn(&mut Sample, f64)| {
+        let ends = [0.01, -0.01].map(|h| fit([0, 1], &|s| change(s, h)).parameters[0].value);
+        (ends[0] - ends[1]).abs() / 0.02
+    };
+    let scale = by(&|s, h| s.stress *= 1.0 + if s.mode == Mode::Planar { 1e-3 * h } else { 0.0 });
+    let zero = by(&|s, h| s.stress += if s.mode == Mode::Uniaxial { h } else { 0.0 });
+    let force = [(Mode::Uniaxial, uniaxial), (Mode::Planar, planar)]
+        .map(|(mode, area)| by(&|s, h| s.stress += if s.mode == mode { 0.01 * h / area } else { 0.0 }));
+    let wanted = [zero, force[0].hypot(force[1]), scale];
+    for (c, real) in first.measurement.iter().zip(wanted) {
+        assert!((c.moves[0] / real - 1.0).abs() < 0.02, "{}: {} {real}", c.error, c.moves[0]);
+    }
+}
+
+/// The cross-section of a test piece is its own: of two pieces in two modes each error moves the constants by itself, that of the load cell both together.
+#[test]
+fn a_cross_section_is_of_one_test_piece() {
+    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let of = |specimen: usize, mode: Mode| {
+        pull(model, &[0.04e6, 0.02e6], mode).into_iter().map(move |s| Sample { specimen, ..s })
+    };
+    let samples: Vec<Sample> = of(0, Mode::Uniaxial).chain(of(1, Mode::Planar)).collect();
+    let fit = |accuracy: &[&str], change: &dyn Fn(&Sample) -> f64| {
+        let mut e = table(samples.iter().map(|s| Sample { stress: s.stress * change(s), ..*s }).collect());
+        e.specimens = (0..2).map(|k| format!("{k}.csv")).collect();
+        let mut o = options(model, Mode::Uniaxial, accuracy);
+        o.modes = vec![Mode::Uniaxial, Mode::Planar];
+        fit_experiment(&e, &o).expect("fitted")
+    };
+    let stated = fit(&["stress_scale=0.1%", "area_scale=0.1%"], &|_| 1.0);
+    let [common, own] = &stated.measurement[..] else { panic!("{:?}", stated.measurement) };
+    assert_eq!([common.error.name(), own.error.name()], ["scale of the stress", "scale of the cross-section"]);
+    for k in 0..2 {
+        let value = stated.parameters[k].value;
+        let by = |one: usize| {
+            let ends =
+                [1.001, 0.999].map(|by| fit(&[], &|s| if s.specimen == one { by } else { 1.0 }).parameters[k].value);
+            0.5 * (ends[0] - ends[1])
+        };
+        let (uniaxial, planar) = (by(0), by(1));
+        assert!(
+            (own.moves[k] / uniaxial.hypot(planar) - 1.0).abs() < 0.02,
+            "{k}: {} {uniaxial} {planar}",
+            own.moves[k]
+        );
+        assert!(
+            (common.moves[k] / (1e-3 * value) - 1.0).abs() < 0.02 && own.moves[k] > 1.2 * common.moves[k],
+            "{k}: {common:?} {own:?}"
+        );
     }
 }

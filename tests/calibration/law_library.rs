@@ -96,6 +96,20 @@ fn foams_and_other_laws_are_listed() {
     near(found.laws[3].shear_modulus, 36e3, 1e-12);
 }
 
+/// Open ends of intervals are listed, and so is a constant that its file says is not determined.
+#[test]
+fn open_intervals_are_listed() {
+    let law = "law = \"mooney_rivlin\"\nC10 = \"25 kPa\"\nC01 = \"5 kPa\"\n[provenance]\n";
+    let both = law.to_string() + "C10_interval = [\"-inf Pa\", \"inf Pa\"]\nC01_interval = [\"4 kPa\", \"inf Pa\"]\n";
+    let without = law.to_string() + "C10_without_interval = \"the curves do not determine it\"\n";
+    let (folder, found) = of(&[("a.toml", &both), ("b.toml", &without)]);
+    let ends = |law: usize, k: usize| found.laws[law].constants[k].interval;
+    assert_eq!([ends(0, 0), ends(1, 0)], [Some([f64::NEG_INFINITY, f64::INFINITY]); 2]);
+    assert_eq!([ends(0, 1), ends(1, 1)], [Some([4e3, f64::INFINITY]), None]);
+    let text = library_text(&found, folder.path());
+    assert!(text.matches("kPa (open at both ends)").count() == 2 && text.contains(" to open)"), "{text}");
+}
+
 /// Every file that is not listed is named: those with a law or an error with the reason.
 #[test]
 fn files_that_are_not_listed_are_named() {

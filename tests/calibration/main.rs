@@ -3,15 +3,18 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod fit_corrections;
 mod fit_coverage;
 mod fit_error_models;
 mod fit_ill_posed;
 mod fit_intake;
 mod fit_intervals;
+mod fit_law_correlation;
 mod fit_law_file;
 mod fit_laws;
 mod fit_measurement;
 mod fit_preparation;
+mod fit_ranges;
 mod fit_report;
 mod fit_row_order;
 mod fit_treloar;

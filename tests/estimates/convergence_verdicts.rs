@@ -146,12 +146,30 @@ fn constants_count_by_the_derivatives_of_the_leading_family() {
         // 7 % of the reference on the finest mesh of the leading family, 8 % on its next, four times as much on meshes of others
         let share = leading.iter().position(|id| *id == r.id).map_or(0.28, |k| 0.07 + 0.01 * k as f64);
         let derivatives = BTreeMap::from([(COLUMN.to_string(), share * reference.value / 1e4)]);
-        r.inputs = vec![InputRecord { constant: "laws.rubber.mu".into(), half_width: 1e4, derivatives }];
+        let correlation = BTreeMap::new();
+        r.inputs = vec![InputRecord { constant: "laws.rubber.mu".into(), half_width: 1e4, derivatives, correlation }];
     }
     let inputs = of_constants(&cases).expect("every case has derivatives");
     assert!(inputs.case == leading[0] && (inputs.share - 0.07).abs() < 1e-12, "{inputs:?}");
     let verdict = analyse(&study, &cases).verdict;
     assert!(verdict.contains(", 7 % constants, together"), "{verdict}");
+    // A second constant that changes as much, and of which the file says that it is correlated
+    let with_second = |r: f64| {
+        let mut cases = cases.clone();
+        for record in cases.iter_mut().map(|c| &mut c.record) {
+            let mut second = record.inputs[0].clone();
+            second.constant = "laws.rubber.C01".into();
+            second.correlation = BTreeMap::from([(record.inputs[0].constant.clone(), r)]);
+            record.inputs[0].correlation = BTreeMap::from([(second.constant.clone(), r)]);
+            record.inputs.push(second);
+        }
+        (of_constants(&cases).expect("derivatives by both").share, analyse(&study, &cases).verdict)
+    };
+    for (r, factor) in [(-1.0, 0.0), (-0.5, 1.0), (1.0, 2.0)] {
+        let (share, verdict) = with_second(r);
+        assert!((share - 0.07 * factor).abs() < 1e-9, "{r}: {share}");
+        assert!(verdict.contains("the constants are correlated as the file says"), "{verdict}");
+    }
     // Without derivatives on the finest mesh, those of the next one of the family
     let without = |id: &String, cases: &mut [StoredCase]| {
         cases.iter_mut().filter(|c| c.record.id == *id).for_each(|c| c.record.inputs.clear());

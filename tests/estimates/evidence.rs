@@ -68,8 +68,12 @@ fine = { "mesh.grid.divisions" = [4, 2, 2], "stage.0.dt" = "0.25 s" }
 "#;
 
 fn results(study: &str) -> Results {
+    with_law(study, LAW)
+}
+
+fn with_law(study: &str, law: &str) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for (name, text) in [("scene.toml", SCENE), ("law.toml", LAW), ("study.toml", study)] {
+    for (name, text) in [("scene.toml", SCENE), ("law.toml", law), ("study.toml", study)] {
         std::fs::write(folder.path().join(name), text).expect("writable");
     }
     run_folder(folder.path());
@@ -115,6 +119,25 @@ fn one_run_and_the_constants_are_evidence_of_their_own() {
     // Static, without history: the steps measure the solver
     assert_eq!(finest.steps_matter, Some(false));
     assert!(a.warnings.iter().any(|w| w.contains("nothing depends on the time steps")), "{:?}", a.warnings);
+}
+
+/// A law file that leaves an end of an interval open bounds no share of the constants: the verdict is one on the mesh alone, and says so.
+#[test]
+fn constants_that_are_not_determined_have_no_share() {
+    let study = STUDY.replace("error_estimates = true\n", "");
+    let results = with_law(&study, &LAW.replace("110 kPa", "inf Pa"));
+    let words = "Constants (laws.rubber.mu) are not determined by the data of their law file";
+    let a = analyse(&results.study, &results.cases);
+    let q = a.find("pull", "xmax_x_m").expect("listed");
+    assert!(q.inputs.is_none() && q.undetermined == ["laws.rubber.mu"], "{:?}", q.undetermined);
+    let trusts = |verdict: &str| verdict.contains("can be trusted");
+    assert!(a.recommended.is_some() && a.verdict.contains(words) && !trusts(&a.verdict), "{}", a.verdict);
+    let summary = durometer::study::kinds::convergence::report::summary::headline(&a);
+    assert_eq!(summary["xmax_x_m"]["pull"]["undetermined"][0], "laws.rubber.mu", "{summary:?}");
+    // Without a recommendation, too
+    let few: Vec<StoredCase> = results.cases.into_iter().filter(|c| c.record.id == "sizes-pull-a").collect();
+    let refused = analyse(&results.study, &few);
+    assert!(refused.recommended.is_none() && refused.verdict.contains(words), "{}", refused.verdict);
 }
 
 /// An estimate that contradicts the families widens the reference, and is said.

@@ -15,8 +15,10 @@ pub enum SharedError {
     StressZero,
     /// Zero of the force \[N\], of each curve anew
     ForceZero,
-    /// Load cell and cross-section: P(1 + δ) \[–\]
+    /// Load cell, and a cross-section that all test pieces share: P(1 + δ) \[–\]
     StressScale,
+    /// Cross-section of one test piece: P(1 + δ) of each curve anew \[–\]
+    AreaScale,
     /// Zero of the strain \[–\], of each curve anew
     StrainZero,
     /// Gauge length or extensometer: e(1 + δ) \[–\]
@@ -25,14 +27,19 @@ pub enum SharedError {
     Compliance,
     /// Poisson's ratio of a foam \[–\]
     Poisson,
+    /// Mean stress of the first data points, which was subtracted \[Pa\], of each curve anew
+    Zeroing,
+    /// Strain at which the line of the toe reaches zero stress, which was subtracted \[–\], of each curve anew
+    Toe,
 }
 
 impl SharedError {
-    /// Every one with its key, its dimension and its name
-    pub const ALL: [(Self, &'static str, Dimension, &'static str); 7] = [
+    /// Every one that can be stated, with its key, its dimension and its name
+    pub const ALL: [(Self, &'static str, Dimension, &'static str); 8] = [
         (Self::StressZero, "stress_zero", Dimension::PRESSURE, "zero of the stress"),
         (Self::ForceZero, "force_zero", Dimension::FORCE, "zero of the force"),
         (Self::StressScale, "stress_scale", Dimension::NONE, "scale of the stress"),
+        (Self::AreaScale, "area_scale", Dimension::NONE, "scale of the cross-section"),
         (Self::StrainZero, "strain_zero", Dimension::NONE, "zero of the strain"),
         (Self::StrainScale, "strain_scale", Dimension::NONE, "scale of the strain"),
         (Self::Compliance, "compliance", Dimension::COMPLIANCE, "compliance of the machine"),
@@ -42,20 +49,32 @@ impl SharedError {
     /// SI unit of its half-width
     pub fn unit(self) -> &'static str {
         match self {
-            Self::StressZero => "Pa",
+            Self::StressZero | Self::Zeroing => "Pa",
             Self::ForceZero => "N",
-            Self::StressScale | Self::StrainZero | Self::StrainScale | Self::Poisson => "–",
+            Self::StressScale | Self::AreaScale | Self::StrainZero | Self::StrainScale | Self::Poisson | Self::Toe => {
+                "–"
+            }
             Self::Compliance => "m/N",
         }
     }
 
     pub fn name(self) -> &'static str {
-        Self::ALL.into_iter().find(|(kind, ..)| *kind == self).expect("all are listed").3
+        match self {
+            Self::Zeroing => "scatter of the zero",
+            Self::Toe => "scatter of the toe",
+            stated => Self::ALL.into_iter().find(|(kind, ..)| *kind == stated).expect("all others are listed").3,
+        }
+    }
+
+    /// Whether it is of a correction of the data points, whose scatter shows it.
+    pub fn is_of_a_correction(self) -> bool {
+        matches!(self, Self::Zeroing | Self::Toe)
     }
 
     /// Whether another specimen has another one.
     pub fn is_of_a_curve(self) -> bool {
-        matches!(self, Self::StressZero | Self::ForceZero | Self::StrainZero)
+        matches!(self, Self::StressZero | Self::ForceZero | Self::AreaScale | Self::StrainZero)
+            || self.is_of_a_correction()
     }
 }
 

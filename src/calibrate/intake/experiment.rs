@@ -5,12 +5,13 @@ use super::parts::{self, Whole};
 use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
 use super::{
-    accuracy::Accuracy,
     audit::{Audit, AuditEntry, AuditKind},
     card::Card,
     columns::ColumnChoice,
     dimensions::Dimensions,
-    meaning, unusual,
+    meaning,
+    piece::Piece,
+    unusual,
 };
 use crate::calibrate::same_data;
 use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
@@ -33,12 +34,11 @@ pub struct Experiment {
     pub raw: Vec<RawRow>,
     /// Of the stress column: of a force one of force
     pub stress_unit: String,
-    pub dimensions: Dimensions,
+    /// Of each specimen; the first one counts for those without one of their own
+    pub pieces: Vec<Piece>,
     /// Lines above the column names: first cell and the rest
     pub header: Vec<(String, String)>,
     pub card: Option<Card>,
-    /// 95 % half-widths of the errors that all data points share; of several tables those of the first
-    pub accuracy: Accuracy,
     /// Samples as they would be under another treatment
     pub alternatives: Vec<Alternative>,
     pub audit: Audit,
@@ -110,6 +110,7 @@ impl Experiment {
         table.check_compression(&choice, &header, &mut audit)?;
         unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
+        let accuracy = card.as_ref().map(|c| c.accuracy.clone()).unwrap_or_default();
         let label = |p: &parts::Part| p.label.as_ref().map_or_else(|| file.into(), |l| format!("{file}, {l}"));
         Ok(Self {
             file: file.into(),
@@ -118,9 +119,8 @@ impl Experiment {
             samples,
             raw: read.raw,
             stress_unit: columns.axes[0].1.unit.clone(),
-            dimensions,
+            pieces: vec![Piece { dimensions, accuracy, corrections: vec![] }; parts.len()],
             header,
-            accuracy: card.as_ref().map(|c| c.accuracy.clone()).unwrap_or_default(),
             card,
             alternatives: vec![],
             audit,
@@ -136,10 +136,9 @@ impl Experiment {
             samples,
             raw: vec![],
             stress_unit: "Pa".into(),
-            dimensions: Dimensions::default(),
+            pieces: vec![Piece::default()],
             header: vec![],
             card: None,
-            accuracy: Accuracy::default(),
             alternatives: vec![],
             audit: Audit::default(),
         }
@@ -164,10 +163,16 @@ impl Experiment {
             all.file += &format!(", {}", part.file);
             all.sha256 += &format!(", {}", part.sha256);
             all.specimens.extend(part.specimens);
+            all.pieces.extend(part.pieces);
         }
         all.alternatives = alternatives;
         all.check_repeats()?;
         Ok(all)
+    }
+
+    /// The test piece of a data point.
+    pub fn piece(&self, s: &Sample) -> &Piece {
+        self.pieces.get(s.specimen).unwrap_or(&self.pieces[0])
     }
 
     /// Refuses a specimen whose numbers are those of another one.

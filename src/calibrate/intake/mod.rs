@@ -9,6 +9,7 @@ pub(super) mod experiment;
 pub(super) mod meaning;
 pub(crate) mod names;
 pub(super) mod parts;
+pub(super) mod piece;
 pub(crate) mod roles;
 pub(super) mod samples;
 pub(crate) use crate::storage::table;

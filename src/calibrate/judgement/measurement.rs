@@ -5,18 +5,20 @@
 //! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
 //! expression of uncertainty in measurement*, 5.1.2, type B).
 //!
-//! Zeros are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
-//! added a second time; those of the one specimen of another mode are. Scales and the compliance are common to all.
+//! Zeros and the cross-section are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
+//! added a second time; those of the one specimen of another mode are. Other scales and the compliance are common to all.
 //!
 //! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
 
 use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
-use crate::calibrate::intake::dimensions::Dimensions;
+use crate::calibrate::intake::piece::Piece;
 use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
-use crate::calibrate::{ErrorModel, Estimate, FitError, Model, Sample};
+use crate::calibrate::treatment::toe_line::ToeLine;
+use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, Model, Sample};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// Part of a shared error in the intervals of the constants.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -35,64 +37,56 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 pub struct Stated {
     pub contributions: Vec<Contribution>,
     pub columns: DMatrix<f64>,
+    /// Covariance of the constants by these errors \[SI²\]
+    pub covariance: DMatrix<f64>,
 }
 
-/// Contributions of the stated errors. `dimensions`: of the test piece, for those of force and compliance.
+/// Contributions of the errors that data points share: those of their test pieces, and those that are `asked` of all.
 pub fn contributions(
     setting: &LawSetting,
     fitted: &[Sample],
     answer: &LawFit,
-    accuracy: &Accuracy,
-    dimensions: Dimensions,
+    experiment: &Experiment,
+    asked: &Accuracy,
 ) -> Result<Stated, FitError> {
-    let mut stated = Stated { contributions: vec![], columns: DMatrix::zeros(fitted.len(), 0) };
-    if accuracy.0.is_empty() {
+    let count = answer.values.len();
+    let columns = DMatrix::zeros(fitted.len(), 0);
+    let mut stated = Stated { contributions: vec![], columns, covariance: DMatrix::zeros(count, count) };
+    let errors: Vec<Accuracy> = fitted.iter().map(|s| experiment.piece(s).errors(s.mode, asked)).collect();
+    let kinds: BTreeSet<SharedError> = errors.iter().flat_map(|of_row| of_row.0.keys().copied()).collect();
+    if kinds.is_empty() {
         return Ok(stated);
     }
-    let groups = curves(fitted);
-    let of_mode = |row: usize| groups.iter().filter(|rows| fitted[rows[0]].mode == fitted[row].mode).count();
-    // The curves whose zeros are in no scatter
-    let alone: Vec<&Vec<usize>> = match answer.errors.model {
-        ErrorModel::Specimens { .. } => vec![],
-        ErrorModel::Levels { .. } => groups.iter().filter(|rows| of_mode(rows[0]) == 1).collect(),
-        _ => groups.iter().collect(),
-    };
+    let every: Vec<usize> = (0..fitted.len()).collect();
+    let alone = alone(fitted, answer);
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
-    let slope = |s: &Sample| match s.stretch == 1.0 && !setting.slack.is_empty() {
-        true => 0.0,
-        false => offset::slope(setting.model, &answer.values, s),
-    };
-    // The stress without its scatter, which would take up the residuals
-    let law = |s: &Sample| setting.model.at(&answer.values, s);
-    for (kind, half_width) in accuracy.0.iter().filter(|(kind, _)| !(alone.is_empty() && kind.is_of_a_curve())) {
-        let area = || dimensions.needed_section(*kind);
-        let change: Box<dyn Fn(&Sample) -> f64> = match kind {
-            SharedError::StressZero => Box::new(|_| 1.0),
-            SharedError::ForceZero => {
-                let area = area()?;
-                Box::new(move |_| area.recip())
-            }
-            SharedError::StressScale => Box::new(law),
-            SharedError::StrainZero => Box::new(slope),
-            SharedError::StrainScale => Box::new(|s| slope(s) * s.mode.strain(s.stretch)),
-            SharedError::Poisson => Box::new(|s| by_poisson(setting.model, &answer.values, s)),
-            SharedError::Compliance => {
-                let by = area()? / dimensions.needed_length(*kind)?;
-                Box::new(move |s| slope(s) * law(s) * by)
-            }
+    for kind in kinds {
+        let width = |k: usize| {
+            let half = errors[k].0.get(&kind).copied().unwrap_or(0.0);
+            half + if kind == SharedError::Toe { curvature(setting, answer, experiment, &fitted[k]) } else { 0.0 }
         };
-        let moved = |rows: &[usize]| {
+        let moved = |rows: &Vec<usize>| -> Result<DVector<f64>, FitError> {
             let mut residuals = DVector::zeros(fitted.len());
-            rows.iter().for_each(|k| residuals[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
-            residuals
+            for &k in rows.iter().filter(|k| width(**k) > 0.0) {
+                let change = change(kind, setting, answer, &fitted[k], experiment.piece(&fitted[k]))?;
+                residuals[k] = answer.weight[k] * width(k) * change;
+            }
+            Ok(residuals)
         };
-        let columns: Vec<DVector<f64>> = match kind.is_of_a_curve() {
-            true => alone.iter().map(|rows| moved(rows)).collect(),
-            false => vec![moved(&(0..fitted.len()).collect::<Vec<_>>())],
-        };
+        let together = if kind.is_of_a_curve() { &alone[..] } else { std::slice::from_ref(&every) };
+        let has_error = |rows: &&Vec<usize>| rows.iter().any(|k| width(*k) > 0.0);
+        let columns = together.iter().filter(has_error).map(moved).collect::<Result<Vec<_>, _>>()?;
+        if columns.is_empty() {
+            continue;
+        }
         let shifts: Vec<DVector<f64>> = columns.iter().map(|c| &step * c).collect();
-        let moves = (0..answer.values.len()).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
-        stated.contributions.push(Contribution { error: *kind, half_width: *half_width, moves });
+        for shift in &shifts {
+            let own = shift.rows(0, count) / NORMAL;
+            stated.covariance += &own * own.transpose();
+        }
+        let moves = (0..count).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();
+        let half_width = every.iter().map(|k| width(*k)).fold(0.0, f64::max);
+        stated.contributions.push(Contribution { error: kind, half_width, moves });
         for column in columns {
             let at = stated.columns.ncols();
             stated.columns = stated.columns.insert_column(at, 0.0);
@@ -100,6 +94,55 @@ pub fn contributions(
         }
     }
     Ok(stated)
+}
+
+/// Rows of the curves whose zeros are in no scatter.
+fn alone(fitted: &[Sample], answer: &LawFit) -> Vec<Vec<usize>> {
+    let groups = curves(fitted);
+    let of_mode = |row: usize| groups.iter().filter(|rows| fitted[rows[0]].mode == fitted[row].mode).count();
+    match answer.errors.model {
+        ErrorModel::Specimens { .. } => vec![],
+        ErrorModel::Levels { .. } => groups.iter().filter(|rows| of_mode(rows[0]) == 1).cloned().collect(),
+        _ => groups,
+    }
+}
+
+/// Change of the residual of a data point by an error \[Pa per SI unit of the error\].
+fn change(
+    kind: SharedError,
+    setting: &LawSetting,
+    answer: &LawFit,
+    s: &Sample,
+    piece: &Piece,
+) -> Result<f64, FitError> {
+    // The stress without its scatter, which would take up the residuals
+    let law = || setting.model.at(&answer.values, s);
+    let slope = || match s.stretch == 1.0 && !setting.slack.is_empty() {
+        true => 0.0,
+        false => offset::slope(setting.model, &answer.values, s),
+    };
+    let area = || piece.dimensions.needed_section(kind);
+    Ok(match kind {
+        SharedError::StressZero => 1.0,
+        SharedError::ForceZero => area()?.recip(),
+        SharedError::StressScale | SharedError::AreaScale => law(),
+        SharedError::StrainZero | SharedError::Toe => slope(),
+        SharedError::StrainScale => slope() * s.mode.strain(s.stretch),
+        SharedError::Poisson => by_poisson(setting.model, &answer.values, s),
+        SharedError::Compliance => slope() * law() * area()? / piece.dimensions.needed_length(kind)?,
+        SharedError::Zeroing => {
+            let own = piece.correction(kind, s.mode).map_or(0.0, |c| c.strain_per_stress);
+            1.0 - if own > 0.0 { slope() * own } else { 0.0 }
+        }
+    })
+}
+
+/// How far the curvature of the law moves the line of a toe \[–\].
+fn curvature(setting: &LawSetting, answer: &LawFit, experiment: &Experiment, s: &Sample) -> f64 {
+    let Some(toe) = experiment.piece(s).correction(SharedError::Toe, s.mode) else { return 0.0 };
+    let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
+    let points: Vec<(f64, f64)> = toe.line.iter().map(|e| (*e, law(*e))).collect();
+    ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())
 }
 
 /// −∂P/∂ν \[Pa\], what an error of ν leaves in the residuals: central differences, to 1e-8.

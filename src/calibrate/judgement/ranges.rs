@@ -1,4 +1,4 @@
-//! The same fit over ranges that end earlier or later, and whether the constants of a shorter one differ by more than the errors of both explain.
+//! The same fit over ranges that end earlier or later, by the amount |ln λ| in tension and compression alike, and whether the constants of a shorter one differ by more than the errors of both explain.
 //!
 //! Where the law describes the data, the constants θₖ of a part of the data points are less exact than θ of all of them, and their difference has the covariance
 //! Var θₖ − Var θ (Hausman, Econometrica 46, 1978, 1251–1271), σ²\[(JₖᵀJₖ)⁻¹ − (JᵀJ)⁻¹\] of equal errors. σ is known twice without the misfit of the law over the whole range:
@@ -14,7 +14,7 @@
 use crate::calibrate::judgement::errors::directions;
 use crate::calibrate::judgement::misfit::residuals;
 use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING, jacobian, solve_untested};
-use crate::calibrate::{ErrorModel, Estimate, Experiment, Misfit, Mode, RangeRow, Sample};
+use crate::calibrate::{ErrorModel, Estimate, Experiment, Misfit, Mode, RangeRow, Sample, StretchRange};
 use crate::math::statistics::{extent, t_probability};
 use nalgebra::DMatrix;
 
@@ -22,6 +22,11 @@ use nalgebra::DMatrix;
 const LEVEL: f64 = 0.05;
 /// Tests of a constant in a range
 const TESTS: usize = 2;
+
+/// Amount of a deformation, |ln λ|.
+fn amount(stretch: f64) -> f64 {
+    stretch.ln().abs()
+}
 
 /// The fits to other ranges.
 pub struct ByRange {
@@ -43,21 +48,30 @@ impl<'a> Whole<'a> {
     }
 
     /// The fit over other ranges, `count` of them about.
-    pub fn ranges(&self, experiment: &Experiment, modes: &[Mode], (from, count): (f64, usize)) -> ByRange {
-        let rows = self.repeated(experiment, modes, (from, count));
+    pub fn ranges(&self, experiment: &Experiment, modes: &[Mode], (range, count): (StretchRange, usize)) -> ByRange {
+        let rows = self.repeated(experiment, modes, (range, count));
         ByRange { spread: self.spread(&rows), rows }
     }
 
-    /// The fit repeated with every end of the range from `from` on that the data offer, about `ranges` of them where there are more.
-    fn repeated(&self, experiment: &Experiment, modes: &[Mode], (from, ranges): (f64, usize)) -> Vec<RangeRow> {
+    /// The fit repeated with every end of the range that the data offer on its longer side, about `ranges` of them where there are more.
+    fn repeated(
+        &self,
+        experiment: &Experiment,
+        modes: &[Mode],
+        (range, ranges): (StretchRange, usize),
+    ) -> Vec<RangeRow> {
         if ranges == 0 {
             return vec![];
         }
-        let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
+        let [low, high] = extent(self.fitted.iter().map(|s| s.stretch));
+        let has_other_end =
+            |s: &Sample| if amount(low) > amount(high) { s.stretch <= range.to } else { s.stretch >= range.from };
+        let own = |s: &&Sample| modes.contains(&s.mode) && has_other_end(s) && s.is_informative();
         let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
-        samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
+        samples.sort_by(|a, b| amount(a.stretch).total_cmp(&amount(b.stretch)));
         let needed = self.setting.model.parameters().len() + 1;
-        let last_of_stretch = |&n: &usize| n == samples.len() || samples[n].stretch > samples[n - 1].stretch;
+        let last_of_stretch =
+            |&n: &usize| n == samples.len() || amount(samples[n].stretch) > amount(samples[n - 1].stretch);
         let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
         let step = ends.len().div_ceil(ranges).max(1);
         let chosen = ends.iter().rev().step_by(step).rev();
@@ -89,8 +103,8 @@ impl<'a> Whole<'a> {
 
     /// Whether the fitted range has all data points of another one, and more.
     fn is_longer(&self, row: &RangeRow) -> bool {
-        let [_, last] = extent(self.fitted.iter().map(|s| s.stretch));
-        row.to <= last && row.rows < self.fitted.len()
+        let [_, last] = extent(self.fitted.iter().map(|s| amount(s.stretch)));
+        amount(row.to) <= last && row.rows < self.fitted.len()
     }
 
     /// The spread of each constant.
@@ -134,7 +148,7 @@ impl<'a> Comparison<'a> {
     /// Whether each constant of the range up to `to` differs by more than the errors explain.
     fn departs(&self, to: f64, found: &LawFit) -> Vec<bool> {
         let Whole { fitted, answer, .. } = self.whole;
-        let rows: Vec<usize> = (0..fitted.len()).filter(|i| fitted[*i].stretch <= to).collect();
+        let rows: Vec<usize> = (0..fitted.len()).filter(|i| amount(fitted[*i].stretch) <= amount(to)).collect();
         let plain = directions(&self.jacobian.select_rows(&rows)).plain();
         let pairs = found.identified.estimates.iter().zip(&answer.identified.estimates);
         let one = |(j, (part, all)): (usize, (&Estimate, &Estimate))| {

@@ -39,8 +39,7 @@ pub fn fit_softening_experiment(
     options: &FitOptions,
 ) -> Result<(FitResult, SofteningFit), SofteningFitError> {
     let (law, softening, sets) = of_data(experiment, options)?;
-    let accuracy = options.accuracy.or(&experiment.accuracy);
-    let (softening, stated) = widened(softening, experiment, options, &accuracy)?;
+    let (softening, stated) = widened(softening, experiment, options)?;
     let softening = softening.with_words(&law, &stated, sets);
     Ok((law, softening))
 }

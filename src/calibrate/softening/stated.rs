@@ -8,6 +8,7 @@ use super::fit::of_data;
 use super::result::SofteningFit;
 use crate::calibrate::intake::accuracy::SharedError;
 use crate::calibrate::intake::dimensions::Dimensions;
+use crate::calibrate::intake::piece::Piece;
 use crate::calibrate::{Accuracy, Bounded, ErrorModel, Experiment, FitError, FitOptions, Mode, Sample};
 use std::collections::BTreeSet;
 
@@ -16,7 +17,6 @@ pub fn widened(
     mut fit: SofteningFit,
     experiment: &Experiment,
     options: &FitOptions,
-    accuracy: &Accuracy,
 ) -> Result<(SofteningFit, Vec<SharedError>), FitError> {
     let of_modes: BTreeSet<(Mode, usize)> = experiment.samples.iter().map(|s| (s.mode, s.specimen)).collect();
     let is_alone = |mode: Mode| of_modes.iter().filter(|other| other.0 == mode).count() == 1;
@@ -27,7 +27,9 @@ pub fn widened(
         _ => of_modes.iter().map(|one| one.1).collect(),
     };
     let (mut squares, mut followed) = ([0.0; 5], vec![]);
-    for (kind, half_width) in &accuracy.0 {
+    for kind in
+        experiment.samples.iter().flat_map(|s| errors(experiment, options, s).0.into_keys()).collect::<BTreeSet<_>>()
+    {
         let of: Vec<Option<usize>> = match kind.is_of_a_curve() {
             true => specimens.iter().copied().map(Some).collect(),
             false => vec![None],
@@ -35,13 +37,13 @@ pub fn widened(
         if of.is_empty() {
             continue;
         }
-        followed.push(*kind);
+        followed.push(kind);
         for specimen in of {
-            let end = |by: f64| moved_fit(experiment, options, (*kind, by), specimen);
-            match (end(*half_width)?, end(-half_width)?) {
+            let end = |side: f64| moved_fit(experiment, options, (kind, side), specimen);
+            match (end(1.0)?, end(-1.0)?) {
                 (Some(a), Some(b)) => (0..5).for_each(|k| squares[k] += (0.5 * (a[k] - b[k])).powi(2)),
                 _ => {
-                    followed.retain(|one| one != kind);
+                    followed.retain(|one| *one != kind);
                     fit.summary.messages.push(format!("the intervals do not hold the stated error of the {kind}"));
                     break;
                 }
@@ -61,22 +63,30 @@ pub fn widened(
     Ok((fit, followed))
 }
 
-/// r, m, β, the set and m + βW_m from the data with an error, of one specimen or of all; none where they cannot be had.
+/// The errors that a data point shares with others.
+fn errors(experiment: &Experiment, options: &FitOptions, s: &Sample) -> Accuracy {
+    experiment.piece(s).errors(s.mode, &options.accuracy)
+}
+
+/// r, m, β, the set and m + βW_m from the data with an error of ± its half-width, of one specimen or of all; none where they cannot be had.
 fn moved_fit(
     experiment: &Experiment,
     options: &FitOptions,
-    (kind, by): (SharedError, f64),
+    (kind, side): (SharedError, f64),
     specimen: Option<usize>,
 ) -> Result<Option<[f64; 5]>, FitError> {
-    let one = |s: &Sample| match specimen.is_none_or(|own| s.specimen == own) {
-        true => moved(s, kind, by, &experiment.dimensions),
-        false => Ok(Some(*s)),
+    let one = |s: &Sample| match errors(experiment, options, s).0.get(&kind) {
+        Some(half) if specimen.is_none_or(|own| s.specimen == own) => {
+            moved(s, kind, side * half, &experiment.piece(s).dimensions)
+        }
+        _ => Ok(Some(*s)),
     };
     let samples: Result<Option<Vec<Sample>>, FitError> =
         experiment.samples.iter().map(one).collect::<Result<Vec<_>, _>>().map(|all| all.into_iter().collect());
     let Some(samples) = samples? else { return Ok(None) };
     let none = Accuracy::default;
-    let data = Experiment { samples, alternatives: vec![], accuracy: none(), ..experiment.clone() };
+    let pieces = experiment.pieces.iter().map(|p| Piece { accuracy: none(), ..p.clone() }).collect();
+    let data = Experiment { samples, alternatives: vec![], pieces, ..experiment.clone() };
     let fit = of_data(&data, &FitOptions { accuracy: none(), ..options.clone() });
     Ok(fit.ok().map(|(_, s, _)| {
         let scale = s.scale.map_or(s.m.value + s.beta.value * s.largest_energy, |scale| scale.value);
@@ -92,13 +102,14 @@ fn moved(s: &Sample, kind: SharedError, by: f64, dimensions: &Dimensions) -> Res
     Ok(match kind {
         SharedError::StressZero => stressed(s.stress + by),
         SharedError::ForceZero => stressed(s.stress + by / dimensions.needed_section(kind)?),
-        SharedError::StressScale => stressed(s.stress * (1.0 + by)),
+        SharedError::StressScale | SharedError::AreaScale => stressed(s.stress * (1.0 + by)),
         SharedError::StrainZero => strained(strain + by),
         SharedError::StrainScale => strained(strain * (1.0 + by)),
         SharedError::Compliance => {
             let per_stress = dimensions.needed_section(kind)? / dimensions.needed_length(kind)?;
             strained(strain - by * s.stress * per_stress)
         }
-        SharedError::Poisson => None,
+        // Rows of softening are not corrected
+        SharedError::Poisson | SharedError::Zeroing | SharedError::Toe => None,
     })
 }

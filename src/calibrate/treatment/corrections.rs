@@ -6,16 +6,25 @@
 //! A1, which takes the steepest part: rubbers are steepest at the start or at the end.
 //!
 //! Limits: a rubber that softens curves the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
+//!
+//! All data points of a curve share the errors of its zero and its toe. The mean of N data points has the half-width t s/√N with their standard deviation s and N − 1 degrees of freedom, of a single one
+//! the noise of the whole curve. An error of the zero moves the line of the toe along with the data.
 
 use super::group::Group;
+use super::toe_line::ToeLine;
 use crate::calibrate::constant_format::stress_text;
-use crate::calibrate::{AuditEntry, AuditKind, FitError, Mode, Sample};
+use crate::calibrate::intake::piece::CorrectionError;
+use crate::calibrate::solve::noise;
+use crate::calibrate::{AuditEntry, AuditKind, FitError, Mode, Sample, SharedError};
+use crate::math::statistics::{deviation, t_quantile};
 use crate::math::units::{self, Dimension};
 
 /// Data points above the level that begin the line, and data points of a line
 const BEGIN: usize = 3;
 /// The line ends at this multiple of the level
 const END: f64 = 3.0;
+/// Ratio of a 95 % half-width of a normal error to its standard deviation
+const NORMAL: f64 = 1.96;
 
 /// The corrections that are made.
 #[derive(Clone, Copy, Debug)]
@@ -26,19 +35,22 @@ pub struct Corrections<'a> {
     pub toe: Option<&'a str>,
 }
 
+/// Data points after their corrections.
+#[derive(Clone, Debug, Default)]
+pub struct Corrected {
+    pub samples: Vec<Sample>,
+    pub log: Vec<AuditEntry>,
+    /// Specimen and error of each correction
+    pub errors: Vec<(usize, CorrectionError)>,
+}
+
 impl Corrections<'_> {
     /// The data points of a table with the zero and the toe of each group.
-    pub fn applied(
-        self,
-        rows: &[Sample],
-        groups: &[Group],
-        file: &str,
-    ) -> Result<(Vec<Sample>, Vec<AuditEntry>), FitError> {
-        let mut samples = rows.to_vec();
-        let mut log = vec![];
+    pub fn applied(self, rows: &[Sample], groups: &[Group], file: &str) -> Result<Corrected, FitError> {
+        let mut all = Corrected { samples: rows.to_vec(), ..Corrected::default() };
         if let Some(n) = self.zero {
             for group in groups {
-                log.push(zero(&mut samples, group, n, file)?);
+                zero(&mut all, group, n, file)?;
             }
         }
         if let Some(text) = self.toe {
@@ -48,24 +60,28 @@ impl Corrections<'_> {
                 return Err(refuse("the noise level must be above zero".into()));
             }
             for group in groups {
-                log.extend(shift(&mut samples, group, level).map_err(refuse)?);
+                shift(&mut all, group, level).map_err(refuse)?;
             }
         }
-        Ok((samples, log))
+        Ok(all)
     }
 }
 
 /// Subtracts the mean stress of the first data points; in a biaxial test of each direction alone.
-fn zero(samples: &mut [Sample], group: &Group, n: usize, file: &str) -> Result<AuditEntry, FitError> {
+fn zero(all: &mut Corrected, group: &Group, n: usize, file: &str) -> Result<(), FitError> {
+    let samples = &mut all.samples;
     let own = group.places(samples);
     let directions = if group.mode == Mode::Biaxial { 2 } else { 1 };
     if n == 0 || 2 * n * directions > own.len() {
         return Err(FitError::Zero { file: file.into(), mode: group.mode, asked: n, rows: own.len() / directions });
     }
-    let (mut offsets, mut lines) = (vec![], vec![]);
+    let (mut offsets, mut lines, mut half_width) = (vec![], vec![], 0.0_f64);
     for direction in 0..directions {
         let part: Vec<usize> = own.iter().skip(direction).step_by(directions).copied().collect();
-        let offset = part[..n].iter().map(|k| samples[*k].stress).sum::<f64>() / n as f64;
+        let rows: Vec<Sample> = part.iter().map(|k| samples[*k]).collect();
+        let offset = rows[..n].iter().map(|s| s.stress).sum::<f64>() / n as f64;
+        // It is not known later of which direction a data point is
+        half_width = half_width.max(error_of_zero(&rows, n));
         lines = part[..n].iter().map(|k| samples[*k].line).collect();
         part.iter().for_each(|k| samples[*k].stress -= offset);
         offsets.push(format!("{offset:.1} Pa"));
@@ -75,12 +91,33 @@ fn zero(samples: &mut [Sample], group: &Group, n: usize, file: &str) -> Result<A
         offsets.join(" and "),
         group.name
     );
-    Ok(AuditEntry::new(AuditKind::Changed, message, lines))
+    all.log.push(AuditEntry::new(AuditKind::Changed, message, lines));
+    all.add(group, SharedError::Zeroing, half_width, vec![]);
+    Ok(())
+}
+
+/// Half-width of the 95 % interval of the mean stress of the first n data points \[Pa\].
+fn error_of_zero(rows: &[Sample], n: usize) -> f64 {
+    let (strains, stresses): (Vec<f64>, Vec<f64>) = rows.iter().map(|s| (s.stretch, s.stress)).unzip();
+    match n.checked_sub(1).filter(|free| *free > 0) {
+        Some(free) => t_quantile(0.95, free) * deviation(&stresses[..n]) / (n as f64).sqrt(),
+        None => NORMAL * noise::of_curve(&strains, &stresses).unwrap_or(0.0),
+    }
+}
+
+impl Corrected {
+    /// Adds the error of a correction of a group, where its data points show one.
+    fn add(&mut self, group: &Group, error: SharedError, half_width: f64, line: Vec<f64>) {
+        if half_width > 0.0 || !line.is_empty() {
+            let error = CorrectionError { error, mode: group.mode, half_width, strain_per_stress: 0.0, line };
+            self.errors.push((group.specimen, error));
+        }
+    }
 }
 
 /// Shifts the strain of a group to where the line reaches zero stress, and drops the data points before the line.
-fn shift(samples: &mut Vec<Sample>, group: &Group, level: f64) -> Result<Vec<AuditEntry>, String> {
-    let mode = group.mode;
+fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
+    let (mode, samples) = (group.mode, &mut all.samples);
     if mode == Mode::Biaxial {
         return Err("a biaxial test has two strains, and no single toe".into());
     }
@@ -93,17 +130,13 @@ fn shift(samples: &mut Vec<Sample>, group: &Group, level: f64) -> Result<Vec<Aud
     };
     let line = own[first..].iter().take_while(|s| side * s.stress < END * level).count().max(BEGIN);
     let points: Vec<(f64, f64)> = own[first..first + line].iter().map(|s| (mode.strain(s.stretch), s.stress)).collect();
-    let n = points.len() as f64;
-    let (e, p) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-    let slope = points.iter().map(|(x, y)| (x - e) * (y - p)).sum::<f64>()
-        / points.iter().map(|(x, _)| (x - e).powi(2)).sum::<f64>();
-    if !(slope > 0.0 && slope.is_finite()) {
+    let Some(found) = ToeLine::through(&points) else {
         return Err(format!(
             "the stress does not rise with the strain in the {} {mode} data points after it is reached",
             points.len()
         ));
-    }
-    let origin = e - p / slope;
+    };
+    let ToeLine { origin, slope, half_width } = found;
     let (from, to) = (own[first].line, own[first + line - 1].line);
     let gone: Vec<u64> = own[..first].iter().map(|s| s.line).collect();
     let mut seen = 0;
@@ -120,10 +153,16 @@ fn shift(samples: &mut Vec<Sample>, group: &Group, level: f64) -> Result<Vec<Aud
         points.len(),
         stress_text(slope)
     );
-    let mut log = vec![AuditEntry::new(AuditKind::Changed, message, vec![])];
+    all.log.push(AuditEntry::new(AuditKind::Changed, message, vec![]));
     if !gone.is_empty() {
         let message = format!("{} data points of the toe, before the line", group.name);
-        log.push(AuditEntry::new(AuditKind::LeftOut, message, gone));
+        all.log.push(AuditEntry::new(AuditKind::LeftOut, message, gone));
     }
-    Ok(log)
+    for (specimen, zero) in &mut all.errors {
+        if *specimen == group.specimen && zero.mode == mode {
+            zero.strain_per_stress = slope.recip();
+        }
+    }
+    all.add(group, SharedError::Toe, half_width, points.iter().map(|(strain, _)| strain - origin).collect());
+    Ok(())
 }

@@ -8,6 +8,7 @@ pub(super) mod hold;
 pub(super) mod order;
 pub(super) mod prepare;
 pub(super) mod rupture;
+pub(super) mod toe_line;
 
 use crate::calibrate::Sample;
 use cycle::Cycle;

@@ -1,7 +1,7 @@
 //! Treatment of the data points before a fit: order of time, choice of a loading, its end at a hold or at rupture, and on request zero of the stress and toe.
 
 use super::condense;
-use super::corrections::Corrections;
+use super::corrections::{Corrected, Corrections};
 use super::cycle::{self, Cycle};
 use super::group::Group;
 use super::hold;
@@ -23,24 +23,25 @@ impl Experiment {
         let corrections = Corrections { zero: asked.zero, toe: asked.toe.as_deref() };
         let mut loading = table.loading(asked.cycle.unwrap_or(Cycle::FirstLoading))?;
         log.append(&mut loading.log);
-        let (taken, corrected) = table.corrected(&loading.picked, corrections)?;
-        log.extend(corrected);
+        let taken = table.corrected(&loading.picked, corrections)?;
+        log.extend(taken.log);
         let variants = table.variants(&loading, asked.cycle, corrections)?;
         if table.is_divided_by(&loading) {
             log.extend(table.other_branches(&loading, asked.cycle));
         }
         if asked.zero.is_none() && asked.toe.is_none() {
-            log.extend(table.doubtful_beginnings(&taken));
+            log.extend(table.doubtful_beginnings(&taken.samples));
         }
-        let (samples, condensed) = table.condensed(taken);
+        let (samples, condensed) = table.condensed(taken.samples);
         log.extend(condensed);
         let alternative = |Variant { treatment, unasked, rows, corrections }: Variant| {
             // A treatment that cannot be had is no alternative
-            let (samples, _) = table.corrected(&rows, corrections).ok()?;
+            let Corrected { samples, .. } = table.corrected(&rows, corrections).ok()?;
             Some(Alternative { treatment, unasked, samples: table.condensed(samples).0 })
         };
         let alternatives: Vec<Alternative> = variants.into_iter().filter_map(alternative).collect();
         self.samples = samples;
+        taken.errors.into_iter().for_each(|(specimen, error)| self.pieces[specimen].corrections.push(error));
         self.alternatives.extend(alternatives);
         self.audit.0.extend(log);
         Ok(self)
@@ -126,7 +127,7 @@ impl Table<'_> {
         Ok(found)
     }
 
-    fn corrected(&self, rows: &[Sample], corrections: Corrections) -> Result<(Vec<Sample>, Vec<AuditEntry>), FitError> {
+    fn corrected(&self, rows: &[Sample], corrections: Corrections) -> Result<Corrected, FitError> {
         corrections.applied(rows, &self.groups, &self.of.file)
     }
 

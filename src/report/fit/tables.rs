@@ -89,7 +89,7 @@ fn list(parameters: &[Parameter], printed: &[Printed]) -> String {
     parameters.iter().zip(printed).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Parts of the stated errors of the measurement.
+/// Parts of the shared errors of the measurement.
 fn measurement(fit: &StoredFit) -> Table {
     let printed = fit.printed();
     let row = |c: &Contribution| {
@@ -102,7 +102,7 @@ fn measurement(fit: &StoredFit) -> Table {
     let constants = constants.iter().map(|name| (name.as_str(), "", true));
     Table {
         name: "measurement",
-        caption: "Stated errors of the measurement that all data points share, as half-widths of 95 % intervals, and what each adds in quadrature to the half-widths of the constants.".into(),
+        caption: "Errors of the measurement that all data points share, stated or by the scatter of a correction, as half-widths of 95 % intervals, and what each adds in quadrature to the half-widths of the constants.".into(),
         columns: headings(&head.into_iter().chain(constants).collect::<Vec<_>>()),
         rows: fit.measurement.iter().map(row).collect(),
         pick: None,
@@ -245,7 +245,9 @@ fn ranges(fit: &StoredFit) -> Table {
     let count = n.min(RANGES);
     // Evenly spread, first and last included
     let mut picked: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1)).collect();
-    let own = |k: &usize| (fit.range_dependence[*k].to - fit.stretch[1]).abs() < 1e-9;
+    let [low, high] = fit.stretch;
+    let end = if low.ln().abs() > high.ln().abs() { low } else { high };
+    let own = |k: &usize| (fit.range_dependence[*k].to - end).abs() < 1e-9;
     picked.extend((0..n).find(own));
     picked.sort_unstable();
     picked.dedup();
@@ -267,7 +269,7 @@ fn ranges(fit: &StoredFit) -> Table {
         .collect();
     let all =
         if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
-    let mut columns = vec![("Largest stretch", "", true), ("Data points", "", true), ("Value", "", true)];
+    let mut columns = vec![("End of the range λ", "", true), ("Data points", "", true), ("Value", "", true)];
     if printed.len() == 1 {
         columns.push(("95 % interval", "", true));
     }
@@ -277,6 +279,6 @@ fn ranges(fit: &StoredFit) -> Table {
         caption: format!("The same fit over a range that ends earlier or later.{all}"),
         columns: headings(&columns),
         rows,
-        pick: Some(format!("{} (fitted)", stretch_text(fit.stretch[1]))),
+        pick: Some(format!("{} (fitted)", stretch_text(end))),
     }
 }

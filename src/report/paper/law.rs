@@ -1,6 +1,6 @@
 //! Laws of a scene with their constants and where these come from, in sentences.
 
-use crate::calibrate::within;
+use crate::calibrate::{interval_of, provenance_pair, within};
 use crate::material::parameter::Choice;
 use crate::material::volumetric::CHOICE;
 use crate::material::{LawInfo, Parameter, VolumetricKind, find};
@@ -128,13 +128,12 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
     let shown = match numbers[..] {
         [] => return None,
         [number] => {
-            let ends = |key: String| {
-                let ends = provenance.get(&key).and_then(Value::as_array)?;
-                Some([si(ends.first()?)?, si(ends.get(1)?)?])
-            };
-            let in_use = ends(format!("{}_interval_in_use", p.name));
-            match ends(format!("{}_interval", p.name)) {
+            let in_use = provenance_pair(provenance, &format!("{}_interval_in_use", p.name));
+            match interval_of(provenance, p.name) {
                 None => given(number),
+                Some(ends) if !ends.iter().any(|end| end.is_finite()) => {
+                    format!("{} (not determined by its data)", given(number))
+                }
                 Some([a, b]) => {
                     let printed = within(number, unit, Some([a, b]));
                     let unit = joined(printed.unit);

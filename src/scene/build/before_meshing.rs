@@ -3,11 +3,9 @@
 use super::rules;
 use crate::scene::error::{SceneError, content, hint, part};
 use crate::scene::numerics::check_numerics;
-use crate::scene::parts::effects::EffectSpec;
 use crate::scene::record::output::check_output;
 use crate::scene::spec::SceneSpec;
 use crate::scene::stages::build_spans;
-use std::collections::BTreeSet;
 use std::path::Path;
 
 /// All such mistakes of a scene that was read from `file`.
@@ -26,7 +24,6 @@ pub fn mistakes_before_meshing(file: &Path, spec: &SceneSpec) -> Vec<SceneError>
 
 /// Of the laws in use: a law that no effect uses may be wrong, as in a file of laws that several scenes include.
 fn of_laws(file: &Path, spec: &SceneSpec) -> Vec<SceneError> {
-    let used: BTreeSet<&str> = spec.effects.iter().filter_map(EffectSpec::law).collect();
     let known: Vec<&String> = spec.laws.keys().collect();
     let mistake = |name: &str| {
         let place = format!("laws.{name}");
@@ -37,7 +34,7 @@ fn of_laws(file: &Path, spec: &SceneSpec) -> Vec<SceneError> {
             }
         }
     };
-    used.into_iter().filter_map(mistake).collect()
+    spec.laws_in_use().into_iter().filter_map(mistake).collect()
 }
 
 #[cfg(test)]

@@ -1,64 +1,145 @@
 //! Constants of laws that are known within intervals, and the derivatives of recorded quantities by them.
 //!
-//! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval. It has no
-//! covariance, so constants count as independent of each other.
+//! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval, and with several constants the table `correlation`.
+//! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. A constant whose interval has an open end is not determined by its
+//! data: nothing bounds its share.
 
-use crate::math::units::{self, Dimension};
+use crate::calibrate::{correlation_of, interval_of, is_poisson_of_term};
 use crate::scene::{ParameterKey, Run, SceneSpec, Sensitivities, extreme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use toml::Table;
 
 /// A constant with its interval, and derivatives of the extremes by it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct InputRecord {
-    /// `laws.rubber.mu`
+    /// `laws.rubber.mu`; keys that have one value, as in `laws.foam.nu1 = laws.foam.nu2`
     pub constant: String,
     /// Half of its 95 % interval \[SI\]
     pub half_width: f64,
     /// Column → derivative of its largest departure from the start \[unit of the column per SI unit of the constant\]
     pub derivatives: BTreeMap<String, f64>,
+    /// Other constant → correlation with it \[–\]; those that are absent count as independent
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub correlation: BTreeMap<String, f64>,
 }
 
-/// The constants of the laws of a scene whose files give an interval, with the half widths \[SI\].
-pub fn uncertain_constants(spec: &SceneSpec) -> Vec<(ParameterKey, f64)> {
-    let mut found = vec![];
-    for (law, table) in &spec.laws {
-        let Some(provenance) = table.get("provenance").and_then(toml::Value::as_table) else { continue };
-        for (name, value) in provenance {
-            let ends = value.as_array().map(|ends| ends.iter().filter_map(number).collect::<Vec<_>>());
-            if let (Some(key), Some([low, high])) = (name.strip_suffix("_interval"), ends.as_deref())
-                && table.contains_key(key)
-                && high > low
-            {
-                found.push((ParameterKey::of_law(law, key), 0.5 * (high - low)));
+/// A constant that is known within an interval.
+pub struct Uncertain {
+    /// Several where they have one value
+    pub keys: Vec<ParameterKey>,
+    /// \[SI\]
+    pub half_width: f64,
+    /// Other constant → correlation with it \[–\]
+    pub correlation: BTreeMap<String, f64>,
+}
+
+/// The constants of the laws of a scene whose files give an interval with two ends.
+pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
+    let of = |(law, table): (&String, &Table)| {
+        let mut own: Vec<(Uncertain, [f64; 2])> = vec![];
+        for (name, [low, high]) in intervals(table).filter(|(_, [low, high])| (high - low).is_finite() && high > low) {
+            let (ends, is_poisson) = ([low, high], is_poisson_of_term(name));
+            let is_shared = |(other, of): &&mut (Uncertain, [f64; 2])| {
+                is_poisson && *of == ends && other.keys[0].law_constant().is_some_and(|c| is_poisson_of_term(c.key))
+            };
+            let key = ParameterKey::of_law(law, name);
+            match own.iter_mut().find(is_shared) {
+                Some((one, _)) => one.keys.push(key),
+                None => own.push((
+                    Uncertain {
+                        correlation: correlations(law, table, name),
+                        keys: vec![key],
+                        half_width: 0.5 * (high - low),
+                    },
+                    ends,
+                )),
             }
         }
-    }
-    found
+        own.into_iter().map(|(one, _)| one).collect::<Vec<_>>()
+    };
+    spec.laws.iter().flat_map(of).collect()
 }
 
-/// A number in SI units; constants of laws are pressures or have no unit.
-fn number(value: &toml::Value) -> Option<f64> {
-    let text = || units::parse(value.as_str()?, Dimension::PRESSURE).ok();
-    value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).or_else(text).filter(|x| x.is_finite())
+/// The constants of the laws that a scene uses and that their data do not determine: an end of their interval is open.
+pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
+    let used = spec.laws_in_use();
+    let of = |(law, table): (&String, &Table)| {
+        let open = intervals(table).filter(|(_, ends)| ends.iter().any(|end| end.is_infinite()));
+        open.map(|(key, _)| ParameterKey::of_law(law, key).to_string()).collect::<Vec<_>>()
+    };
+    spec.laws.iter().filter(|(law, _)| used.contains(law.as_str())).flat_map(of).collect()
+}
+
+/// Correlations of a constant with the others of its law.
+fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
+    let provenance = table.get("provenance").and_then(toml::Value::as_table);
+    let with = |(other, _): (&String, [f64; 2])| {
+        let r = if other == name { 0.0 } else { correlation_of(provenance?, name, other) };
+        (r != 0.0).then(|| (ParameterKey::of_law(law, other).to_string(), r))
+    };
+    intervals(table).filter_map(with).collect()
+}
+
+/// The constants of a law with the intervals of its file.
+fn intervals(law: &Table) -> impl Iterator<Item = (&String, [f64; 2])> {
+    let provenance = law.get("provenance").and_then(toml::Value::as_table);
+    law.keys().filter_map(move |key| Some((key, interval_of(provenance?, key)?)))
 }
 
 /// Derivatives of the extremes of all columns; none where they stop before one.
-pub fn inputs(constants: &[(ParameterKey, f64)], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
+pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
     let column = |name: &String| {
         let k = run.columns.iter().position(|c| c == name)?;
         sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
     };
-    let record = |(n, (constant, half_width)): (usize, &(ParameterKey, f64))| {
+    let mut places = 0_usize..;
+    let record = |constant: &Uncertain| {
+        let own: Vec<usize> = places.by_ref().take(constant.keys.len()).collect();
         let derivative = |(j, name): (usize, &String)| {
-            let d = column(name)?[j][n] - sensitivities.rows[0][j][n];
+            let row = column(name)?;
+            let d = own.iter().map(|n| row[j][*n] - sensitivities.rows[0][j][*n]).sum::<f64>();
             d.is_finite().then(|| (name.clone(), d))
         };
+        let names: Vec<String> = constant.keys.iter().map(ToString::to_string).collect();
         InputRecord {
-            constant: constant.to_string(),
-            half_width: *half_width,
+            constant: names.join(" = "),
+            half_width: constant.half_width,
+            correlation: constant.correlation.clone(),
             derivatives: sensitivities.columns.iter().enumerate().filter_map(derivative).collect(),
         }
     };
-    constants.iter().enumerate().map(record).collect()
+    constants.iter().map(record).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An open end leaves a constant undetermined, and so does a reason why there is no interval. The terms of a foam share ν.
+    #[test]
+    fn open_intervals_are_told_from_known_ones() {
+        let effect = |law: &str| format!("[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"{law}\"\n");
+        let text = "[laws.a]\nlaw = \"gent\"\nmu = \"1 kPa\"\nJ_m = 80.0\n\
+            [laws.a.provenance]\nmu_interval = [\"0.9 kPa\", \"1.1 kPa\"]\nJ_m_interval = [70.0, inf]\n\
+            [laws.b]\nlaw = \"mooney_rivlin\"\nC10 = \"1 kPa\"\nC01 = \"1 kPa\"\n\
+            [laws.b.provenance]\nC10_interval = [\"-inf Pa\", \"inf Pa\"]\nC01_without_interval = \"the curves do not determine it\"\n\
+            [laws.c]\nlaw = \"hyperfoam\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu1 = 0.3\nmu2 = \"1 kPa\"\nalpha2 = 6.0\nnu2 = 0.3\n\
+            [laws.c.provenance]\npoisson_interval = [0.25, 0.35]\nalpha1_interval = [1.0, 3.0]\n\
+            [laws.unused]\nlaw = \"neo_hookean\"\nmu = \"1 kPa\"\nprovenance = { mu_interval = [\"-inf Pa\", \"inf Pa\"] }\n";
+        let table: Table = (text.to_string() + &["a", "b", "c"].map(effect).concat()).parse().expect("TOML");
+        let spec = SceneSpec {
+            laws: table["laws"].clone().try_into().expect("tables"),
+            effects: table["effect"].clone().try_into().expect("effects"),
+            ..SceneSpec::default()
+        };
+        assert_eq!(undetermined_constants(&spec), ["laws.a.J_m", "laws.b.C10", "laws.b.C01"]);
+        let known: Vec<(String, f64)> = uncertain_constants(&spec)
+            .into_iter()
+            .map(|one| (one.keys.iter().map(ToString::to_string).collect::<Vec<_>>().join(" "), one.half_width))
+            .collect();
+        let names: Vec<&str> = known.iter().map(|one| one.0.as_str()).collect();
+        assert_eq!(names, ["laws.a.mu", "laws.c.alpha1", "laws.c.nu1 laws.c.nu2"]);
+        assert!((known[0].1 - 100.0).abs() < 1e-9 && (known[2].1 - 0.05).abs() < 1e-12, "{known:?}");
+    }
 }

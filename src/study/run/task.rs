@@ -71,7 +71,7 @@ impl Task {
     /// The task of a case whose inputs are known, with the derivatives that its study asks for.
     pub fn of(study: &Study, case: &Case, vtu: bool) -> Self {
         let uncertain = if study.rules.input_uncertainty { uncertain_constants(&case.spec) } else { vec![] };
-        let constants = case.derivatives.iter().cloned().chain(uncertain.into_iter().map(|(constant, _)| constant));
+        let constants = case.derivatives.iter().cloned().chain(uncertain.into_iter().flat_map(|one| one.keys));
         Self::new(study, case.clone(), constants.collect(), vtu)
     }
 

@@ -55,6 +55,7 @@ fn integrator(spans: &[TimeSpan]) -> &'static str {
 pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
+    let of_scene = scene.notes.iter().cloned();
     let CutRegions { of_all: cut_regions, of_columns: cut_columns } = CutRegions::new(scene);
     CaseRecord {
         id: String::new(),
@@ -111,19 +112,13 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         probes: probes(scene, run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        notes: scene
-            .notes
-            .iter()
-            .cloned()
-            .chain(solver::notes(scene, run))
-            .chain(of_tracks)
-            .chain(notes(&overlays))
-            .collect(),
+        notes: of_scene.chain(solver::notes(scene, run)).chain(of_tracks).chain(notes(&overlays)).collect(),
         distances: overlays.into_iter().filter_map(|o| o.distance).collect(),
         measured: scene.measured.curves.clone(),
         markers,
         one_run: None,
         inputs: vec![],
+        undetermined: vec![],
         events: run.events.clone(),
         cut_regions,
         cut_columns,

@@ -124,6 +124,9 @@ pub struct CaseRecord {
     /// Derivatives by the constants that a law file gives intervals of
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<InputRecord>,
+    /// Constants whose law file leaves an end of their interval open
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undetermined: Vec<String>,
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
@@ -171,6 +174,7 @@ impl CaseRecord {
         }
         if !asks.input_uncertainty {
             self.inputs.clear();
+            self.undetermined.clear();
         }
     }
 

@@ -13,6 +13,7 @@ use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors
 use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
 use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::wording::distinct;
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
@@ -37,6 +38,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     if recommended.is_none() {
         verdict += &verdict::constants_alone(&quantities);
     }
+    verdict += &verdict::undetermined_words(&quantities);
     let extension = next.and_then(NextMesh::extension);
     let found = ConvergenceFindings { quantities, settings, recommended, extension };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
@@ -56,7 +58,8 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
     }
     let of_constants = |r| independent::input_uncertainty(cases, (variant, quantity), &estimates, r);
-    let inputs = reference.as_ref().and_then(of_constants);
+    let undetermined = distinct(cases.of_variant(variant).flat_map(|c| c.record.undetermined.iter().cloned()));
+    let inputs = reference.as_ref().filter(|_| undetermined.is_empty()).and_then(of_constants);
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
@@ -96,6 +99,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         unresolved,
         one_run,
         inputs,
+        undetermined,
         reference,
         errors,
         supported,

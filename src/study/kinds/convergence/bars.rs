@@ -34,9 +34,12 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         let has = |q: &MeshErrors| q.step.as_ref().is_some_and(|step| step.cause == cause);
         terms.extend(with_bars().any(|(q, _)| has(q)).then(|| words.to_string()));
     }
-    let constants = match with_bars().any(|(q, _)| q.inputs.is_some()) {
-        true => " Shares of uncertain constants are added as root of the sum of squares [@asme2009].",
-        false => "",
+    let constants = if with_bars().any(|(q, _)| !q.undetermined.is_empty()) {
+        " Constants that their data do not determine are in no bar."
+    } else if with_bars().any(|(q, _)| q.inputs.is_some()) {
+        " Shares of uncertain constants are added as root of the sum of squares [@asme2009]."
+    } else {
+        ""
     };
     format!(
         "The error of a value is its distance from the limit f* for h → 0, by {}. An error bar is {}, added as absolute values.{constants}",

@@ -40,8 +40,10 @@ pub struct MeshErrors {
     pub unresolved: Option<Unresolved>,
     /// Errors of single cases from their runs alone
     pub one_run: Vec<OneRunBar>,
-    /// The uncertainty by the constants of the laws
+    /// The uncertainty by the constants of the laws; none where one of them is not determined
     pub inputs: Option<InputUncertainty>,
+    /// Constants of the laws that their data do not determine
+    pub undetermined: Vec<String>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
     /// A reference within the tolerance exists, and the time steps resolve the motion

@@ -1,14 +1,16 @@
 //! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
 //!
 //! ```text
-//! constants     √(Σ (∂J/∂θₖ · half width of the 95 % interval of θₖ)²)/scale      on the finest mesh of the leading family
+//! constants     √(Σⱼₖ rⱼₖ cⱼ cₖ)/scale,   cₖ = ∂J/∂θₖ · half width of the 95 % interval of θₖ,   rⱼₖ the correlation of θⱼ and θₖ      on the finest mesh of the leading family
 //! together      √(bar² + constants²)                                        after ASME V&V 20-2009, section 1-5
 //! ```
 
+use crate::math::statistics::root;
 use crate::study::curve::peak;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::run::inputs::InputRecord;
 use crate::study::store::record::StoredCase;
 use serde::Serialize;
 
@@ -34,6 +36,9 @@ pub struct InputUncertainty {
     pub constants: Vec<String>,
     /// Share of the scale, 95 %
     pub share: f64,
+    /// The law file says how the constants are correlated
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub correlated: bool,
 }
 
 /// One line per case that has an estimate of its own.
@@ -71,8 +76,15 @@ pub fn input_uncertainty(
         is_known.then_some(case)
     };
     let finest = ids.find_map(known)?;
-    let squares = finest.inputs.iter().map(|i| (i.derivatives[quantity] * i.half_width).powi(2));
-    let share = squares.sum::<f64>().sqrt() / reference.scale;
+    let change = |i: &InputRecord| i.derivatives[quantity] * i.half_width;
+    let correlation = |a: &InputRecord, b: &InputRecord| match a.constant == b.constant {
+        true => 1.0,
+        false => a.correlation.get(&b.constant).copied().unwrap_or(0.0),
+    };
+    let pairs = finest.inputs.iter().flat_map(|a| finest.inputs.iter().map(move |b| (a, b)));
+    let square: f64 = pairs.map(|(a, b)| correlation(a, b) * change(a) * change(b)).sum();
+    let share = root(square) / reference.scale;
+    let correlated = finest.inputs.iter().any(|i| !i.correlation.is_empty());
     let constants = finest.inputs.iter().map(|i| i.constant.clone()).collect();
-    share.is_finite().then(|| InputUncertainty { case: finest.id.clone(), constants, share })
+    share.is_finite().then(|| InputUncertainty { case: finest.id.clone(), constants, share, correlated })
 }

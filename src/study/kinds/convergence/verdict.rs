@@ -11,7 +11,7 @@ use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
-use crate::wording::{count, few};
+use crate::wording::{count, distinct, few};
 
 /// All settings run with the time steps of the study, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
@@ -196,10 +196,10 @@ pub fn conclude(
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let which = if deciding.len() == quantities.len() { "" } else { " of those that decide" };
     let unstable = unstable(cases, s);
-    let (on, is) = if unstable.is_empty() {
-        ("", "can be trusted within")
-    } else {
-        ("On an unstable branch of equilibria, ", "is within the tolerance of")
+    let (on, is) = match (unstable.is_empty(), undetermined(quantities).is_empty()) {
+        (true, true) => ("", "can be trusted within"),
+        (true, false) => ("", "is within the tolerance of"),
+        (false, _) => ("On an unstable branch of equilibria, ", "is within the tolerance of"),
     };
     let mut words = format!(
         "{on}{} {is} {}: error bar {} in the worst quantity{which} ({}), {} per case.",
@@ -254,12 +254,13 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
     let (Some((bar, share)), Some(inputs)) = (both(q), &q.inputs) else { return String::new() };
     format!(
         " Constants ({}) are known within the 95 % intervals of the law file only: of the {}, {} are discretisation, {} constants, together {} \
-         (root of the sum of squares; the file has no covariance).",
+         (root of the sum of squares; {}).",
         inputs.constants.join(", "),
         q.peak_title(),
         percent(bar),
         percent(share),
-        percent(bar.hypot(share))
+        percent(bar.hypot(share)),
+        if inputs.correlated { "the constants are correlated as the file says" } else { "the file has no covariance" }
     )
 }
 
@@ -274,6 +275,24 @@ pub fn constants_alone(quantities: &[ByQuantity<MeshErrors>]) -> String {
             q.peak_title()
         )
     })
+}
+
+/// Constants under deciding quantities that their data do not determine.
+fn undetermined(quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
+    distinct(quantities.iter().filter(|q| q.deciding).flat_map(|q| q.undetermined.iter().cloned()))
+}
+
+/// The share of the constants cannot be stated where their data do not determine them.
+pub fn undetermined_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
+    let open = undetermined(quantities);
+    if open.is_empty() {
+        return String::new();
+    }
+    format!(
+        " Constants ({}) are not determined by the data of their law file, whose intervals are open: the error bars are of the mesh alone, and the values may be off by any \
+         share of the constants.",
+        open.join(", ")
+    )
 }
 
 /// A recommended setting that raises the locking alarm.

@@ -43,7 +43,7 @@ fn quantity(q: &ByQuantity<MeshErrors>) -> Value {
     let sizes = q.sizes();
     let curves: Map<String, Value> = q.curves.iter().map(|(f, c)| (f.clone(), json!(c))).collect();
     let families: Map<String, Value> = q.estimates.iter().map(|e| (e.family.clone(), json!(e))).collect();
-    json!({
+    let mut out = json!({
         "label": q.quantity.label,
         "symbol": q.quantity.symbol,
         "unit": q.quantity.unit,
@@ -64,5 +64,9 @@ fn quantity(q: &ByQuantity<MeshErrors>) -> Value {
         "errors": q.errors,
         "reasons": q.reasons,
         "sentence": q.sentence,
-    })
+    });
+    if !q.undetermined.is_empty() {
+        out["undetermined"] = json!(q.undetermined);
+    }
+    out
 }

@@ -1,0 +1,42 @@
+//! A test piece with what is known of the errors of its test.
+
+use super::accuracy::{Accuracy, SharedError};
+use super::dimensions::Dimensions;
+use crate::calibrate::Mode;
+
+/// A test piece.
+#[derive(Clone, Debug, Default)]
+pub struct Piece {
+    pub dimensions: Dimensions,
+    /// 95 % half-widths of the errors that its data points share, by its card
+    pub accuracy: Accuracy,
+    /// Errors of the corrections of its curves
+    pub corrections: Vec<CorrectionError>,
+}
+
+/// Error that a correction leaves in all data points of a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CorrectionError {
+    pub error: SharedError,
+    pub mode: Mode,
+    /// Half-width of the 95 % interval \[SI\]
+    pub half_width: f64,
+    /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
+    pub strain_per_stress: f64,
+    /// Of a toe: strains of the data points of its line, without it
+    pub line: Vec<f64>,
+}
+
+impl Piece {
+    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card.
+    pub fn errors(&self, mode: Mode, asked: &Accuracy) -> Accuracy {
+        let mut all = asked.or(&self.accuracy);
+        all.0.extend(self.corrections.iter().filter(|c| c.mode == mode).map(|c| (c.error, c.half_width)));
+        all
+    }
+
+    /// The correction of the curve of a mode that leaves this error.
+    pub fn correction(&self, error: SharedError, mode: Mode) -> Option<&CorrectionError> {
+        self.corrections.iter().find(|c| c.error == error && c.mode == mode)
+    }
+}
