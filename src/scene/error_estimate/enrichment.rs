@@ -407,6 +407,11 @@ impl EnrichedScene {
         }
     }
 
+    /// Its scene where it has the cells of the run, raised: the corners of both have the same numbers.
+    pub fn raised(&self) -> Option<&Scene> {
+        (self.enrichment == Enrichment::Raise).then_some(&self.scene)
+    }
+
     /// \[cells of the enriched mesh\] the cell of the run that each is a part of
     pub fn parents(&self) -> &[u32] {
         &self.map.parents

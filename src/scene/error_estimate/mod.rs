@@ -264,7 +264,7 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
-        let near = unresolved_columns(self.scene, &run.memories[0]);
+        let near = unresolved_columns(self.scene, &enriched, &run.memories[0]);
         let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
         if self.whole_run {
             let fine = enriched.run(run, peaks.iter().map(|(row, _)| run.rows[*row][0]))?;
