@@ -227,7 +227,7 @@ fn bars_hold_at_a_glued_re_entrant_edge() {
     }
 }
 
-/// Two runs whose steps follow their own errors have no times in common: the enriched one is read between its rows.
+/// Two runs whose steps follow their own errors have no times in common: each has its extreme at a time of its own.
 #[test]
 fn steps_that_follow_their_error_have_an_estimate() {
     let text = text(

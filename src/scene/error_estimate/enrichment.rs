@@ -104,6 +104,11 @@ fn unstable_modes(run: &Run, t: f64) -> usize {
     until.last().map_or(0, |(_, modes)| *modes)
 }
 
+/// Refuses an enriched run with an unstable static state up to time `t` \[s\] where the run has none.
+pub(super) fn check_branch(enriched: &Run, of_run: &Run, t: f64) -> Result<(), EstimateError> {
+    if unstable_modes(enriched, t) > unstable_modes(of_run, t) { Err(EstimateError::Unstable { t }) } else { Ok(()) }
+}
+
 /// Whether steps of a run were refused on a path with indefinite tangents, and tried again: it may have jumped to another branch.
 fn was_forced(run: &Run) -> bool {
     run.shifted_factorisations > 0 && run.tried_iterations > run.totals.iterations
@@ -332,18 +337,15 @@ impl EnrichedScene {
         solver
     }
 
-    /// The whole protocol, which has an estimate at the extremes of the run at these times.
+    /// The whole protocol.
     ///
     /// # Errors
     ///
     /// Where the enriched mesh has no solution, or the estimate was stopped.
-    pub fn run(&self, of_run: &Run, extremes: impl Iterator<Item = f64>) -> Result<Run, EstimateError> {
+    pub fn run(&self) -> Result<Run, EstimateError> {
         let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
         match run.status {
-            Status::Converged => match extremes.reduce(f64::max) {
-                Some(t) if unstable_modes(&run, t) > unstable_modes(of_run, t) => Err(EstimateError::Unstable { t }),
-                _ => Ok(run),
-            },
+            Status::Converged => Ok(run),
             status => {
                 Err(EstimateError::NotSolved { t: run.rows.last().map_or(0.0, |row| row[0]), status: status.name() })
             }
@@ -366,10 +368,11 @@ impl EnrichedScene {
         let stop = self.stop.clone();
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
         self.scene.spans = whole;
-        let is_elsewhere =
-            unstable_modes(&run, t) > unstable_modes(of_run, t) || was_forced(&run) && !was_forced(of_run);
-        if run.status == Status::Converged && is_elsewhere {
-            return Err(EstimateError::Unstable { t });
+        if run.status == Status::Converged {
+            check_branch(&run, of_run, t)?;
+            if was_forced(&run) && !was_forced(of_run) {
+                return Err(EstimateError::Unstable { t });
+            }
         }
         let values = run.rows.into_iter().zip(run.memories).next_back();
         match (run.status, values, end) {
@@ -518,10 +521,7 @@ mod tests {
         let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
-        assert!(matches!(
-            enriched.run(&scene.run(), [].into_iter()),
-            Err(EstimateError::NotSolved { status: "Interrupted", .. })
-        ));
+        assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
         let SmoothSurface::Curved(moved, _) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
         for space in [&enriched, &*moved] {
             assert!(space.solver().equations.limit.reached().is_some());
