@@ -1,7 +1,7 @@
 //! Errors estimated from one run: they contain the truth, cost little, and are refused where one state does not give them.
 
 use durometer::scene::{
-    Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, RunOptions, Scene, extreme, parse_scene,
+    Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, RunOptions, Scene, extreme, parse_scene,
 };
 use durometer::system::State;
 
@@ -181,6 +181,8 @@ fn bars_of_extremes_hold_where_phases_differ() {
         println!("{divisions:?}: {q:?}");
         assert!((truth - q.value).abs() <= q.bar && q.bar <= 5.0 * (truth - q.value).abs(), "{q:?}, {truth}");
         assert!((truth - q.corrected).abs() <= q.uncertainty, "{q:?}, {truth}");
+        // A box has no curved facets
+        assert_eq!((q.geometry, q.lacks()), (Some(GeometryError::default()), None));
     }
 }
 

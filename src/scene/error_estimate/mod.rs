@@ -266,17 +266,20 @@ impl<'a> ErrorEstimator<'a> {
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
         let near = unresolved_columns(self.scene, &enriched, &run.memories[0]);
         let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
+        let mut geometry = match self.whole_run {
+            true => Geometry::of_whole_run(&enriched, self.scene),
+            false => Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])),
+        };
         if self.whole_run {
-            let (found, count) = self.of_whole_run(&enriched, run, (&near, &extent), std::mem::take(&mut peaks))?;
+            let known = (&near[..], geometry.of_flat(), &extent);
+            let (found, count) = self.of_whole_run(&enriched, run, known, std::mem::take(&mut peaks))?;
             quantities.extend(found);
             factorisations += count;
         }
-        let mut geometry =
-            (!self.whole_run).then(|| Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])));
         for (row, columns) in &peaks {
             let solved = self.solve(&mut enriched, run, *row)?;
             factorisations += solved.factorisations;
-            let surface = geometry.as_mut().and_then(|g| g.errors(&solved));
+            let surface = geometry.errors(&solved);
             let wider = extent.changes(&solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
@@ -294,10 +297,10 @@ impl<'a> ErrorEstimator<'a> {
                 cells.extend(own.iter().map(|(column, ..)| *column).zip(shares));
             }
         }
-        let missed_volumes = geometry.as_ref().map_or_else(Vec::new, Geometry::missed_volumes);
-        let is_assumed = geometry.is_some() && missed_volumes.is_empty();
+        let missed_volumes = geometry.missed_volumes();
+        let is_assumed = missed_volumes.is_empty() && (!self.whole_run || geometry.of_flat().is_some());
         let angle_in_row = is_assumed.then(|| angle_in_row(&self.scene.body.mesh)).flatten();
-        factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
+        factorisations += geometry.factorisations + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
@@ -319,7 +322,7 @@ impl<'a> ErrorEstimator<'a> {
         &self,
         enriched: &EnrichedScene,
         run: &Run,
-        (near, extent): (&[bool], &Extent),
+        (near, geometry, extent): (&[bool], Option<GeometryError>, &Extent),
         peaks: Vec<(usize, Vec<usize>)>,
     ) -> Result<(Vec<(usize, QuantityError)>, usize), EstimateError> {
         let fine = enriched.run()?;
@@ -327,7 +330,7 @@ impl<'a> ErrorEstimator<'a> {
         for (row, column) in peaks.into_iter().flat_map(|(row, own)| own.into_iter().map(move |column| (row, column))) {
             let (t, value) = extreme_of(&fine.rows, &run.rows, column);
             last = last.max(t).max(run.rows[row][0]);
-            let error = self.error((run, row), column, value, None, (0.0, extent));
+            let error = self.error((run, row), column, value, geometry, (0.0, extent));
             found.push((column, QuantityError { unresolved: near[column], ..error }));
         }
         check_branch(&fine, run, last)?;
