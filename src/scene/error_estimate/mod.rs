@@ -30,6 +30,7 @@ mod indicators;
 mod kept_state;
 mod refusal;
 mod singular_edge;
+mod unresolved;
 
 pub use enrichment::Enrichment;
 pub use geometry::GeometryError;
@@ -51,9 +52,10 @@ use enrichment::{EnrichedScene, check_branch};
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
-use singular_edge::{has_glued_edge, unresolved_columns};
+use singular_edge::has_glued_edge;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use unresolved::unresolved_columns;
 
 /// Error of one recorded quantity.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,7 +78,8 @@ pub struct QuantityError {
     pub extent: f64,
     /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
     pub cut_regions: Vec<String>,
-    /// Whether it is one of a place in a cell that has a singular edge, which the cell does not resolve: the bar may be several times too small
+    /// Whether it is one of a place in a cell that has a singular edge, or a force on a patch smaller than it, which the cell does not resolve: the bar may be several
+    /// times too small
     pub unresolved: bool,
     /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
@@ -132,7 +135,7 @@ impl QuantityError {
 
     fn parts_on_facets(&self) -> impl Iterator<Item = String> {
         let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
-        let edge = self.unresolved.then(|| "the singular edge in the cell of its place".to_string());
+        let edge = self.unresolved.then(|| "the singular edge or small patch in the cell of its place".to_string());
         extent.into_iter().chain(edge)
     }
 }

@@ -5,14 +5,11 @@
 //! face meets a free one at a right angle. Quantities of the whole body converge with an order of 2λ. Within a cell at the edge a displacement grows with r instead:
 //! the cell does not show those nearer to the edge than its size.
 
-use super::enrichment::EnrichedScene;
-use super::indicators::gradients;
 use crate::mesh::Region;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::scene::Scene;
 use crate::scene::spec::ConstraintSpec;
-use crate::system::Dofs;
 use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_4, PI};
 
@@ -130,21 +127,9 @@ pub(super) fn has_glued_edge(scene: &Scene) -> bool {
     singular_edges(scene).iter().any(|edge| edge.glued)
 }
 
-/// \[columns\] whether a column is the displacement of a place in one cell that has a singular edge, as far as it is not prescribed; `memory`: what recorders keep.
-pub(super) fn unresolved_columns(scene: &Scene, enriched: &EnrichedScene, memory: &[f64]) -> Vec<bool> {
-    let mesh = &scene.body.mesh;
-    let edges = singular_edges(enriched.raised().unwrap_or(scene));
-    let at_edges: BTreeSet<u32> = edges.iter().flat_map(|edge| edge.corners).collect();
-    let cells = (0..mesh.cell_count()).map(|c| mesh.cell(c));
-    let near: Vec<&[u32]> = cells.filter(|cell| cell[..4].iter().any(|node| at_edges.contains(node))).collect();
-    let is_free = |dof: u32| scene.system.dofs.equation[dof as usize] != Dofs::FIXED;
-    let is_near = |x: &[(u32, f64)]| {
-        let nodes: BTreeSet<u32> =
-            x.iter().filter(|(dof, w)| *w != 0.0 && is_free(*dof)).map(|(dof, _)| dof / 3).collect();
-        !nodes.is_empty() && near.iter().any(|cell| nodes.iter().all(|node| cell.contains(node)))
-    };
-    let all = gradients(scene, &scene.system.rest(), memory);
-    all.iter().map(|own| own.as_ref().is_some_and(|own| own.reaction.is_empty() && is_near(&own.x))).collect()
+/// The corners at which edges end at which displacements are singular.
+pub(super) fn singular_corners(scene: &Scene) -> BTreeSet<u32> {
+    singular_edges(scene).iter().flat_map(|edge| edge.corners).collect()
 }
 
 #[cfg(test)]
