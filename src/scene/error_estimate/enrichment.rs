@@ -15,7 +15,7 @@ use crate::scene::build::SceneBuilder;
 use crate::scene::build::regions::regions;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
-use crate::solve::{Integrator, NonlinearSolver, Status, Step};
+use crate::solve::{Integrator, NonlinearSolver, Status, Step, TimeSpan};
 use crate::system::{State, Want};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -36,6 +36,8 @@ const LEAST_ORDERS: [f64; 2] = [1.0, 0.75];
 const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
 /// Largest share of the error of linear cells that quadratic ones on the same mesh leave: usually, and of reactions next to such an edge.
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
+/// Most times that the steps of an enriched run are halved which may have jumped to another branch.
+const MOST_HALVINGS: usize = 2;
 /// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
@@ -352,7 +354,8 @@ impl EnrichedScene {
         }
     }
 
-    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to.
+    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to. Where it may have jumped to another branch in
+    /// long steps, they are halved.
     ///
     /// # Errors
     ///
@@ -362,25 +365,38 @@ impl EnrichedScene {
         let mut spans = self.scene.spans.clone();
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
+        let mut factorisations = 0;
+        for _ in 0..=MOST_HALVINGS {
+            let (run, end) = self.run_in(spans.clone());
+            factorisations += run.factorisations;
+            let is_complete = run.status == Status::Converged;
+            if is_complete {
+                check_branch(&run, of_run, t)?;
+            }
+            if is_complete && was_forced(&run) && !was_forced(of_run) {
+                spans.iter_mut().for_each(|span| span.dt *= 0.5);
+                continue;
+            }
+            let values = run.rows.into_iter().zip(run.memories).next_back();
+            return match (run.status, values, end) {
+                (Status::Converged, Some((values, memory)), Some(end)) => {
+                    Ok(Solved { start, end, values, memory, factorisations })
+                }
+                (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
+            };
+        }
+        Err(EstimateError::Unstable { t })
+    }
+
+    /// The run in these stages, and its last state.
+    fn run_in(&mut self, spans: Vec<TimeSpan>) -> (Run, Option<State>) {
         let whole = std::mem::replace(&mut self.scene.spans, spans);
         let mut end = None;
         let mut keep = |state: &State| end = Some(state.clone());
         let stop = self.stop.clone();
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
         self.scene.spans = whole;
-        if run.status == Status::Converged {
-            check_branch(&run, of_run, t)?;
-            if was_forced(&run) && !was_forced(of_run) {
-                return Err(EstimateError::Unstable { t });
-            }
-        }
-        let values = run.rows.into_iter().zip(run.memories).next_back();
-        match (run.status, values, end) {
-            (Status::Converged, Some((values, memory)), Some(end)) => {
-                Ok(Solved { start, end, values, memory, factorisations: run.factorisations })
-            }
-            (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
-        }
+        (run, end)
     }
 
     /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
