@@ -1,6 +1,9 @@
 //! Errors estimated from one run: they contain the truth, cost little, and are refused where one state does not give them.
 
-use durometer::scene::{Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, Run, RunOptions, Scene, parse_scene};
+use durometer::math::statistics::larger;
+use durometer::scene::{
+    Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, Run, RunOptions, Scene, parse_scene,
+};
 use durometer::system::State;
 
 fn ramp(to: &str) -> String {
@@ -167,7 +170,7 @@ const SWUNG: [[f64; 30]; 2] = [
 ];
 
 /// The end swings with viscosity or without: the state depends on the path, and the enriched space is run whole. Bars hold against mixed quadratic cells on
-/// a finer grid with the same time steps, at the time of the largest departure.
+/// a finer grid with the same time steps, of the largest departure.
 #[test]
 fn bars_hold_where_the_state_depends_on_the_path() {
     let mut all = 0;
@@ -176,13 +179,39 @@ fn bars_hold_where_the_state_depends_on_the_path() {
             let coarse = swinging(damper, 2, formulation);
             let found = estimate(&coarse, Enrichment::usual(coarse.body.mesh.order), &["xmax_z_m"]);
             let q = &found.quantities[0];
-            let error = 1e-3 * truths[(q.t / 0.01).round() as usize - 1] - q.value;
+            // Both are farthest from the start above it
+            let error = 1e-3 * truths.into_iter().fold(0.0, larger) - q.value;
             println!("{formulation:?} at {:.2} s: bar {:.3e}, error {error:.3e}", q.t, q.bar);
             assert!(found.whole_run && error.abs() <= q.bar && q.bar <= 5.0 * error.abs(), "{q:?}, error {error}");
             all += 1;
         }
     }
     assert_eq!(all, 8);
+}
+
+/// A cantilever that is shaken near its first frequency. Linear cells are too stiff, and beat in another phase: at the time of their largest departure that of finer
+/// cells is smaller, and bars at that time do not contain the error of the extreme. The truths are those of mixed quadratic cells on 12 boxes.
+#[test]
+fn bars_of_extremes_hold_where_phases_differ() {
+    for divisions in [[4, 1, 1], [8, 2, 2]] {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = {divisions:?} }}\nelement = \"tet4\"\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"consistent\"\n[[effect]]\nkind = \"traction\"\n\
+             region = \"xmax\"\ndirection = [0, 0, 1]\ntraction = {{ kind = \"sine\", amplitude = \"30 Pa\", frequency = \"6 Hz\" }}\n[[constraint]]\n\
+             kind = \"fixed\"\nregion = \"xmin\"\n[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n[[stage]]\n\
+             integrator = {{ kind = \"generalised_alpha\", rho = 0.9 }}\nduration = \"0.8 s\"\ndt = \"5 ms\"\n"
+        );
+        let scene = parse_scene(&text).expect("a scene");
+        let found = estimate(&scene, Enrichment::Raise, &["xmax_z_m"]);
+        let q = &found.quantities[0];
+        let truth = if q.value > q.start { 6.9248e-3 } else { 3.0134e-3 };
+        println!("{divisions:?}: {q:?}");
+        assert!((truth - q.value).abs() <= q.bar && q.bar <= 5.0 * (truth - q.value).abs(), "{q:?}, {truth}");
+        assert!((truth - q.corrected).abs() <= q.uncertainty, "{q:?}, {truth}");
+        // A box has no curved facets
+        assert_eq!((q.geometry, q.lacks()), (Some(GeometryError::default()), None));
+    }
 }
 
 /// The shares of the cells add up to the change J⁺ − J. What remains is of third order in the change of the state: at most a seventh where

@@ -1,5 +1,5 @@
 //! Errors from one run where a part of them is easily missed: branches, the extent of regions, shells of linear cells, re-entrant edges, lengths of contact,
-//! places next to singular edges, time steps that follow their error. Bars hold, there is none, or the estimate says that they may not.
+//! places next to singular edges and at small patches, time steps that follow their error. Bars hold, there is none, or the estimate says that they may not.
 
 use crate::error_estimate::assert_stored;
 use durometer::scene::{ErrorEstimate, ErrorEstimator, EstimateError, QuantityError, RunOptions, Scene, parse_scene};
@@ -33,7 +33,7 @@ fn load(direction: &str, size: &str) -> String {
 }
 
 /// A column that is shortened beyond its buckling, which linear cells are too stiff to show. Almost without a lateral load the enriched one is straight and
-/// unstable. With a load it bends to the right side, -2.8 mm, or jumps to the other one in steps that are refused at first.
+/// unstable. With a load it bends to the right side, -2.8 mm; the one of 12 boxes jumps to the other one in steps that are refused at first, and not in half of them.
 #[test]
 fn columns_beyond_buckling_have_no_wrong_bar() {
     let column = |lateral: &str, divisions: [usize; 3]| {
@@ -54,8 +54,22 @@ fn columns_beyond_buckling_have_no_wrong_bar() {
         |found: &ErrorEstimate| (found.quantities[0].corrected + 0.0028).abs() <= found.quantities[0].uncertainty;
     let bent = column("2 Pa", [8, 1, 1]).expect("a bar");
     assert!(holds(&bent), "{bent:?}");
-    let jumped = column("2 Pa", [12, 2, 2]);
-    assert!(jumped.as_ref().map_or_else(|why| why.to_string().contains("a jump"), holds), "{jumped:?}");
+    let jumped = column("2 Pa", [12, 2, 2]).expect("a bar");
+    assert!(holds(&jumped) && jumped.quantities[0].enriched < -0.0027, "{jumped:?}");
+}
+
+/// A thin plate that bends under pressure far in two steps: the enriched path jumps to no other branch, as shorter steps show. The truth is that of quadratic cells on 12
+/// boxes.
+#[test]
+fn large_steps_have_a_bar() {
+    let mesh = "grid = { kind = \"box\", size = [\"40 mm\", \"20 mm\", \"1 mm\"], divisions = [6, 3, 1] }";
+    let rest = format!("[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n{}", load("[0, 0, -1]", "2 Pa"));
+    let rest = rest.replacen("region = \"xmax\"", "region = \"zmax\"", 1);
+    let found =
+        of(&text(mesh, ("tet4", "mixed"), 0.499, "0.5 s", &rest), &["xmax_z_m"]).unwrap_or_else(|e| panic!("{e}"));
+    let q = &found.quantities[0];
+    println!("{q:?}");
+    assert!((-0.02894 - q.value).abs() <= q.bar, "{q:?}");
 }
 
 /// A block held at its four sides by facets and by their nodes: the run is the same, and so is the bar.
@@ -248,7 +262,7 @@ fn bars_hold_at_a_glued_re_entrant_edge() {
     }
 }
 
-/// Two runs whose steps follow their own errors have no times in common: the enriched one is read between its rows.
+/// Two runs whose steps follow their own errors have no times in common: each has its extreme at a time of its own.
 #[test]
 fn steps_that_follow_their_error_have_an_estimate() {
     let text = text(
@@ -364,5 +378,65 @@ fn places_next_to_singular_edges_are_named() {
     // The opening of grids of 12 and 24 boxes, extrapolated
     let opening = found.quantities.iter().find(|q| q.column == columns[1]).expect("estimated");
     let (error, bar) = (3.955e-4 - opening.value, opening.bar);
+    assert!(error > 1.2 * bar, "a bar that holds needs no warning: error {error}, {bar}");
+}
+
+/// A block between two clamps is pulled: 0.2 mm from one of them, below a free face, the error is 4.7 bars, and the estimate says that they do not hold there. The
+/// truth is that of 12 and 10 graded boxes. In the middle it does not.
+#[test]
+fn places_next_to_a_clamp_at_a_right_angle_are_named() {
+    let mesh = "grid = { kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 3, 3] }";
+    let rest = "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\n\
+                displacement = { kind = \"ramp\", from = \"0 mm\", to = \"4 mm\", end = \"1 s\" }\n[[constraint]]\nkind = \"fixed\"\nregion = \"xmax\"\n\
+                components = \"yz\"\n[[probe]]\nkind = \"markers\"\nname = \"m\"\npoints = [[\"0.2 mm\", \"5 mm\", \"9.9 mm\"], \
+                [\"10 mm\", \"5 mm\", \"9.9 mm\"]]\n";
+    let found = of(&text(mesh, ("tet10", "mixed"), 0.45, "0.5 s", rest), &["m_1_x_m", "m_1_z_m", "m_2_x_m", "m_2_z_m"]);
+    let found = found.expect("solved").quantities;
+    let unresolved: Vec<bool> = found.iter().map(|q| q.unresolved).collect();
+    assert_eq!(unresolved, [true, true, false, false], "{found:?}");
+    let (error, bar) = (2.340e-4 - found[0].value, found[0].bar);
+    assert!(error > 1.2 * bar, "a bar that holds needs no warning: error {error}, {bar}");
+}
+
+/// A block on rollers is pulled evenly: no edge is singular. In its corners facets of the free face have their three corners on held faces, whether these are given
+/// by facets or by nodes.
+#[test]
+fn free_facets_in_corners_of_held_faces_are_not_held() {
+    let left = "left = { kind = \"plane\", point = [\"0 mm\", \"0 mm\", \"0 mm\"], normal = [1, 0, 0], tolerance = \"0.01 mm\" }";
+    let held = |(region, components)| {
+        format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\ncomponents = \"{components}\"\n")
+    };
+    for (element, region) in [("tet4", "xmin"), ("tet4", "left"), ("tet10", "xmin"), ("tet10", "left")] {
+        let mesh = format!(
+            "grid = {{ kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 3, 3] }}\n[mesh.regions]\n{left}"
+        );
+        let rest: String = [(region, "xy"), ("ymin", "y"), ("ymax", "y"), ("zmin", "z")].map(held).concat();
+        let rest = format!(
+            "{rest}{}[[probe]]\nkind = \"markers\"\nname = \"m\"\npoints = [[\"0.5 mm\", \"0.5 mm\", \"9.8 mm\"], \
+             [\"0.5 mm\", \"9.5 mm\", \"9.8 mm\"]]\n",
+            load("[1, 0, 0]", "5 kPa")
+        );
+        let found = of(&text(&mesh, (element, "mixed"), 0.45, "0.5 s", &rest), &[]).expect("solved");
+        assert!(found.quantities.iter().all(|q| !q.unresolved), "{element}, {region}: {found:?}");
+    }
+}
+
+/// A force on a patch of 0.7 mm in cells of 2.2 mm: the place sinks by 1.6 bars more than it does there, and the estimate says that they do not hold. The truth is that
+/// of 10 graded boxes. A patch larger than the cells, and a place away from it, have no warning.
+#[test]
+fn places_at_patches_below_the_cells_are_named() {
+    let of = |radius: &str| {
+        let mesh = "grid = { kind = \"box\", size = [\"16 mm\", \"16 mm\", \"8 mm\"], divisions = [4, 4, 2] }";
+        let rest = format!(
+            "[[constraint]]\nkind = \"fixed\"\nregion = \"zmin\"\n[[effect]]\nkind = \"point_force\"\npoint = [\"8 mm\", \"8 mm\", \"8 mm\"]\n\
+             radius = \"{radius}\"\ndirection = [0, 0, -1]\nforce = {{ kind = \"ramp\", from = \"0 N\", to = \"0.006 N\", end = \"1 s\" }}\n[[probe]]\n\
+             kind = \"markers\"\nname = \"m\"\npoints = [[\"8 mm\", \"8 mm\", \"8 mm\"], [\"2 mm\", \"2 mm\", \"8 mm\"]]\n"
+        );
+        of(&text(mesh, ("tet4", "mixed"), 0.45, "0.5 s", &rest), &["m_1_z_m", "m_2_z_m"]).expect("solved").quantities
+    };
+    let small = of("0.7 mm");
+    let unresolved = |found: &[QuantityError]| found.iter().map(|q| q.unresolved).collect::<Vec<_>>();
+    assert_eq!((unresolved(&small), unresolved(&of("3 mm"))), (vec![true, false], vec![false, false]), "{small:?}");
+    let (error, bar) = (small[0].value - 7.9328e-3, small[0].bar);
     assert!(error > 1.2 * bar, "a bar that holds needs no warning: error {error}, {bar}");
 }

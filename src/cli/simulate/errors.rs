@@ -78,8 +78,8 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
     let unresolved: Vec<&str> = found.quantities.iter().filter(|q| q.unresolved).map(|q| q.column.as_str()).collect();
     if !unresolved.is_empty() {
         tell!(
-            "warning: a cell with a singular edge, such as the border of a held region, does not resolve a place in it: the error of {} may be several times \
-             the bar; use cells that are smaller than the distance from the edge",
+            "warning: a cell with a singular edge, such as the border of a held region, or with a patch of a force or a guide that is smaller does not resolve a place in it: \
+             the error of {} may be several times the bar; use cells that are smaller than the distance from the edge, or than the patch",
             unresolved.join(", ")
         );
     }

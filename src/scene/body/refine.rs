@@ -6,8 +6,8 @@
 //! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
 //! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
 //! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
-//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets, or of a singular edge in the cell of
-//! its place, is no measure: the next mesh follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets, or of a singular edge or a small
+//! patch in the cell of its place, is no measure: the next mesh follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
 //!
 //! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
 
@@ -365,7 +365,7 @@ mod tests {
         // A marker next to the tip of a crack
         let near = QuantityError { unresolved: true, ..whole };
         assert!(!is_within(&near, [1.0, 1.0]));
-        assert_eq!(near.lacks().as_deref(), Some("the singular edge in the cell of its place"));
+        assert_eq!(near.lacks().as_deref(), Some("the singular edge or small patch in the cell of its place"));
     }
 
     /// A bar without the error of curved facets is within no tolerance, whatever it is, and no reason to keep a mesh.

@@ -15,7 +15,7 @@ use crate::scene::build::SceneBuilder;
 use crate::scene::build::regions::regions;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
-use crate::solve::{Integrator, NonlinearSolver, Status, Step};
+use crate::solve::{Integrator, NonlinearSolver, Status, Step, TimeSpan};
 use crate::system::{State, Want};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -36,6 +36,8 @@ const LEAST_ORDERS: [f64; 2] = [1.0, 0.75];
 const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
 /// Largest share of the error of linear cells that quadratic ones on the same mesh leave: usually, and of reactions next to such an edge.
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
+/// Most times that the steps of an enriched run are halved which may have jumped to another branch.
+const MOST_HALVINGS: usize = 2;
 /// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
@@ -102,6 +104,11 @@ fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
 fn unstable_modes(run: &Run, t: f64) -> usize {
     let until = run.findings.unstable.iter().take_while(|(from, _)| *from <= t * (1.0 + 1e-9));
     until.last().map_or(0, |(_, modes)| *modes)
+}
+
+/// Refuses an enriched run with an unstable static state up to time `t` \[s\] where the run has none.
+pub(super) fn check_branch(enriched: &Run, of_run: &Run, t: f64) -> Result<(), EstimateError> {
+    if unstable_modes(enriched, t) > unstable_modes(of_run, t) { Err(EstimateError::Unstable { t }) } else { Ok(()) }
 }
 
 /// Whether steps of a run were refused on a path with indefinite tangents, and tried again: it may have jumped to another branch.
@@ -332,25 +339,23 @@ impl EnrichedScene {
         solver
     }
 
-    /// The whole protocol, which has an estimate at the extremes of the run at these times.
+    /// The whole protocol.
     ///
     /// # Errors
     ///
     /// Where the enriched mesh has no solution, or the estimate was stopped.
-    pub fn run(&self, of_run: &Run, extremes: impl Iterator<Item = f64>) -> Result<Run, EstimateError> {
+    pub fn run(&self) -> Result<Run, EstimateError> {
         let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
         match run.status {
-            Status::Converged => match extremes.reduce(f64::max) {
-                Some(t) if unstable_modes(&run, t) > unstable_modes(of_run, t) => Err(EstimateError::Unstable { t }),
-                _ => Ok(run),
-            },
+            Status::Converged => Ok(run),
             status => {
                 Err(EstimateError::NotSolved { t: run.rows.last().map_or(0.0, |row| row[0]), status: status.name() })
             }
         }
     }
 
-    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to.
+    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to. Where it may have jumped to another branch in
+    /// long steps, they are halved.
     ///
     /// # Errors
     ///
@@ -360,24 +365,38 @@ impl EnrichedScene {
         let mut spans = self.scene.spans.clone();
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
+        let mut factorisations = 0;
+        for _ in 0..=MOST_HALVINGS {
+            let (run, end) = self.run_in(spans.clone());
+            factorisations += run.factorisations;
+            let is_complete = run.status == Status::Converged;
+            if is_complete {
+                check_branch(&run, of_run, t)?;
+            }
+            if is_complete && was_forced(&run) && !was_forced(of_run) {
+                spans.iter_mut().for_each(|span| span.dt *= 0.5);
+                continue;
+            }
+            let values = run.rows.into_iter().zip(run.memories).next_back();
+            return match (run.status, values, end) {
+                (Status::Converged, Some((values, memory)), Some(end)) => {
+                    Ok(Solved { start, end, values, memory, factorisations })
+                }
+                (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
+            };
+        }
+        Err(EstimateError::Unstable { t })
+    }
+
+    /// The run in these stages, and its last state.
+    fn run_in(&mut self, spans: Vec<TimeSpan>) -> (Run, Option<State>) {
         let whole = std::mem::replace(&mut self.scene.spans, spans);
         let mut end = None;
         let mut keep = |state: &State| end = Some(state.clone());
         let stop = self.stop.clone();
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
         self.scene.spans = whole;
-        let is_elsewhere =
-            unstable_modes(&run, t) > unstable_modes(of_run, t) || was_forced(&run) && !was_forced(of_run);
-        if run.status == Status::Converged && is_elsewhere {
-            return Err(EstimateError::Unstable { t });
-        }
-        let values = run.rows.into_iter().zip(run.memories).next_back();
-        match (run.status, values, end) {
-            (Status::Converged, Some((values, memory)), Some(end)) => {
-                Ok(Solved { start, end, values, memory, factorisations: run.factorisations })
-            }
-            (status, ..) => Err(EstimateError::NotSolved { t, status: status.name() }),
-        }
+        (run, end)
     }
 
     /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
@@ -405,6 +424,11 @@ impl EnrichedScene {
         for p in &self.scene.system.prescribed {
             state.x[p.dof as usize] = p.signal.at(state.clock());
         }
+    }
+
+    /// Its scene where it has the cells of the run, raised: the corners of both have the same numbers.
+    pub fn raised(&self) -> Option<&Scene> {
+        (self.enrichment == Enrichment::Raise).then_some(&self.scene)
     }
 
     /// \[cells of the enriched mesh\] the cell of the run that each is a part of
@@ -513,10 +537,7 @@ mod tests {
         let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
-        assert!(matches!(
-            enriched.run(&scene.run(), [].into_iter()),
-            Err(EstimateError::NotSolved { status: "Interrupted", .. })
-        ));
+        assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
         let SmoothSurface::Curved(moved, _) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
         for space in [&enriched, &*moved] {
             assert!(space.solver().equations.limit.reached().is_some());

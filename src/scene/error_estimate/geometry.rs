@@ -38,6 +38,16 @@ impl Geometry {
         Self { surface, start, factorisations }
     }
 
+    /// The same of a protocol that is run whole: no change is known but that of a flat boundary, which is none.
+    pub fn of_whole_run(enriched: &EnrichedScene, scene: &Scene) -> Self {
+        Self { surface: enriched.on_smooth_surface(scene), start: None, factorisations: 0 }
+    }
+
+    /// The error of every column on a flat boundary.
+    pub fn of_flat(&self) -> Option<GeometryError> {
+        matches!(self.surface, SmoothSurface::Flat).then(GeometryError::default)
+    }
+
     /// Volumes of the CAD that the mesh misses, also on the smooth surface, which is no measure then.
     pub fn missed_volumes(&self) -> Vec<SourceVolume> {
         match &self.surface {

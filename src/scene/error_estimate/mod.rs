@@ -10,7 +10,7 @@
 //! ```
 //!
 //! Where the state depends on the path (inertia, viscosity, friction, contact of deformable surfaces) the whole protocol is run in the
-//! enriched space, and e is taken at the same time.
+//! enriched space. J is the extreme then, and e its change: each run has it at a time of its own.
 //!
 //! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/estimates/error_estimate.rs` compares them with the truth.
 //!
@@ -30,6 +30,7 @@ mod indicators;
 mod kept_state;
 mod refusal;
 mod singular_edge;
+mod unresolved;
 
 pub use enrichment::Enrichment;
 pub use geometry::GeometryError;
@@ -39,7 +40,7 @@ pub use refusal::{EstimateError, path_dependence};
 use super::body::source_volume::SourceVolume;
 use super::notes::volumes::lost_volumes;
 use super::notes::wrinkles::no_limit_at;
-use super::record::extreme::extreme;
+use super::record::extreme::{ExtremeKind, extreme, extreme_on};
 use super::record::recorder::Energies;
 use super::{Run, Scene};
 use crate::math::stopwatch::{Spent, Stopwatch};
@@ -47,26 +48,27 @@ use crate::mesh::row_of_sides::angle_in_row;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use crate::wording::all;
-use enrichment::EnrichedScene;
+use enrichment::{EnrichedScene, check_branch};
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
-use singular_edge::{has_glued_edge, unresolved_columns};
+use singular_edge::has_glued_edge;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use unresolved::unresolved_columns;
 
 /// Error of one recorded quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuantityError {
     /// Recorded column
     pub column: String,
-    /// Time of the extreme, the largest departure from the start, at which the error is estimated \[s\]
+    /// Time of the extreme of the run, the largest departure from the start, of which the error is estimated \[s\]
     pub t: f64,
     /// J of the run there
     pub value: f64,
     /// J of the first row of the run
     pub start: f64,
-    /// J⁺ of the enriched space
+    /// J⁺ of the enriched space: at that time, or where the protocol is run whole, the extreme on the same side of the start, whenever it is
     pub enriched: f64,
     /// c e with the least, the likely and the largest c
     pub discretisation: [f64; 3],
@@ -76,7 +78,8 @@ pub struct QuantityError {
     pub extent: f64,
     /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
     pub cut_regions: Vec<String>,
-    /// Whether it is one of a place in a cell that has a singular edge, which the cell does not resolve: the bar may be several times too small
+    /// Whether it is one of a place in a cell that has a singular edge, or a force on a patch smaller than it, which the cell does not resolve: the bar may be several
+    /// times too small
     pub unresolved: bool,
     /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
@@ -132,7 +135,7 @@ impl QuantityError {
 
     fn parts_on_facets(&self) -> impl Iterator<Item = String> {
         let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
-        let edge = self.unresolved.then(|| "the singular edge in the cell of its place".to_string());
+        let edge = self.unresolved.then(|| "the singular edge or small patch in the cell of its place".to_string());
         extent.into_iter().chain(edge)
     }
 }
@@ -264,27 +267,22 @@ impl<'a> ErrorEstimator<'a> {
             }
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
-        let near = unresolved_columns(self.scene, &run.memories[0]);
+        let near = unresolved_columns(self.scene, &enriched, &run.memories[0]);
         let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
+        let mut geometry = match self.whole_run {
+            true => Geometry::of_whole_run(&enriched, self.scene),
+            false => Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])),
+        };
         if self.whole_run {
-            let fine = enriched.run(run, peaks.iter().map(|(row, _)| run.rows[*row][0]))?;
-            factorisations += fine.factorisations;
-            for (row, columns) in peaks.drain(..) {
-                let t = run.rows[row][0];
-                let values = row_at(&fine.rows, t).ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
-                let of = |&column: &usize| {
-                    let error = self.error((run, row), column, values[column], None, (0.0, &extent));
-                    (column, QuantityError { unresolved: near[column], ..error })
-                };
-                quantities.extend(columns.iter().map(of));
-            }
+            let known = (&near[..], geometry.of_flat(), &extent);
+            let (found, count) = self.of_whole_run(&enriched, run, known, std::mem::take(&mut peaks))?;
+            quantities.extend(found);
+            factorisations += count;
         }
-        let mut geometry =
-            (!self.whole_run).then(|| Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])));
         for (row, columns) in &peaks {
             let solved = self.solve(&mut enriched, run, *row)?;
             factorisations += solved.factorisations;
-            let surface = geometry.as_mut().and_then(|g| g.errors(&solved));
+            let surface = geometry.errors(&solved);
             let wider = extent.changes(&solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
@@ -302,10 +300,10 @@ impl<'a> ErrorEstimator<'a> {
                 cells.extend(own.iter().map(|(column, ..)| *column).zip(shares));
             }
         }
-        let missed_volumes = geometry.as_ref().map_or_else(Vec::new, Geometry::missed_volumes);
-        let is_assumed = geometry.is_some() && missed_volumes.is_empty();
+        let missed_volumes = geometry.missed_volumes();
+        let is_assumed = missed_volumes.is_empty() && (!self.whole_run || geometry.of_flat().is_some());
         let angle_in_row = is_assumed.then(|| angle_in_row(&self.scene.body.mesh)).flatten();
-        factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
+        factorisations += geometry.factorisations + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
@@ -320,6 +318,26 @@ impl<'a> ErrorEstimator<'a> {
             factorisations,
             spent: stopwatch.spent(),
         })
+    }
+
+    /// The errors of columns, by the rows of their extremes, where the protocol is run whole in the enriched space; with the factorisations.
+    fn of_whole_run(
+        &self,
+        enriched: &EnrichedScene,
+        run: &Run,
+        (near, geometry, extent): (&[bool], Option<GeometryError>, &Extent),
+        peaks: Vec<(usize, Vec<usize>)>,
+    ) -> Result<(Vec<(usize, QuantityError)>, usize), EstimateError> {
+        let fine = enriched.run()?;
+        let (mut found, mut last) = (Vec::new(), 0.0_f64);
+        for (row, column) in peaks.into_iter().flat_map(|(row, own)| own.into_iter().map(move |column| (row, column))) {
+            let (t, value) = extreme_of(&fine.rows, &run.rows, column);
+            last = last.max(t).max(run.rows[row][0]);
+            let error = self.error((run, row), column, value, geometry, (0.0, extent));
+            found.push((column, QuantityError { unresolved: near[column], ..error }));
+        }
+        check_branch(&fine, run, last)?;
+        Ok((found, fine.factorisations))
     }
 
     /// Refuses columns that have no estimate; for use before the run.
@@ -395,45 +413,31 @@ impl<'a> ErrorEstimator<'a> {
     }
 }
 
-/// The row of a run at a time. Where the lengths of its steps follow their error, its rows are at other times than those of another run, and the row is a
-/// cubic in time through four of them.
-fn row_at(rows: &[Vec<f64>], t: f64) -> Option<Vec<f64>> {
-    if let Some(row) = rows.iter().find(|row| same_time(row[0], t)) {
-        return Some(row.clone());
-    }
-    let after = rows.iter().position(|row| row[0] > t).filter(|after| *after > 0)?;
-    let mut near = &rows[after.saturating_sub(2)..(after + 2).min(rows.len())];
-    if near.windows(2).any(|pair| pair[0][0] >= pair[1][0]) {
-        near = &rows[after - 1..=after];
-    }
-    let weight = |k: usize| -> f64 {
-        let others = (0..near.len()).filter(|j| *j != k);
-        others.map(|j| (t - near[j][0]) / (near[k][0] - near[j][0])).product()
+/// The time and the value of the extreme of a column in the enriched run, on the side of the first value on which it is in the run. Where it is never there, the first
+/// value is the extreme of that side.
+fn extreme_of(fine: &[Vec<f64>], of_run: &[Vec<f64>], column: usize) -> (f64, f64) {
+    let values = || fine.iter().map(|row| row[column]);
+    let found = match extreme(of_run.iter().map(|row| row[column])).map_or(ExtremeKind::Constant, |own| own.kind) {
+        ExtremeKind::Constant => extreme(values()),
+        side => extreme_on(side, values()),
     };
-    let weights: Vec<f64> = (0..near.len()).map(weight).collect();
-    let value = |column: usize| near.iter().zip(&weights).map(|(row, w)| w * row[column]).sum();
-    Some((0..rows[after].len()).map(value).collect())
-}
-
-/// Whether two times of one grid are the same but for rounding.
-fn same_time(a: f64, b: f64) -> bool {
-    (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
+    let row = &fine[found.map_or(0, |extreme| extreme.at)];
+    (row[0], row[column])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A cubic in time is met between four rows and at them; beyond the last one there is none.
+    /// A wave that arrives later in the enriched run has its extreme there, on the same side.
     #[test]
-    fn rows_are_found_at_times_between_others() {
-        let cubic = |t: f64| 1.0 + t - 2.0 * t * t + 0.5 * t * t * t;
-        let rows: Vec<Vec<f64>> = [0.0, 0.3, 0.7, 1.0, 1.6].map(|t| vec![t, cubic(t)]).to_vec();
-        for t in [0.0, 0.4, 0.5, 0.7, 0.9, 1.6] {
-            let row = row_at(&rows, t).expect("within the run");
-            // Rounding of four terms of size one
-            assert!((row[0] - t).abs() < 1e-14 && (row[1] - cubic(t)).abs() < 1e-14, "{t}: {row:?}");
-        }
-        assert!(row_at(&rows, 1.7).is_none());
+    fn extremes_are_those_of_each_run_on_one_side() {
+        let rows =
+            |values: [f64; 4]| (0_u32..).zip(values).map(|(k, value)| vec![f64::from(k), value]).collect::<Vec<_>>();
+        let of = |fine: [f64; 4], own: [f64; 4]| extreme_of(&rows(fine), &rows(own), 1);
+        assert_eq!(of([0.0, 1.0, 3.0, -4.0], [0.0, 2.0, 1.0, -1.5]), (2.0, 3.0));
+        assert_eq!(of([0.0, 1.0, 3.0, -4.0], [0.0, 1.0, 1.5, -2.0]), (3.0, -4.0));
+        assert_eq!(of([0.5, 1.0, 0.7, 0.6], [0.5, 0.2, 0.3, 0.4]), (0.0, 0.5));
+        assert_eq!(of([0.5, 1.0, 0.7, 0.6], [0.5, 0.5, 0.5, 0.5]), (1.0, 1.0));
     }
 }

@@ -49,7 +49,7 @@ pub enum EstimateError {
     NotSolved { t: f64, status: &'static str },
     #[error(
         "the enriched equilibrium at t = {t} s is unstable, or was reached by a jump between branches, where that of the run is not: which branch the \
-         body takes is not decided, and there is no bar; take a family of meshes, or an imperfection that decides"
+         body takes is not decided, and there is no bar; take shorter steps (`dt`) where loads grow by much in one, an imperfection that decides, or a family of meshes"
     )]
     Unstable { t: f64 },
     #[error("the estimate was stopped; run the scene again to have it")]

@@ -1,24 +1,31 @@
 //! Edges of the body at which displacements are singular.
 //!
 //! Displacements near an edge go with r^λ (M. L. Williams, *J. Appl. Mech.* 19 (1952) 526–528): λ is down to about 0.3 where a held face meets a free one at a
-//! re-entrant edge, ½ where a held face ends on a flat one or the tip of a crack is, and 0.54 at a free edge of 270°. Quantities of the whole body converge with
-//! an order of 2λ. Within a cell at the edge a displacement grows with r instead: the cell does not show those nearer to the edge than its size.
+//! re-entrant edge, ½ where a held face ends on a flat one or the tip of a crack is, 0.54 at a free edge of 270°, and 0.6 (ν = ½) to 0.71 (ν = 0.3) where a clamped
+//! face meets a free one at a right angle. Quantities of the whole body converge with an order of 2λ. Within a cell at the edge a displacement grows with r instead:
+//! the cell does not show those nearer to the edge than its size.
 
-use super::indicators::gradients;
+use crate::mesh::Region;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::scene::Scene;
-use crate::system::Dofs;
+use crate::scene::spec::ConstraintSpec;
 use std::collections::{BTreeSet, HashMap};
-use std::f64::consts::{FRAC_PI_3, FRAC_PI_4};
+use std::f64::consts::{FRAC_PI_3, FRAC_PI_4, PI};
 
 /// Least turn beyond flat \[rad\] of a glued edge.
 const LEAST_GLUED: f64 = 0.1;
-/// Least turn beyond flat \[rad\] of an edge at which λ is below about 0.6: between faces that are held and free, and that are held alike. A plane of symmetry
-/// that meets a free face at a right angle is not singular, nor are facets of a coarse concave surface.
-const LEAST_SINGULAR: [f64; 2] = [-FRAC_PI_4, FRAC_PI_3];
+/// Least turn beyond flat \[rad\] of a singular edge between a clamped face and a free one: from 75° on λ is 0.8 or less.
+const LEAST_CLAMPED: f64 = -7.0 / 12.0 * PI;
+/// The same between faces that are held along other axes, where λ is below about 0.6. A plane of symmetry that meets a free or a clamped face at a right angle is
+/// not singular.
+const LEAST_BORDER: f64 = -FRAC_PI_4;
+/// The same between faces that are held alike. Facets of a coarse concave surface are below it.
+const LEAST_ALIKE: f64 = FRAC_PI_3;
 /// Turn beyond flat from which an edge is the tip of a crack, whose two faces lie on each other \[rad\].
 const CRACK: f64 = 3.1;
+/// Share of the square of a direction along held axes from which it is held.
+const HELD: f64 = 0.99;
 
 /// An edge of the boundary at which displacements are singular.
 struct SingularEdge {
@@ -27,16 +34,56 @@ struct SingularEdge {
     glued: bool,
 }
 
-/// All of them.
+/// The axes along which constraints hold the facets of a mesh.
+struct Held<'a> {
+    scene: &'a Scene,
+    /// Facets of regions → the axes
+    facets: HashMap<u32, [bool; 3]>,
+    /// Nodes of regions that are not given by facets → the axes
+    nodes: HashMap<u32, [bool; 3]>,
+}
+
+impl<'a> Held<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let (mut facets, mut nodes) = (HashMap::new(), HashMap::new());
+        for (name, components) in scene.spec.constraints.iter().filter_map(ConstraintSpec::held) {
+            let Some(region) = scene.regions.get(name) else { continue };
+            let others = Region { facets: vec![], ..region.clone() };
+            for axis in (0..3).filter(|&axis| components.contains(["x", "y", "z"][axis])) {
+                let hold = |of: &mut HashMap<u32, [bool; 3]>, k: u32| of.entry(k).or_default()[axis] = true;
+                region.facets.iter().for_each(|&f| hold(&mut facets, f));
+                scene.body.mesh.nodes_of(&others).into_iter().for_each(|node| hold(&mut nodes, node));
+            }
+        }
+        Self { scene, facets, nodes }
+    }
+
+    /// The axes along which a facet is held: by a region of facets with it, or by regions with all its nodes. A free facet in a corner may have three corners on
+    /// held faces, but then not all nodes between them.
+    fn along(&self, facet: u32) -> [bool; 3] {
+        let of = |all: &HashMap<u32, [bool; 3]>, k: &u32| all.get(k).copied().unwrap_or_default();
+        let own = of(&self.facets, &facet);
+        let nodes = self.scene.body.mesh.facet(facet as usize);
+        [0, 1, 2].map(|axis| own[axis] || nodes.iter().all(|node| of(&self.nodes, node)[axis]))
+    }
+
+    /// The number of directions across an edge along which a facet does not move if it is held along these axes.
+    fn across(&self, [start, end]: [u32; 2], held: [bool; 3]) -> usize {
+        let points = &self.scene.body.mesh.points;
+        let edge = (points[end as usize] - points[start as usize]).normalize();
+        let of_edge: f64 = (0..3).filter(|&axis| held[axis]).map(|axis| edge[axis] * edge[axis]).sum();
+        held.iter().filter(|held| **held).count() - usize::from(of_edge > HELD)
+    }
+}
+
+/// All of them. Of linear cells whether a facet is held shows on the mesh with nodes between their corners.
 fn singular_edges(scene: &Scene) -> Vec<SingularEdge> {
     let mesh = &scene.body.mesh;
-    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
-    let corners = |f: u32| &mesh.facet(f as usize)[..3];
-    let is_held = |f: u32| [0, 1, 2].map(|axis| corners(f).iter().all(|node| held.contains(&(3 * node + axis))));
+    let held = Held::new(scene);
     let mut first: HashMap<[u32; 2], u32> = HashMap::new();
     let mut found = Vec::new();
     for f in boundary_facets(mesh) {
-        let nodes = corners(f);
+        let nodes = &mesh.facet(f as usize)[..3];
         for [i, j] in FACET_EDGES {
             let edge = [nodes[i].min(nodes[j]), nodes[i].max(nodes[j])];
             let other = *first.entry(edge).or_insert(f);
@@ -44,8 +91,14 @@ fn singular_edges(scene: &Scene) -> Vec<SingularEdge> {
                 continue;
             }
             let Some(turn) = turn(scene, edge, [f, other]) else { continue };
-            let is_border = is_held(f) != is_held(other);
-            if turn > LEAST_SINGULAR[usize::from(!is_border)] {
+            let both = [f, other].map(|facet| held.along(facet));
+            let is_border = both[0] != both[1];
+            let least = match both.map(|axes| held.across(edge, axes)) {
+                [0, 2] | [2, 0] => LEAST_CLAMPED,
+                _ if is_border => LEAST_BORDER,
+                _ => LEAST_ALIKE,
+            };
+            if turn > least {
                 found.push(SingularEdge { corners: edge, glued: is_border && turn > LEAST_GLUED });
             }
         }
@@ -74,20 +127,9 @@ pub(super) fn has_glued_edge(scene: &Scene) -> bool {
     singular_edges(scene).iter().any(|edge| edge.glued)
 }
 
-/// \[columns\] whether a column is the displacement of a place in one cell that has a singular edge, as far as it is not prescribed; `memory`: what recorders keep.
-pub(super) fn unresolved_columns(scene: &Scene, memory: &[f64]) -> Vec<bool> {
-    let mesh = &scene.body.mesh;
-    let at_edges: BTreeSet<u32> = singular_edges(scene).iter().flat_map(|edge| edge.corners).collect();
-    let cells = (0..mesh.cell_count()).map(|c| mesh.cell(c));
-    let near: Vec<&[u32]> = cells.filter(|cell| cell[..4].iter().any(|node| at_edges.contains(node))).collect();
-    let is_free = |dof: u32| scene.system.dofs.equation[dof as usize] != Dofs::FIXED;
-    let is_near = |x: &[(u32, f64)]| {
-        let nodes: BTreeSet<u32> =
-            x.iter().filter(|(dof, w)| *w != 0.0 && is_free(*dof)).map(|(dof, _)| dof / 3).collect();
-        !nodes.is_empty() && near.iter().any(|cell| nodes.iter().all(|node| cell.contains(node)))
-    };
-    let all = gradients(scene, &scene.system.rest(), memory);
-    all.iter().map(|own| own.as_ref().is_some_and(|own| own.reaction.is_empty() && is_near(&own.x))).collect()
+/// The corners at which edges end at which displacements are singular.
+pub(super) fn singular_corners(scene: &Scene) -> BTreeSet<u32> {
+    singular_edges(scene).iter().flat_map(|edge| edge.corners).collect()
 }
 
 #[cfg(test)]

@@ -29,4 +29,8 @@ impl FixedSpec {
     }
 }
 
-impl ConstraintPart for FixedSpec {}
+impl ConstraintPart for FixedSpec {
+    fn held(&self) -> Option<(&str, &str)> {
+        Some((&self.region, &self.components))
+    }
+}

@@ -56,6 +56,11 @@ impl ConstraintSpec {
     pub(in crate::scene) fn has_friction(&self) -> bool {
         self.part().has_friction()
     }
+
+    /// The region whose displacements it prescribes, and the components of them.
+    pub(in crate::scene) fn held(&self) -> Option<(&str, &str)> {
+        self.part().held()
+    }
 }
 
 /// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` bodies and obstacles have four nodes each before

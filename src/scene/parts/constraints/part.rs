@@ -20,6 +20,11 @@ pub(in crate::scene) trait ConstraintPart {
         false
     }
 
+    /// The region whose displacements it prescribes, and the components of them.
+    fn held(&self) -> Option<(&str, &str)> {
+        None
+    }
+
     /// Notes its sizes next to h; returns the reason why the answer has no limit as h → 0, if there is one.
     fn note(&self, _builder: &mut Builder) -> Option<String> {
         None

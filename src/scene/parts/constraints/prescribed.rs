@@ -53,10 +53,15 @@ impl PrescribedSpec {
         }
     }
 
+    /// The components of a rotation or a translation.
+    fn components_of_motion(&self) -> &str {
+        if self.components.is_empty() { "xyz" } else { &self.components }
+    }
+
     /// Prescribes a rotation, a translation or both.
     fn build_motion(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
         let region = &self.region;
-        let components = if self.components.is_empty() { "xyz" } else { &self.components };
+        let components = self.components_of_motion();
         let turning = self.rotation.as_ref().map(|r| r.build(builder, place, format!("{region}_rotation_rad")));
         let turning = turning.transpose()?;
         let mut shifts = Vec::new();
@@ -75,6 +80,10 @@ impl PrescribedSpec {
 }
 
 impl ConstraintPart for PrescribedSpec {
+    fn held(&self) -> Option<(&str, &str)> {
+        Some((&self.region, self.components_of_motion()))
+    }
+
     fn note(&self, builder: &mut Builder) -> Option<String> {
         let (mesh, region) = (&builder.body.mesh, builder.regions.get(&self.region)?);
         let nodes = mesh.nodes_of(region);

@@ -35,6 +35,7 @@ pub use traction::TractionSpec;
 pub use viscoelastic::{ArmSpec, ModuliSpec, SeriesSpec, ViscoelasticSpec};
 pub use viscous_damping::ViscousDampingSpec;
 
+use crate::math::tensor::Vec3;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::text::kind::registry;
@@ -78,6 +79,11 @@ impl EffectSpec {
     /// The region whose cells it makes elastic, and whether it adds to another effect there.
     pub(in crate::scene) fn resists(&self) -> Option<(&str, bool)> {
         self.part().resists()
+    }
+
+    /// The ball on which it acts, by its centre and its radius \[m\].
+    pub(in crate::scene) fn ball(&self) -> Option<(Vec3, f64)> {
+        self.part().ball()
     }
 
     /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.

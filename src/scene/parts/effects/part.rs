@@ -1,5 +1,6 @@
 //! The interface of a kind of effect to the scene.
 
+use crate::math::tensor::Vec3;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::system::Effect;
@@ -21,6 +22,11 @@ pub(in crate::scene) trait EffectPart {
 
     /// The region whose cells it makes elastic, and whether it adds to another effect there.
     fn resists(&self) -> Option<(&str, bool)> {
+        None
+    }
+
+    /// The ball on which it acts, by its centre and its radius \[m\].
+    fn ball(&self) -> Option<(Vec3, f64)> {
         None
     }
 

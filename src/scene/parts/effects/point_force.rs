@@ -70,6 +70,13 @@ impl EffectPart for PointForceSpec {
         format!("at {}, {patch}, towards {:?}", point(&self.at()), self.direction)
     }
 
+    fn ball(&self) -> Option<(Vec3, f64)> {
+        match self.radius {
+            GuideRadius::Point => None,
+            GuideRadius::Ball(radius) => Some((self.at(), radius)),
+        }
+    }
+
     fn note(&self, builder: &mut Builder) {
         if let GuideRadius::Ball(radius) = self.radius {
             let ball = (format!("the one at {}", point(&self.at())), self.at());
