@@ -4,6 +4,7 @@
 mod cable;
 mod cavity;
 mod cavity_wall;
+mod cell_groups;
 mod fixed;
 mod part;
 mod prescribed;
@@ -27,6 +28,7 @@ use crate::scene::record::recorder::Headline;
 use crate::scene::text::kind::registry;
 use cable::{build_cables, check_shortening};
 use cavity::build_cavity;
+use cell_groups::cell_groups;
 use part::ConstraintPart;
 
 registry! {
@@ -56,6 +58,12 @@ impl ConstraintSpec {
     pub(in crate::scene) fn has_friction(&self) -> bool {
         self.part().has_friction()
     }
+}
+
+/// Groups the cells of a scene by what deforms them.
+pub(in crate::scene) fn group_cells(builder: &mut Builder, specs: &[ConstraintSpec]) {
+    let moved = specs.iter().enumerate().filter_map(|(number, spec)| spec.part().moves(number));
+    builder.gathered.cell_groups = cell_groups(&builder.body.mesh, &builder.regions, moved);
 }
 
 /// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` bodies and obstacles have four nodes each before

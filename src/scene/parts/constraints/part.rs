@@ -3,6 +3,27 @@
 use crate::scene::build::builder::Builder;
 use crate::scene::record::recorder::Headline;
 
+/// The motion of a node in one component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(in crate::scene) enum Motion {
+    /// By the equations
+    Free,
+    /// None
+    Held,
+    /// Prescribed by the constraint of this number
+    Prescribed(usize),
+    /// With the rigid part that the constraint of this number makes
+    Rigid(usize),
+}
+
+/// Nodes whose motion a constraint determines.
+pub(in crate::scene) struct Moved<'a> {
+    pub region: &'a str,
+    /// Such as `"xy"`
+    pub components: &'a str,
+    pub motion: Motion,
+}
+
 /// Specification of a constraint, with what the scene asks of it.
 pub(in crate::scene) trait ConstraintPart {
     /// The quantity by which runs are compared, if it has one.
@@ -12,6 +33,11 @@ pub(in crate::scene) trait ConstraintPart {
 
     /// The part in words, if it is kept exactly, so that an undamped integrator rings: `a cable driven by length`.
     fn exact(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// The nodes whose motion it determines, if there are any; `number` is its place among all.
+    fn moves(&self, _number: usize) -> Option<Moved<'_>> {
         None
     }
 

@@ -1,7 +1,7 @@
 //! Effect `elastic`: a law on the cells of a region, in one of the formulations.
 
 use super::part::{EffectPart, OverlapSpec};
-use crate::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
+use crate::effect::{Elastic, MeanDilatation, MixedElastic, PressureHosts};
 use crate::material::Law;
 use crate::mesh::Order;
 use crate::scene::build::builder::{Builder, ElasticLaw};
@@ -85,10 +85,10 @@ impl EffectPart for ElasticSpec {
             FormulationSpec::Mixed => {
                 check_volumetric(builder, place, &*built)?;
                 let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
-                let effect = MixedElastic::new(name, mesh, cells, &*built, first);
+                let hosts = PressureHosts::new(mesh, cells, &builder.gathered.cell_groups);
+                let effect = MixedElastic::new(name, mesh, cells, &*built, &hosts, first);
                 let effect = effect.ok_or_else(|| no_split(builder, place, info))?;
-                let hosts = pressure_hosts(mesh, cells);
-                builder.gathered.hosts.extend(hosts);
+                builder.gathered.hosts.extend(hosts.nodes());
                 builder.gathered.solid(region, effect)
             }
             FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
