@@ -4,7 +4,7 @@
 //!
 //! Π(u, p) = ∫ ψ̃(F) + p G(J) − p²/2κ dV − ½ Σ_cells (α/μ) ∫ (p − Πp)² dV,
 //!
-//! with p continuous and linear between the corners. On tet10 this is the Taylor–Hood element, stable without the last
+//! with p linear between the corners and continuous within groups of cells ([`PressureHosts`]). On tet10 this is the Taylor–Hood element, stable without the last
 //! term (α = 0). On tet4 the pair is not, and the last term, the polynomial pressure projection of Dohrmann & Bochev
 //! (2004) with the cell mean Πp, stabilises it.
 //!
@@ -14,6 +14,7 @@
 use super::cell::{CellPoints, MOST_NODES};
 use super::constitution::{Constitution, PressureField};
 use super::mixed_along::MixedAlong;
+use super::pressure_hosts::PressureHosts;
 use super::stress::{PointStress, Stressed};
 use crate::material::{LaneResponse, Law, LawCard, LawError, Moduli, Volumetric};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
@@ -44,26 +45,22 @@ pub struct MixedElastic {
     s: f64,
 }
 
-/// Corner nodes that carry a pressure in the cells of a region, ascending.
-pub fn pressure_hosts(mesh: &TetMesh, cells: &[u32]) -> Vec<u32> {
-    let mut hosts: Vec<u32> = cells.iter().flat_map(|&c| &mesh.cell(c as usize)[..4]).copied().collect();
-    hosts.sort_unstable();
-    hosts.dedup();
-    hosts
-}
-
 impl MixedElastic {
-    /// `first` is the place in `State::x` of the pressure of the first of [`pressure_hosts`]. None for laws without a split.
-    pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law, first: u32) -> Option<Self> {
+    /// `first` is the place in `State::x` of the first of the pressures of `hosts`, those of the cells. None for laws without a split.
+    pub fn new(
+        name: String,
+        mesh: &TetMesh,
+        cells: &[u32],
+        law: &dyn Law,
+        hosts: &PressureHosts,
+        first: u32,
+    ) -> Option<Self> {
         let (rest, volumetric) = law.split()?;
         let kappa = volumetric.kappa;
         let hooke = law.small_strain();
         let mu = hooke.mu;
         let s = mu / mesh.h();
-        let hosts = pressure_hosts(mesh, cells);
-        let scalar = |node: &u32| first + hosts.binary_search(node).expect("hosts are the corners") as u32;
-        let scalars: Vec<[u32; 4]> =
-            cells.iter().map(|&c| std::array::from_fn(|k| scalar(&mesh.cell(c as usize)[k]))).collect();
+        let scalars: Vec<[u32; 4]> = hosts.of_cells.iter().map(|own| own.map(|number| first + number)).collect();
         let lists = cells.iter().zip(&scalars).map(|(&c, p)| (mesh.cell(c as usize), &p[..]));
         let alpha = if mesh.order == Order::Linear { STABILISATION } else { 0.0 };
         let compliance = cells.iter().map(|&c| compliance(mesh, c as usize, 1.0 / kappa, alpha / mu, s)).collect();

@@ -240,8 +240,8 @@ impl Status {
                 concat!("stay below, go on with continuation = \"arc_length\", or ", by_motion!())
             }
             Self::NoEquilibrium { .. } => {
-                "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the body snaps there although its \
-                 motion is given"
+                "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the mesh has no equilibrium beyond, although \
+                 the motion is given"
             }
             Self::Inverted { in_full: true, .. } => {
                 "displacements that are there in full from the start cannot be taken in smaller steps, and before a dynamic stage they are in one layer of \

@@ -1,7 +1,7 @@
 //! The ways a law can meet an element.
 
 use super::body;
-use durometer::effect::{Elastic, MeanDilatation, MixedElastic, PointStress, Stressed, pressure_hosts};
+use durometer::effect::{Elastic, MeanDilatation, MixedElastic, PointStress, PressureHosts, Stressed};
 use durometer::material::Law;
 use durometer::math::tensor::Mat3;
 use durometer::mesh::{Order, TetMesh};
@@ -45,7 +45,7 @@ pub fn formulated(mesh: &TetMesh, law: Box<dyn Law>, formulation: Formulation) -
     match formulation {
         Displacement => (Box::new(Elastic::new("elastic".into(), mesh, &cells, law)), vec![]),
         Mean => (Box::new(mean(mesh, &cells, &*law)), vec![]),
-        Mixed => (Box::new(mixed(mesh, &cells, &*law)), pressure_hosts(mesh, &cells)),
+        Mixed => (Box::new(mixed(mesh, &cells, &*law)), PressureHosts::new(mesh, &cells, &[]).nodes().collect()),
     }
 }
 
@@ -64,7 +64,8 @@ fn mean(mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> MeanDilatation {
 }
 
 fn mixed(mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> MixedElastic {
-    MixedElastic::new("elastic".into(), mesh, cells, law, 3 * mesh.points.len() as u32).expect("a split law")
+    let hosts = PressureHosts::new(mesh, cells, &[]);
+    MixedElastic::new("elastic".into(), mesh, cells, law, &hosts, 3 * mesh.points.len() as u32).expect("a split law")
 }
 
 /// A body of one law in this formulation, with its loads and supports.
@@ -87,10 +88,10 @@ pub fn cell_pressures(mesh: &TetMesh, law: &dyn Law, formulation: Formulation, x
     let cells = body(mesh);
     let (_, volumetric) = law.split().expect("a split law");
     if formulation == Mixed {
-        let hosts = pressure_hosts(mesh, &cells);
         let scale = law.small_strain().mu / mesh.h();
-        let at = |n: &u32| scale * x[3 * mesh.points.len() + hosts.binary_search(n).expect("a corner")];
-        return cells.iter().map(|&c| mesh.cell(c as usize)[..4].iter().map(at).sum::<f64>() / 4.0).collect();
+        let at = |k: &u32| scale * x[3 * mesh.points.len() + *k as usize];
+        let hosts = PressureHosts::new(mesh, &cells, &[]);
+        return hosts.of_cells.iter().map(|own| own.iter().map(at).sum::<f64>() / 4.0).collect();
     }
     let elastic = Elastic::new("points".into(), mesh, &cells, law.split().expect("a split law").0);
     let mean = |(_, points): (u32, Vec<(f64, Mat3)>)| {

@@ -7,6 +7,7 @@ mod analytic;
 mod calculix;
 mod convergence;
 mod cook;
+mod held_cells;
 mod incompressible;
 mod le10;
 mod locking;

@@ -8,7 +8,7 @@
 use crate::common;
 use crate::common::formulation::{Formulation, formulated};
 use crate::common::{hold, law, nodes};
-use durometer::effect::{Elastic, MixedElastic, pressure_hosts};
+use durometer::effect::{Elastic, MixedElastic, PressureHosts};
 use durometer::material::Law;
 use durometer::math::linear::Factor;
 use durometer::math::vector::dot;
@@ -54,13 +54,14 @@ fn shear(mesh: &TetMesh) -> System {
 fn continuous(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>, DMatrix<f64>) {
     let cells = common::body(mesh);
     let first = 3 * mesh.points.len() as u32;
-    let effect = MixedElastic::new("mixed".into(), mesh, &cells, &*rubber(), first).expect("a split law");
-    let hosts = pressure_hosts(mesh, &cells);
+    let hosts = PressureHosts::new(mesh, &cells, &[]);
+    let effect = MixedElastic::new("mixed".into(), mesh, &cells, &*rubber(), &hosts, first).expect("a split law");
+    let of_nodes: Vec<u32> = hosts.nodes().collect();
     let held = hold(&nodes(mesh, "xmin"), &[0, 1, 2]);
     let system =
-        System::with_scalars(mesh.points.len(), &hosts, vec![Box::new(effect)], vec![], held).expect("a system");
+        System::with_scalars(mesh.points.len(), &of_nodes, vec![Box::new(effect)], vec![], held).expect("a system");
     let k = tangent(&system);
-    let n = hosts.len();
+    let n = of_nodes.len();
     // p = π/h: the code's rows are per π.
     let scale = mesh.h();
     let equation = |c: usize| system.dofs.equation[first as usize + c];
@@ -75,7 +76,7 @@ fn continuous(mesh: &TetMesh, shear: &System) -> (Vec<Vec<f64>>, DMatrix<f64>, D
     let mut mass = DMatrix::zeros(n, n);
     let rule = quadrature::tet(5);
     for c in 0..mesh.cell_count() {
-        let places: Vec<usize> = mesh.cell(c)[..4].iter().map(|n| hosts.binary_search(n).expect("a corner")).collect();
+        let places = hosts.of_cells[c].map(|k| k as usize);
         for (&xi, w) in rule.points.iter().zip(&rule.weights) {
             let (shape, dv) = (cell_shape(Order::Linear, xi), w * mesh.jacobian(c, xi).determinant());
             for (a, &i) in places.iter().enumerate() {

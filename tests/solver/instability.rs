@@ -1,4 +1,4 @@
-//! Loss of stability under compression: steps past a bifurcation, the count of unstable modes, and remedies that fit the scene.
+//! Loss of stability, of bodies and of elements alone: steps past a bifurcation, the count of unstable modes, and remedies that fit the scene.
 
 use crate::common::formulation::{FORMULATIONS, Formulation, label, solid};
 use crate::common::{hold, law, move_to, newton, nodes};
@@ -447,6 +447,32 @@ fn a_pressed_free_bar_has_no_limit_point() {
     let rounded: Vec<(i32, usize)> =
         found.findings.unstable.iter().map(|(t, modes)| ((t * 1e4).round() as i32, *modes)).collect();
     assert_eq!(rounded[..2], [(1000, 2), (2000, 4)], "{rounded:?}");
+}
+
+/// A column whose sides are held all over is pulled at its top. With v its motion, of height alone, the second variation is ∫ μ|∇v|² + (μ + Λ − Λ ln J)(F⁻ᵀ:∇v)² dV and a
+/// part that vanishes with these sides: the body is stable at every J below e. Elements with pressures are not, and the note says that it may be them.
+#[test]
+fn elements_with_pressures_may_lose_their_stability_under_tension() {
+    let pull = |element: &str, formulation: &str| {
+        let body =
+            rubber(&grid([10, 10, 40], [2, 2, 8]), element, &law_text("neo_hookean", "100 kPa", 0.49), formulation);
+        let load = "[[effect]]\nkind = \"traction\"\nregion = \"zmax\"\ndirection = [0, 0, 1]\n\
+                    traction = { kind = \"ramp\", from = \"0 kPa\", to = \"100 kPa\", end = \"1 s\" }\n\
+                    [[probe]]\nkind = \"position\"\nregion = \"zmax\"\n";
+        let scene = scene(&[body.as_str(), &fixed("body", "xy"), &fixed("zmin", "z"), load, &stage(10, "")].concat());
+        let run = scene.run();
+        let told = notes(&scene, &run);
+        let doubted = told.iter().any(|note| note.starts_with("elements with pressures"));
+        let claimed = told.iter().any(|note| note.contains("a real body takes another path"));
+        println!("{element} {formulation}: {} {:?}", run.status, run.findings.unstable.first());
+        (run.findings.unstable.is_empty(), doubted, claimed)
+    };
+    for element in ["tet4", "tet10"] {
+        assert_eq!(pull(element, "displacement"), (true, false, false), "{element}");
+    }
+    for (element, formulation) in [("tet4", "mixed"), ("tet10", "mixed"), ("tet10", "mean_dilatation")] {
+        assert_eq!(pull(element, formulation), (false, true, false), "{element} {formulation}");
+    }
 }
 
 /// A beam under its weight with a stiff film on its lower side, which presses the cells at the clamp together; the heaviest has no equilibrium. After each

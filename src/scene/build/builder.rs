@@ -54,6 +54,8 @@ pub(in crate::scene) struct Gathered {
     pub(in crate::scene) viscous: Vec<Arc<ViscousDamping>>,
     /// Softening effects, for their derivatives
     pub(in crate::scene) softening: Vec<Arc<Mullins>>,
+    /// \[cells\] groups of cells with pressures in common
+    pub(in crate::scene) cell_groups: Vec<u32>,
     /// Nodes that host the second field
     pub(in crate::scene) hosts: Vec<u32>,
     /// Laws of the elastic effects, in their order

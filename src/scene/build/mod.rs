@@ -20,7 +20,8 @@ use super::notes::stable::note_stability;
 use super::notes::unheld::note_free_motions;
 use super::numerics::check_numerics;
 use super::parts::constraints::{
-    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints, note_places, note_vacuum,
+    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, group_cells, note_constraints, note_places,
+    note_vacuum,
 };
 use super::parts::contact::{NamedContact, build_contacts};
 use super::parts::effects::{EffectSpec, build_effects, no_limit, note_effects};
@@ -69,6 +70,8 @@ pub struct Scene {
     pub points: Vec<Vec3>,
     /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
     pub law: Option<Box<dyn Law>>,
+    /// \[cells\] groups of cells with pressures in common, of mixed formulations
+    pub(super) cell_groups: Vec<u32>,
     /// Points of the cells that elastic effects and springs act on, for probes
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
@@ -327,10 +330,7 @@ impl Scene {
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
-        builder.set_spans(build_spans(file, &spec.stages)?);
-        check_numerics(file, &spec.numerics)?;
-        rules::check(file, &spec, &builder.spans)?;
-        attach_skins(builder, &spec.skins)?;
+        prepare(builder, &spec)?;
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints, carriers)?;
         let (rigids, mut contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
@@ -367,6 +367,7 @@ impl Scene {
             system,
             points,
             law: gathered.laws.into_iter().next().map(|l| l.law),
+            cell_groups: gathered.cell_groups,
             elastic: gathered.points,
             stressed: gathered.stressed,
             reinforcing: gathered.reinforcing,
@@ -431,6 +432,17 @@ impl Scene {
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
     }
+}
+
+/// Takes times and skins of a scene, checks rules between its parts, and groups its cells by its constraints, before its effects are built.
+fn prepare(builder: &mut Builder, spec: &SceneSpec) -> Result<(), SceneError> {
+    let file = builder.file;
+    builder.set_spans(build_spans(file, &spec.stages)?);
+    check_numerics(file, &spec.numerics)?;
+    rules::check(file, spec, &builder.spans)?;
+    attach_skins(builder, &spec.skins)?;
+    group_cells(builder, &spec.constraints);
+    Ok(())
 }
 
 /// Digest of all that a run depends on, apart from the mesh.

@@ -2,7 +2,7 @@
 
 use super::EstimateError;
 use super::kept_state::{Kept, Solved};
-use crate::effect::pressure_hosts;
+use crate::effect::PressureHosts;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
 use crate::mesh::enrich::Enriched;
@@ -176,6 +176,11 @@ fn solids(scene: &Scene, counts: impl Fn(&Region) -> bool) -> Vec<u32> {
         }
     }
     solids
+}
+
+/// The hosts of the pressures of a mixed effect in a region of a scene.
+fn hosts(scene: &Scene, region: &str) -> PressureHosts {
+    PressureHosts::new(&scene.body.mesh, &scene.regions[region].cells, &scene.cell_groups)
 }
 
 fn is_mixed(effect: &EffectSpec) -> bool {
@@ -437,20 +442,19 @@ impl EnrichedScene {
     }
 
     /// The hosts of the pressures of every mixed effect, in the order of the unknowns, and whether the run has them too.
-    fn pressures_by_effect(&self) -> impl Iterator<Item = (Vec<u32>, bool)> {
-        let Scene { spec, body, .. } = &self.scene;
+    fn pressures_by_effect(&self) -> impl Iterator<Item = (PressureHosts, bool)> {
         let hosts = |(effect, of_run): (&EffectSpec, &bool)| match effect {
             EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed() => {
-                Some((pressure_hosts(&body.mesh, &body.mesh.regions[&elastic.region].cells), *of_run))
+                Some((hosts(&self.scene, &elastic.region), *of_run))
             }
             _ => None,
         };
-        spec.effects.iter().zip(&self.mixed_in_run).filter_map(hosts)
+        self.scene.spec.effects.iter().zip(&self.mixed_in_run).filter_map(hosts)
     }
 
     /// The nodes that host the pressures, in the order of the unknowns.
     pub fn pressure_nodes(&self) -> impl Iterator<Item = u32> {
-        self.pressures_by_effect().flat_map(|(hosts, _)| hosts)
+        self.pressures_by_effect().flat_map(|(hosts, _)| hosts.nodes().collect::<Vec<_>>())
     }
 
     /// The entries of P, the map of the unknowns of the run into the enriched space: (enriched unknown, enriched unknown at the same node
@@ -463,13 +467,15 @@ impl EnrichedScene {
         }
         let mut first = 3 * self.scene.points.len();
         for (hosts, in_run) in self.pressures_by_effect() {
-            for (k, node) in hosts.iter().enumerate().filter(|_| in_run) {
+            for (k, (group, node)) in hosts.places.iter().enumerate().filter(|_| in_run) {
                 for (of_run, weight) in &self.map.corner_weights[node] {
-                    let at = hosts.binary_search(of_run).expect("a corner of the run");
-                    each(first + k, first + at, *weight);
+                    // A group that the run does not have may have no pressure there
+                    if let Some(at) = hosts.number(*group, *of_run) {
+                        each(first + k, first + at, *weight);
+                    }
                 }
             }
-            first += hosts.len();
+            first += hosts.places.len();
         }
     }
 
@@ -509,18 +515,32 @@ impl EnrichedScene {
             if !now.formulation.is_mixed() {
                 continue;
             }
-            let hosts = |scene: &Scene| pressure_hosts(&scene.body.mesh, &scene.regions[&now.region].cells);
+            let enriched = hosts(&self.scene, &now.region);
             if !before.formulation.is_mixed() {
-                out.extend(hosts(&self.scene).iter().map(|_| 0.0));
+                out.resize(out.len() + enriched.places.len(), 0.0);
                 continue;
             }
-            let own = hosts(from);
-            let at = |node: &u32| values[first + own.binary_search(node).expect("a corner between corners")];
-            let value = |node: &u32| -> f64 { self.map.corner_weights[node].iter().map(|(k, w)| w * at(k)).sum() };
-            out.extend(hosts(&self.scene).iter().map(|node| scale * value(node)));
-            first += own.len();
+            let own = hosts(from, &now.region);
+            let at = |group, node| values[first + own.number(group, node).expect("a corner between corners")];
+            let groups = self.groups_of_run(from, &now.region, &enriched);
+            let value = |(node, group): (u32, u32)| -> f64 {
+                self.map.corner_weights[&node].iter().map(|(k, w)| w * at(group, *k)).sum()
+            };
+            out.extend(enriched.nodes().zip(groups).map(|place| scale * value(place)));
+            first += own.places.len();
         }
         out
+    }
+
+    /// \[pressures\] the group of the cells of the run in which each has its place, the first where they are of several: selectors may hold all nodes of a
+    /// cell and not all of its enriched ones.
+    fn groups_of_run(&self, from: &Scene, region: &str, hosts: &PressureHosts) -> Vec<u32> {
+        let mut groups = vec![u32::MAX; hosts.places.len()];
+        for (&c, own) in self.scene.regions[region].cells.iter().zip(&hosts.of_cells) {
+            let group = from.cell_groups[self.map.parents[c as usize] as usize];
+            own.iter().for_each(|&k| groups[k as usize] = groups[k as usize].min(group));
+        }
+        groups
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
-use crate::mesh::Order;
 use crate::scene::{
     LinearWork, Run, Scene, beyond_data_notes, growing_feedback, half_turns, lost_volumes, wrinkle_notes,
 };
@@ -243,24 +242,30 @@ fn stretched(scene: &Scene, run: &Run) -> Vec<String> {
     notes.collect()
 }
 
+/// Notes on an unstable path, or on one that ends. Elements with pressures may lose a stability that the body has.
+fn lost_stability(scene: &Scene, run: &Run) -> Vec<String> {
+    let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
+    let unstable = run.findings.unstable.first().map(|(t, modes)| {
+        let end = if has_pressures { "" } else { ", and a real body takes another path" };
+        format!(
+            "from t = {t:.6} s on the equilibrium is unstable ({} of the tangent): a bifurcation or \
+             a limit point was passed{end}",
+            count(*modes, "negative eigenvalue")
+        )
+    });
+    let ends = matches!(run.status, Status::NoEquilibrium { .. } | Status::LimitPoint { .. });
+    let doubt = has_pressures && (ends || unstable.is_some());
+    let confirm = doubt.then(|| {
+        "elements with pressures (mixed, mean_dilatation) may lose their stability, under tension as under compression, where the body keeps it: confirm it by \
+         formulation = \"displacement\" with mesh.element = \"tet10\""
+            .to_string()
+    });
+    unstable.into_iter().chain(confirm).collect()
+}
+
 /// Notes on the path for the reader, in words.
 pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
-    let mut out = Vec::new();
-    if let Some((t, modes)) = run.findings.unstable.first() {
-        out.push(format!(
-            "from t = {t:.6} s on the equilibrium is unstable ({} of the tangent): a bifurcation or \
-             a limit point was passed, and a real body takes another path",
-            count(*modes, "negative eigenvalue")
-        ));
-        let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
-        if has_pressures && scene.body.mesh.order == Order::Quadratic {
-            out.push(
-                "tet10 with a pressure field may lose its stability under compression before the body does, by a sixth of the stretch: \
-                 confirm the time by formulation = \"displacement\", or by tet4 with formulation = \"mixed\""
-                    .into(),
-            );
-        }
-    }
+    let mut out = lost_stability(scene, run);
     out.extend(beyond_data_notes(scene, &run.peak.x));
     out.extend(wrinkle_notes(scene, &run.peak.x));
     out.extend(lost_volumes(scene, &run.peak.x).map(|lost| lost.note()));

@@ -1,6 +1,6 @@
 //! Constraint `fixed`: components of the displacement of a region that are held.
 
-use super::part::ConstraintPart;
+use super::part::{ConstraintPart, Motion, Moved};
 use crate::math::signal::Signal;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
@@ -30,7 +30,7 @@ impl FixedSpec {
 }
 
 impl ConstraintPart for FixedSpec {
-    fn held(&self) -> Option<(&str, &str)> {
-        Some((&self.region, &self.components))
+    fn moves(&self, _number: usize) -> Option<Moved<'_>> {
+        Some(Moved { region: &self.region, components: &self.components, motion: Motion::Held })
     }
 }

@@ -4,6 +4,7 @@
 mod cable;
 mod cavity;
 mod cavity_wall;
+mod cell_groups;
 mod fixed;
 mod part;
 mod prescribed;
@@ -27,7 +28,8 @@ use crate::scene::record::recorder::Headline;
 use crate::scene::text::kind::registry;
 use cable::{build_cables, check_shortening};
 use cavity::build_cavity;
-use part::ConstraintPart;
+use cell_groups::cell_groups;
+use part::{ConstraintPart, Motion, Moved};
 
 registry! {
 ConstraintPart;
@@ -59,8 +61,15 @@ impl ConstraintSpec {
 
     /// The region whose displacements it prescribes, and the components of them.
     pub(in crate::scene) fn held(&self) -> Option<(&str, &str)> {
-        self.part().held()
+        let Moved { region, components, motion } = self.part().moves(0)?;
+        (!matches!(motion, Motion::Rigid(_))).then_some((region, components))
     }
+}
+
+/// Groups the cells of a scene by what deforms them.
+pub(in crate::scene) fn group_cells(builder: &mut Builder, specs: &[ConstraintSpec]) {
+    let moved = specs.iter().enumerate().filter_map(|(number, spec)| spec.part().moves(number));
+    builder.gathered.cell_groups = cell_groups(&builder.body.mesh, &builder.regions, moved);
 }
 
 /// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` bodies and obstacles have four nodes each before

@@ -1,6 +1,6 @@
 //! Constraint `prescribed`: components of the displacement of a region that follow a signal, or its whole motion by rotation and translation.
 
-use super::part::ConstraintPart;
+use super::part::{ConstraintPart, Motion, Moved};
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::scene::build::builder::Builder;
@@ -53,15 +53,15 @@ impl PrescribedSpec {
         }
     }
 
-    /// The components of a rotation or a translation.
-    fn components_of_motion(&self) -> &str {
+    /// Components of its motion.
+    fn components(&self) -> &str {
         if self.components.is_empty() { "xyz" } else { &self.components }
     }
 
     /// Prescribes a rotation, a translation or both.
     fn build_motion(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
         let region = &self.region;
-        let components = self.components_of_motion();
+        let components = self.components();
         let turning = self.rotation.as_ref().map(|r| r.build(builder, place, format!("{region}_rotation_rad")));
         let turning = turning.transpose()?;
         let mut shifts = Vec::new();
@@ -80,8 +80,8 @@ impl PrescribedSpec {
 }
 
 impl ConstraintPart for PrescribedSpec {
-    fn held(&self) -> Option<(&str, &str)> {
-        Some((&self.region, self.components_of_motion()))
+    fn moves(&self, number: usize) -> Option<Moved<'_>> {
+        Some(Moved { region: &self.region, components: self.components(), motion: Motion::Prescribed(number) })
     }
 
     fn note(&self, builder: &mut Builder) -> Option<String> {

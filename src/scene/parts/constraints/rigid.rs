@@ -1,6 +1,6 @@
 //! Constraint `rigid`: cells of a region that move as one rigid part of the body.
 
-use super::part::ConstraintPart;
+use super::part::{ConstraintPart, Motion, Moved};
 use crate::effect::affine_body::Rigidity;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::rigid_insert::Rigid;
@@ -31,6 +31,10 @@ fn insert() -> String {
 impl ConstraintPart for RigidInsertSpec {
     fn exact(&self) -> Option<&'static str> {
         Some("a rigid part")
+    }
+
+    fn moves(&self, number: usize) -> Option<Moved<'_>> {
+        Some(Moved { region: &self.region, components: "xyz", motion: Motion::Rigid(number) })
     }
 }
 

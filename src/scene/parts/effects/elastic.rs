@@ -1,7 +1,8 @@
 //! Effect `elastic`: a law on the cells of a region, in one of the formulations.
 
 use super::part::{EffectPart, OverlapSpec};
-use crate::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
+use crate::effect::{Elastic, MeanDilatation, MixedElastic, PressureHosts};
+use crate::material::Law;
 use crate::mesh::Order;
 use crate::scene::build::builder::{Builder, ElasticLaw};
 use crate::scene::error::SceneError;
@@ -82,11 +83,12 @@ impl EffectPart for ElasticSpec {
                 builder.gathered.solid(region, effect)
             }
             FormulationSpec::Mixed => {
+                check_volumetric(builder, place, &*built)?;
                 let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
-                let effect = MixedElastic::new(name, mesh, cells, &*built, first);
+                let hosts = PressureHosts::new(mesh, cells, &builder.gathered.cell_groups);
+                let effect = MixedElastic::new(name, mesh, cells, &*built, &hosts, first);
                 let effect = effect.ok_or_else(|| no_split(builder, place, info))?;
-                let hosts = pressure_hosts(mesh, cells);
-                builder.gathered.hosts.extend(hosts);
+                builder.gathered.hosts.extend(hosts.nodes());
                 builder.gathered.solid(region, effect)
             }
             FormulationSpec::MeanDilatation if mesh.order == Order::Linear => {
@@ -116,6 +118,18 @@ impl EffectPart for ElasticSpec {
     fn resists(&self) -> Option<(&str, bool)> {
         Some((&self.region, self.overlap.is_some()))
     }
+}
+
+/// Refuses a law whose volumetric part is zero at every J, and with it every pressure.
+fn check_volumetric(builder: &Builder, place: &str, law: &dyn Law) -> Result<(), SceneError> {
+    if law.split().is_none_or(|(_, volumetric)| volumetric.kappa != 0.0) {
+        return Ok(());
+    }
+    let fact = format!(
+        "the volumetric part of the law {} vanishes, as ½λ(ln J)² does at nu = 0, so that there is no pressure to solve for",
+        law.info().name
+    );
+    Err(builder.content(place, fact, "take formulation = \"displacement\", which does not lock there"))
 }
 
 fn no_split(builder: &Builder, place: &str, law: &str) -> SceneError {

@@ -1,0 +1,90 @@
+//! Groups of cells by what deforms them: the unknowns, or the motions of constraints alone.
+
+use super::part::{Motion, Moved};
+use crate::mesh::{Region, TetMesh};
+use std::collections::{BTreeMap, HashMap};
+
+/// \[cells\] 0 for cells that the unknowns deform. Cells whose nodes are all held, moved or of one rigid part are in other groups: those that the same constraints
+/// move, and whose volumetric strain is thus the same, in one; a cell between different motions alone.
+pub(super) fn cell_groups<'a>(
+    mesh: &TetMesh,
+    regions: &BTreeMap<String, Region>,
+    moved: impl Iterator<Item = Moved<'a>>,
+) -> Vec<u32> {
+    let mut motions = vec![[Motion::Free; 3]; mesh.points.len()];
+    for moved in moved {
+        // One that there is not is refused where the constraint is built
+        let Some(region) = regions.get(moved.region) else { continue };
+        let components: Vec<usize> = moved.components.chars().filter_map(|c| "xyz".find(c)).collect();
+        for node in mesh.nodes_of(region) {
+            for &k in &components {
+                let own = &mut motions[node as usize][k];
+                if *own == Motion::Free {
+                    *own = moved.motion;
+                }
+            }
+        }
+    }
+    let mut count = 0;
+    let mut next = || {
+        count += 1;
+        count
+    };
+    let mut alike = HashMap::new();
+    let group = |c: usize| {
+        let first = motions[mesh.cell(c)[0] as usize];
+        let all = || mesh.cell(c).iter().map(|&node| motions[node as usize]);
+        let any = |is: fn(&Motion) -> bool| all().flatten().any(|motion| is(&motion));
+        if any(|motion| *motion == Motion::Free) {
+            0
+        } else if all().all(|own| own == first) {
+            *alike.entry(first).or_insert_with(&mut next)
+        } else if any(|motion| matches!(motion, Motion::Rigid(_))) {
+            0
+        } else {
+            next()
+        }
+    };
+    (0..mesh.cell_count()).map(group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::made::structured::block;
+
+    /// Three boxes in a row, of which the nodes of the first and of the last are moved by constraints as given: (region, components, motion).
+    fn groups(order: Order, moved: &[(&'static str, &'static str, Motion)]) -> [Vec<u32>; 3] {
+        let mesh = block(3, 1, 1, 3.0, 1.0, 1.0, order);
+        let nodes = |is_in: fn(f64) -> bool| {
+            let nodes = (0..mesh.points.len() as u32).filter(|&k| is_in(mesh.points[k as usize].x)).collect();
+            Region { nodes, ..Region::default() }
+        };
+        let regions = [("root".to_string(), nodes(|x| x < 1.1)), ("tip".to_string(), nodes(|x| x > 1.9))].into();
+        let moved = moved.iter().map(|&(region, components, motion)| Moved { region, components, motion });
+        let groups = cell_groups(&mesh, &regions, moved);
+        [0, 1, 2].map(|k| {
+            let own = (0..groups.len()).filter(|&c| mesh.position(c, [0.25; 3]).x as usize == k);
+            own.map(|c| groups[c]).collect()
+        })
+    }
+
+    /// Cells of a part that is held or moved as a whole are one group, cells between two such parts of one each, and all others of group 0.
+    #[test]
+    fn cells_that_constraints_move_are_grouped_by_their_motion() {
+        for order in [Order::Linear, Order::Quadratic] {
+            // Mid-nodes between the two parts are free on quadratic cells
+            let between = if order == Order::Linear { vec![2, 3, 4, 5, 6, 7] } else { vec![0; 6] };
+            let last = if order == Order::Linear { 8 } else { 2 };
+            let (root, tip) = (("root", "xyz", Motion::Held), ("tip", "xyz", Motion::Prescribed(1)));
+            assert_eq!(groups(order, &[root, tip]), [vec![1; 6], between, vec![last; 6]]);
+            let rigid = ("tip", "xyz", Motion::Rigid(1));
+            assert_eq!(groups(order, &[root, rigid]), [vec![1; 6], vec![0; 6], vec![2; 6]]);
+            let parts = [("root", "z", Motion::Held), ("root", "xy", Motion::Prescribed(1))];
+            assert_eq!(groups(order, &parts), [vec![1; 6], vec![0; 6], vec![0; 6]]);
+            let parts = [("root", "xy", Motion::Held), ("tip", "z", Motion::Held)];
+            assert_eq!(groups(order, &parts).concat(), [0; 18]);
+        }
+    }
+}
