@@ -57,7 +57,7 @@ const SAME: f64 = 1e-9;
 /// Why the lateral strain is not that of the data points that are fitted.
 fn other_points(fit: &VolumeFit, request: &FitRequest, experiment: &Experiment) -> Option<String> {
     let is_in_range = |s: &&Sample| request.options.range.is_none_or(|range| range.contains(s.stretch));
-    let samples = || experiment.samples.iter().filter(is_in_range);
+    let samples = || experiment.single.iter().filter(is_in_range);
     if let Some(other) = samples().find(|s| s.mode != Mode::Uniaxial) {
         let rows = "the lateral strain of all rows is compared with their strain as in a uniaxial test, and some are";
         return Some(format!(

@@ -234,11 +234,20 @@ fn a_foam_without_its_ratio_is_refused() {
     let experiment = common::made::table(vec![]);
     let message = fit_experiment(&experiment, &FitOptions::new("hyperfoam")).expect_err("no ratio");
     assert!(matches!(message, FitError::NoPoisson { .. }), "{message}");
-    // ν is read from the rows as they are written
+    // ν is read from the rows as they are written, also where these are so many that means of neighbours are fitted
+    let rows = |k: u32| {
+        let e = 0.4 * f64::from(k) / 3000.0;
+        let stress = model(1, NU).stress(ONE, Mode::Uniaxial, 1.0 - e);
+        format!("{},{},{}\n", 100.0 * e, -stress / 1e3, 100.0 * ((1.0 - e).powf(-NU) - 1.0))
+    };
+    let path = measured.data.with_file_name("many.csv");
+    let names = text.lines().next().expect("names");
+    std::fs::write(&path, format!("{names}\n{}", (1..=3000).map(rows).collect::<String>())).expect("written");
+    let many = fitted(&FitRequest { data: path, ..measured.clone() });
+    assert!(many.poisson.as_ref().is_some_and(|p| (p.ratio.value - NU).abs() < 1e-6), "{many}");
     let mut kind = measured.clone();
     kind.columns.strain_kind = Some(StrainKind::True);
     refused(&kind, "the fit takes another one (line 2: stretch");
-    let head = text.lines().next().expect("names");
     let rows = |mode: &str, lines: std::ops::Range<usize>| -> String {
         text.lines()
             .skip(1)
@@ -248,7 +257,7 @@ fn a_foam_without_its_ratio_is_refused() {
             .collect()
     };
     let path = measured.data.with_file_name("modes.csv");
-    std::fs::write(&path, format!("{head},mode\n{}{}", rows("uniaxial", 0..25), rows("planar", 25..50)))
+    std::fs::write(&path, format!("{names},mode\n{}{}", rows("uniaxial", 0..25), rows("planar", 25..50)))
         .expect("written");
     refused(
         &FitRequest { data: path, ..measured.clone() },

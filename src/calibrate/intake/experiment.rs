@@ -30,6 +30,8 @@ pub struct Experiment {
     pub sha256: String,
     /// In the order of the file, unless they were put into the order of time
     pub samples: Vec<Sample>,
+    /// The samples of a prepared test before neighbours became their means, without their specimens
+    pub single: Vec<Sample>,
     /// In the order of the file, every row that holds samples
     pub raw: Vec<RawRow>,
     /// Of the stress column: of a force one of force
@@ -117,6 +119,7 @@ impl Experiment {
             specimens: parts.iter().map(label).collect(),
             sha256: storage::sha256(bytes),
             samples,
+            single: vec![],
             raw: read.raw,
             stress_unit: columns.axes[0].1.unit.clone(),
             pieces: vec![Piece { dimensions, accuracy, corrections: vec![] }; parts.len()],
@@ -134,6 +137,7 @@ impl Experiment {
             specimens: vec![file.into()],
             sha256: sha256.into(),
             samples,
+            single: vec![],
             raw: vec![],
             stress_unit: "Pa".into(),
             pieces: vec![Piece::default()],
@@ -158,6 +162,7 @@ impl Experiment {
             let before = all.specimens.len();
             let entry = |e: AuditEntry| AuditEntry { message: format!("{}: {}", part.file, e.message), ..e };
             all.audit.0.extend(part.audit.0.into_iter().map(entry));
+            all.single.extend(part.single);
             all.samples.extend(part.samples.into_iter().map(|s| Sample { specimen: before + s.specimen, ..s }));
             all.raw.extend(part.raw.into_iter().map(|r| RawRow { specimen: before + r.specimen, ..r }));
             all.file += &format!(", {}", part.file);

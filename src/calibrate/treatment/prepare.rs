@@ -32,6 +32,7 @@ impl Experiment {
         if asked.zero.is_none() && asked.toe.is_none() {
             log.extend(table.doubtful_beginnings(&taken.samples));
         }
+        let single = taken.samples.clone();
         let (samples, condensed) = table.condensed(taken.samples);
         log.extend(condensed);
         let alternative = |Variant { treatment, unasked, rows, corrections }: Variant| {
@@ -41,6 +42,7 @@ impl Experiment {
         };
         let alternatives: Vec<Alternative> = variants.into_iter().filter_map(alternative).collect();
         self.samples = samples;
+        self.single = single;
         taken.errors.into_iter().for_each(|(specimen, error)| self.pieces[specimen].corrections.push(error));
         self.alternatives.extend(alternatives);
         self.audit.0.extend(log);

@@ -52,7 +52,7 @@ pub(super) fn cell_groups<'a>(
 mod tests {
     use super::*;
     use crate::mesh::Order;
-    use crate::mesh::made::structured::block;
+    use crate::mesh::structured::block;
 
     /// Three boxes in a row, of which the nodes of the first and of the last are moved by constraints as given: (region, components, motion).
     fn groups(order: Order, moved: &[(&'static str, &'static str, Motion)]) -> [Vec<u32>; 3] {
