@@ -20,19 +20,25 @@ pub(super) fn read_signal(
     let mut reader = csv::ReaderBuilder::new();
     reader.trim(csv::Trim::All).comment(Some(b'#')).has_headers(false).flexible(true);
     let mut records = reader.from_reader(bytes.as_slice()).into_records().peekable();
+    let text = String::from_utf8_lossy(&bytes);
+    let lines: Vec<&str> = text.lines().collect();
     // Names behind a # are a header where no other line has one
-    let noted = names_in_comment(&bytes).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
-    let header = match noted {
-        Some(names) => names,
-        None => records.next().ok_or("it has no header line; write for example \"t_s,value\"")?.map_err(unreadable)?,
+    let noted = names_in_comment(&lines).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
+    let (header, line) = match noted {
+        Some(noted) => noted,
+        None => {
+            let first = records.next().ok_or("it has no header line; write for example \"t_s,value\"")?;
+            let first = first.map_err(unreadable)?;
+            let line = line_of(&first, &lines);
+            (first, line)
+        }
     };
-    let line = header.position().map_or(1, csv::Position::line);
     let checked = two_columns(&header).and_then(|names| check_header(names, (unit, factor), dimension));
     checked.map_err(|why| format!("line {line}: {why}"))?;
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for record in records {
         let record = record.map_err(unreadable)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(&record, &lines);
         let numbers = record.deserialize::<(f64, f64)>(None).ok().filter(|_| record.len() == 2);
         let (t, value) = numbers.ok_or_else(|| {
             format!("line {line}: two numbers are needed (time in s, value in {unit}), separated by a comma")
@@ -48,21 +54,24 @@ pub(super) fn read_signal(
     if rows.is_empty() { Err("the table has no row".into()) } else { Ok(rows) }
 }
 
+/// The number of the line of a record, whose position is that of the empty lines and comments above it.
+fn line_of(record: &csv::StringRecord, lines: &[&str]) -> usize {
+    let above = record.position().map_or(0, |position| position.line() as usize - 1);
+    let counts = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+    1 + lines.iter().skip(above).position(counts).map_or(above, |k| above + k)
+}
+
 /// Whether a line has two numbers.
 fn is_row(record: &csv::StringRecord) -> bool {
     record.len() == 2 && record.iter().all(|cell| cell.parse::<f64>().is_ok())
 }
 
-/// The last line of comment above the rows, where it has two cells, as numpy writes the names.
-fn names_in_comment(bytes: &[u8]) -> Option<csv::StringRecord> {
-    let text = std::str::from_utf8(bytes).ok()?;
-    let above = text.lines().enumerate().take_while(|(_, line)| line.trim().is_empty() || line.starts_with('#'));
+/// The last line of comment above the rows, where it has two cells, as numpy writes the names, and its number.
+fn names_in_comment(lines: &[&str]) -> Option<(csv::StringRecord, usize)> {
+    let above = lines.iter().enumerate().take_while(|(_, line)| line.trim().is_empty() || line.starts_with('#'));
     let (number, names) = above.filter_map(|(k, line)| Some((k + 1, line.strip_prefix('#')?))).last()?;
-    let mut record: csv::StringRecord = names.split(',').map(str::trim).collect();
-    let mut position = csv::Position::new();
-    position.set_line(number as u64);
-    record.set_position(Some(position));
-    (record.len() == 2).then_some(record)
+    let record: csv::StringRecord = names.split(',').map(str::trim).collect();
+    (record.len() == 2).then_some((record, number))
 }
 
 /// The names of the two columns that a table has.
@@ -217,12 +226,12 @@ mod tests {
             ["t", "u_1"],
             ["x", "y"],
             ["t", "rate_s"],
-            ["t", "p_IN"],
             ["t", "u_second"],
             ["", ""],
             ["t", "length of the cable"],
         ] {
             assert_eq!(header(names), Ok(()), "{names:?}");
         }
+        assert_eq!(check_header(["t", "pressure_IN"], ("kPa", 1e3), Dimension::PRESSURE), Ok(()), "an inlet, no inch");
     }
 }

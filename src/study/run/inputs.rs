@@ -127,12 +127,10 @@ mod tests {
             [laws.c]\nlaw = \"hyperfoam\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu1 = 0.3\nmu2 = \"1 kPa\"\nalpha2 = 6.0\nnu2 = 0.3\n\
             [laws.c.provenance]\npoisson_interval = [0.25, 0.35]\nalpha1_interval = [1.0, 3.0]\n\
             [laws.unused]\nlaw = \"neo_hookean\"\nmu = \"1 kPa\"\nprovenance = { mu_interval = [\"-inf Pa\", \"inf Pa\"] }\n";
-        let table: Table = (text.to_string() + &["a", "b", "c"].map(effect).concat()).parse().expect("TOML");
-        let spec = SceneSpec {
-            laws: table["laws"].clone().try_into().expect("tables"),
-            effects: table["effect"].clone().try_into().expect("effects"),
-            ..SceneSpec::default()
-        };
+        let rest = "[mesh]\ngrid = { kind = \"box\", size = [\"1 m\", \"1 m\", \"1 m\"], divisions = [1, 1, 1] }\n\
+            [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let text = text.to_string() + &["a", "b", "c"].map(effect).concat() + rest;
+        let spec = SceneSpec::from_text(std::path::Path::new("scene.toml"), &text, "").expect("a scene");
         assert_eq!(undetermined_constants(&spec), ["laws.a.J_m", "laws.b.C10", "laws.b.C01"]);
         let known: Vec<(String, f64)> = uncertain_constants(&spec)
             .into_iter()
