@@ -393,7 +393,7 @@ fn data_of_cells_that_are_cut_off_are_refused() {
     }
     // Data that the reader does not know make no region
     let text = std::fs::read_to_string(file("good/boxes-5.1.vtk")).expect("there");
-    std::fs::write(&path, text.replace("FIELD FieldData 1\nCell", "VECTORS flow double\nCell")).expect("writable");
+    std::fs::write(&path, text.replace("FIELD FieldData 1\nCell", "SPINORS flow double\nCell")).expect("writable");
     let mesh = mesh::read(&path, 1.0).expect("a mesh");
     assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
 }
