@@ -88,8 +88,8 @@ impl ConstraintPart for PrescribedSpec {
         let (mesh, region) = (&builder.body.mesh, builder.regions.get(&self.region)?);
         let nodes = mesh.nodes_of(region);
         let is_own = |node: &u32| nodes.binary_search(node).is_ok();
-        let has_surface = (0..mesh.facet_count()).any(|f| mesh.facet(f)[..3].iter().all(is_own))
-            || (!region.is_node_set && !(region.facets.is_empty() && region.cells.is_empty()));
+        let holds_parts = !region.is_node_set && (!region.facets.is_empty() || !region.cells.is_empty());
+        let has_surface = holds_parts || (0..mesh.facet_count()).any(|f| mesh.facet(f)[..3].iter().all(is_own));
         (!has_surface).then(|| {
             format!(
                 "the motion of {} is prescribed at single nodes, where the finer the mesh the smaller the force",
