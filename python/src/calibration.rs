@@ -54,11 +54,10 @@ impl Calibration {
             return Err(input(&format!("accuracy is {accuracy}"), "give a share between 0 and 1, such as 0.01"));
         }
         let settings = Settings { profile, accuracy, ..Settings::new(weighting) };
-        let listed: PyResult<Vec<Bound<'_, PyAny>>> = curves.try_iter().and_then(Iterator::collect);
         let no_list = |_| {
             input(&format!("curves is of the type {}, and no list", kind(curves)), "give a list of durometer.Curve")
         };
-        let curves = listed.map_err(no_list)?;
+        let curves = curves.try_iter().map_err(no_list)?.collect::<PyResult<Vec<_>>>()?;
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
         let (keys, bounds) = wanted(unknowns, scene.get())?;

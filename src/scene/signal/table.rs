@@ -21,7 +21,7 @@ pub(super) fn read_signal(
     reader.trim(csv::Trim::All).comment(Some(b'#')).has_headers(false).flexible(true);
     let mut records = reader.from_reader(bytes.as_slice()).into_records().peekable();
     let text = String::from_utf8_lossy(&bytes);
-    let lines: Vec<&str> = text.lines().collect();
+    let lines: Vec<&str> = text.trim_start_matches('\u{feff}').lines().collect();
     // Names behind a # are a header where no other line has one
     let noted = names_in_comment(&lines).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
     let (header, line) = match noted {
@@ -205,6 +205,7 @@ mod tests {
         };
         assert_eq!(read("# pulled by hand\nt_s, u_mm\n0, 0\n\n1.5,\t2\n"), Ok(vec![(0.0, 0.0), (1.5, 2e-3)]));
         assert_eq!(read("# t_s,u_mm\n0,0\n0.5,-1\n"), Ok(vec![(0.0, 0.0), (0.5, -1e-3)]), "as numpy.savetxt writes it");
+        assert_eq!(read("\u{feff}# t_s,u_mm\n0,0\n"), Ok(vec![(0.0, 0.0)]), "behind a mark of the byte order");
         let error = read("# made by hand\n# t_s, u_m\n0,0\n").expect_err("another unit");
         assert!(error.starts_with("line 2: the values \"u_m\" are in m"), "{error}");
         let error = read("t_s,u_mm\n0,0,0\n").expect_err("three cells");

@@ -15,6 +15,9 @@ pub(super) fn cell_groups<'a>(
     for moved in moved {
         // One that there is not is refused where the constraint is built
         let Some(region) = regions.get(moved.region) else { continue };
+        // A rigid part is one of cells, whatever nodes its region has of its own
+        let of_cells = Region { cells: region.cells.clone(), ..Region::default() };
+        let region = if matches!(moved.motion, Motion::Rigid(_)) { &of_cells } else { region };
         let components: Vec<usize> = moved.components.chars().filter_map(|c| "xyz".find(c)).collect();
         for node in mesh.nodes_of(region) {
             for &k in &components {
@@ -68,6 +71,21 @@ mod tests {
             let own = (0..groups.len()).filter(|&c| mesh.position(c, [0.25; 3]).x as usize == k);
             own.map(|c| groups[c]).collect()
         })
+    }
+
+    /// A node set of the name of a rigid part takes nothing from its cells.
+    #[test]
+    fn a_rigid_part_is_one_of_cells() {
+        let mesh = block(2, 1, 1, 2.0, 1.0, 1.0, Order::Linear);
+        let cells: Vec<u32> =
+            (0..mesh.cell_count() as u32).filter(|&c| mesh.position(c as usize, [0.25; 3]).x < 1.0).collect();
+        let of = |region: Region| {
+            let moved = Moved { region: "plate", components: "xyz", motion: Motion::Rigid(1) };
+            cell_groups(&mesh, &[("plate".to_string(), region)].into(), std::iter::once(moved))
+        };
+        let plain = of(Region { cells: cells.clone(), ..Region::default() });
+        assert_eq!(plain.iter().filter(|group| **group == 1).count(), cells.len());
+        assert_eq!(of(Region { cells, nodes: vec![0], is_node_set: true, ..Region::default() }), plain);
     }
 
     /// Cells of a part that is held or moved as a whole are one group, cells between two such parts of one each, and all others of group 0.
