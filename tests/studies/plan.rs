@@ -106,6 +106,7 @@ fn of_a_scene_in_time() {
     let plan = plan("finger-dynamics", &short, out.path());
     assert_eq!(plan["steps"]["matter"], true, "{plan}");
     // A whole motion takes longer than that: there is a plan or there is none, in time
+    let out = tempfile::tempdir().expect("temporary folder");
     let (code, _, said) = planned(SHORT_S, "finger-dynamics", &[], out.path());
     assert!(matches!(code, Some(0 | 3)), "{said}");
 }
