@@ -165,9 +165,11 @@ fn a_node_set_holds_no_node_of_a_set_of_cells() {
     let end = &set.regions["end"];
     assert_eq!((end.facets.len(), &end.cells), (1, &vec![0]));
     assert_eq!((&end.facets, &end.cells), (&group.regions["end"].facets, &group.regions["end"].cells));
+    assert!(set.facets_of(end).is_empty());
     // Without points of its own it is that of the facets
     let text = groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n");
-    assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
+    let held = of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"));
+    assert_eq!((nodes(&held), held.facets_of(&held.regions["end"])), (vec![0, 1, 2], &held.regions["end"].facets[..]));
 }
 
 /// A binary legacy file of three tetrahedra in a row, with this data of the cells.
