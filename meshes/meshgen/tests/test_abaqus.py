@@ -81,6 +81,11 @@ class Abaqus(Case):
         self.assertIn('$MeshgenNodeSets\n2\n1 "face"\n2 "wall"\n$EndMeshgenNodeSets\n', text)
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
+        # So have a surface of shells and an element set of solids, but not an element set of solids and shells
+        skin = "*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=both\n 1, 9\n"
+        blocks = self.read(f"{NODES}{TETS}{skin}*Elset, elset=top\n 1\n*Surface, name=Top\n skin, SPOS\n")
+        self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"top": 0})
+        self.assertEqual([int(mask.sum()) for mask in blocks.sets["top"]], [1, 1])
 
     def test_two_of_one_name(self):
         self.refuse("another *PART is called 'finger' too", f"*Part, name=Finger\n{NODES}{TETS}*End Part\n*Part, name=finger\n{NODES}{TETS}*End Part\n")

@@ -328,7 +328,7 @@ impl RawMesh {
                 false => region.nodes.clone(),
             };
             let region = mesh.regions.get_mut(name).expect("found before");
-            (region.is_node_set, region.nodes) = (!own.is_empty(), own);
+            (region.is_node_set, region.nodes) = (true, own);
         }
         let cells = mesh.cell_count();
         if let Some(body) = mesh.regions.get("body")

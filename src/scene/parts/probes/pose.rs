@@ -59,7 +59,7 @@ impl Probe for Pose {
         self.name.iter().try_for_each(|name| builder.check_name(place, name))?;
         let mesh = &builder.body.mesh;
         let of_region = |name: &String| {
-            let frame = Frame::new(mesh, shares_of_region(mesh, builder.region(place, name)?));
+            let frame = Frame::new(mesh, shares_of_region(mesh, builder.region_with_nodes(place, name)?));
             self.checked(place, builder, "region", name, frame)
         };
         let of = match (&self.region, &self.skin) {
