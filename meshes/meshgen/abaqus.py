@@ -214,7 +214,8 @@ def leave_out_plates(rows: dict, facets: dict, sets: dict, node_sets: dict) -> l
         sets[name] = [member for member in sets[name] if not is_apart(*member)]
     kept = set(node_sets).union(*facets.values())
     empty = [name for name, members in sets.items() if not members and name not in kept]
-    notes = [f"the set {name} has {count} shells, membranes or rigid faces apart from the solids, which are left out" for name, count in apart.items() if count and name not in empty]
+    left_out = {name: f"{count} element{'s' if count > 1 else ''}" for name, count in apart.items() if count and name not in empty}
+    notes = [f"left out of the set {name}: {count} (shells, membranes or rigid faces) apart from the solids" for name, count in left_out.items()]
     if empty:
         notes.append(f"sets whose elements are neither solids nor faces of solids are no regions: {', '.join(empty)}")
     return notes
