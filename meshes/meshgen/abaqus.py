@@ -112,8 +112,8 @@ def read(path: Path, content: Path) -> Blocks:
         node_sets.setdefault(region, []).extend(number[i][n] for i, n in found.labels("node_sets", scope, name, of) if n in number[i])
     for region, scope, of, name in found.all("element_sets"):
         sets.setdefault(region, []).extend(where[i][e] for i, e in found.labels("element_sets", scope, name, of))
-    facets = add_surfaces(found, rows, number, where, sets, node_sets)
-    hold_surfaces(facets, sets, node_sets)
+    facets, of_shells = add_surfaces(found, rows, number, where, sets, node_sets)
+    hold_surfaces(of_shells.union(*facets.values()), sets, node_sets)
     notes = leave_out_plates(rows, facets, sets, node_sets)
     result = blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
     result.notes = notes
@@ -159,9 +159,11 @@ class Faces:
         return [face for i, face in enumerate(self.all(kind, row), 1) if name == f"S{i}"]
 
 
-def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict, node_sets: dict) -> dict:
-    """Adds surfaces of nodes to `node_sets`, and those of shells, which are facets themselves, to `sets`; returns corners -> names of faces of solids."""
-    facets, faces = {}, Faces(rows)
+def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict, node_sets: dict) -> tuple:
+    """Adds surfaces of nodes to `node_sets`, and those of shells, which are facets themselves, to `sets`.
+
+    Returns corners -> names of faces of solids, and the names of the surfaces of shells."""
+    facets, of_shells, faces = {}, set(), Faces(rows)
 
     def refuse(fact: str) -> BadRequest:
         return BadRequest(f"cannot read {found.reader.path.name}: {fact}", "list faces of solids, or shells with SPOS or SNEG, or remove the surface")
@@ -177,6 +179,7 @@ def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict,
                 kind, row = where[i][label]
                 if kind not in FACES and face in SIDES:
                     sets.setdefault(region, []).append((kind, row))
+                    of_shells.add(region)
                     added += 1
                     continue
                 corners = faces.named(kind, row, face)
@@ -187,14 +190,12 @@ def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict,
                 added += len(corners)
         if members and not added:
             raise refuse(f"{of} holds no face")
-    return facets
+    return facets, of_shells
 
 
-def hold_surfaces(facets: dict, sets: dict, node_sets: dict) -> None:
-    """Adds a node set without nodes for every surface whose name an element set of cells has too: it has the nodes of the facets.
-
-    facets: corners -> names of surfaces."""
-    for name in sorted(set().union(*facets.values())):
+def hold_surfaces(surfaces: set, sets: dict, node_sets: dict) -> None:
+    """Adds a node set without nodes for every of these surfaces whose name an element set of cells has too: it has the nodes of the facets."""
+    for name in sorted(surfaces):
         if any(kind in FACES for kind, _ in sets.get(name, ())):
             node_sets.setdefault(name, [])
 
@@ -213,7 +214,8 @@ def leave_out_plates(rows: dict, facets: dict, sets: dict, node_sets: dict) -> l
         sets[name] = [member for member in sets[name] if not is_apart(*member)]
     kept = set(node_sets).union(*facets.values())
     empty = [name for name, members in sets.items() if not members and name not in kept]
-    notes = [f"the set {name} has {count} shells, membranes or rigid faces apart from the solids, which are left out" for name, count in apart.items() if count and name not in empty]
+    left_out = {name: f"{count} element{'s' if count > 1 else ''}" for name, count in apart.items() if count and name not in empty}
+    notes = [f"left out of the set {name}: {count} (shells, membranes or rigid faces) apart from the solids" for name, count in left_out.items()]
     if empty:
         notes.append(f"sets whose elements are neither solids nor faces of solids are no regions: {', '.join(empty)}")
     return notes

@@ -102,9 +102,14 @@ def load(path: Path, format: str) -> tuple:
             fact = f"the reader of {format} {f'does not know {said}' if said else 'refuses it without a reason'}"
             raise refuse(fact, "check that the file is complete, or write another format, such as MSH or VTU") from None
     warnings = [" ".join(text.split()) for text in said.getvalue().split("Warning:")[1:]]
-    if unknown := [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]:
+    if unknown := [number for number in passed_over(warnings) if number not in vtu.FLAT]:
         raise refuse(f"it has cells of the type {', '.join(unknown)}, which are not read", "write it with tetrahedra or hexahedra")
     return raw, warnings, text
+
+
+def passed_over(warnings: list) -> list:
+    """The types of VTK whose cells meshio leaves out, as its warnings tell."""
+    return [number for text in warnings for number in re.findall(r"cells that meshio cannot handle \(type (\d+)\)", text)]
 
 
 def check(path: Path, readable: Path, format: str) -> None:
@@ -188,8 +193,8 @@ def by_meshio(path: Path, format: str) -> Blocks:
     else:
         first = tetgen.first(path) if format == "tetgen" else 0 if format in FROM_ZERO else 1
         blocks.node_numbers = np.arange(first, first + len(blocks.points))
-        # All kinds of cells are in one list of VTK
-        blocks.numbers = counted(blocks.cells, first, of_all=format == "vtu")
+        # All kinds of cells are in one list of VTK, in which those that are left out have numbers too
+        blocks.numbers = None if passed_over(warnings) else counted(blocks.cells, first, of_all=format == "vtu")
     return blocks
 
 

@@ -7,6 +7,7 @@ from .errors import BadRequest
 
 VOXEL = "voxel"  # Name by which meshio gives these cells
 NUMBER = 11  # VTK's number of voxels
+FLAT = ("2", "4", "6")  # VTK's numbers of cells of any number of nodes that have no volume, and are left out: clouds of points, polylines, strips of triangles
 HEAD = 4096  # Bytes within which a file begins
 AS_HEXAHEDRON = [0, 1, 3, 2, 4, 5, 7, 6]  # The rows of a voxel run in one direction, those of a hexahedron around
 

@@ -70,6 +70,17 @@ impl TetMesh {
         nodes
     }
 
+    /// The nodes of the facets of a region, ascending, without repeats.
+    pub(crate) fn nodes_of_facets(&self, region: &Region) -> Vec<u32> {
+        self.nodes_of(&Region { facets: region.facets.clone(), ..Region::default() })
+    }
+
+    /// The facets on which the nodes of a region lie: none of a node set with other nodes than those of its facets.
+    pub fn facets_of<'a>(&self, region: &'a Region) -> &'a [u32] {
+        let are_apart = region.is_node_set && region.nodes != self.nodes_of_facets(region);
+        if are_apart { &[] } else { &region.facets }
+    }
+
     /// The region `name`, or an error with the names that there are.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use durometer::mesh::boundary::boundary_facets;
 use durometer::mesh::format::recognise;
 use durometer::mesh::validate::min_det;
 use durometer::mesh::{self, Changes, MeshError, Order, Reading, TetMesh};
+use durometer::scene::open_scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -165,9 +166,38 @@ fn a_node_set_holds_no_node_of_a_set_of_cells() {
     let end = &set.regions["end"];
     assert_eq!((end.facets.len(), &end.cells), (1, &vec![0]));
     assert_eq!((&end.facets, &end.cells), (&group.regions["end"].facets, &group.regions["end"].cells));
+    assert!(set.facets_of(end).is_empty());
     // Without points of its own it is that of the facets
     let text = groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n");
-    assert_eq!(nodes(&of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"))), [0, 1, 2]);
+    let held = of(&text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0"));
+    assert_eq!((nodes(&held), held.facets_of(&held.regions["end"])), (vec![0, 1, 2], &held.regions["end"].facets[..]));
+}
+
+/// A node set whose nodes belong to no cell, such as a reference point, has none, also where cells have its name: what acts on nodes is refused.
+#[test]
+fn a_node_set_without_nodes_of_the_body_is_refused() {
+    let text = groups_of_one_name("$MeshgenNodeSets\n1\n1 \"end\"\n$EndMeshgenNodeSets\n");
+    let text = text.replace("1 0 0 0 1 1\n1 0", "1 0 0 0 0\n1 0").replacen("1 1 1 1 1 0\n", "1 1 1 0 0\n", 1);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("end.msh");
+    std::fs::write(&path, text).expect("writable");
+    let mesh = mesh::read(&path, 1.0).unwrap_or_else(|e| panic!("{e}"));
+    let end = &mesh.regions["end"];
+    assert_eq!((mesh.nodes_of(end), &end.cells), (vec![], &vec![0]));
+    let scene = folder.path().join("scene.toml");
+    for part in ["constraint]]\nkind = \"fixed\"", "probe]]\nkind = \"position\"", "probe]]\nkind = \"pose\""] {
+        let text = format!(
+            "[mesh]\nfile = \"end.msh\"\nunit = \"m\"\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n[[effect]]\n\
+             kind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"body\"\ncomponents = \"x\"\n\
+             [[{part}\nregion = \"end\"\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+        );
+        std::fs::write(&scene, text).expect("writable");
+        let error = open_scene(&scene).map(|_| ()).expect_err(part).to_string();
+        assert!(
+            error.contains("the node set or surface \"end\" of the mesh file has no node of the body"),
+            "{part}: {error}"
+        );
+    }
 }
 
 /// A binary legacy file of three tetrahedra in a row, with this data of the cells.

@@ -81,6 +81,11 @@ class Abaqus(Case):
         self.assertIn('$MeshgenNodeSets\n2\n1 "face"\n2 "wall"\n$EndMeshgenNodeSets\n', text)
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "face"')}, {"0", "1", "3"})
         self.assertEqual({line.split()[0] for line in text.splitlines() if line.endswith(' "wall"')}, {"2", "3"})
+        # So have a surface of shells and an element set of solids, but not an element set of solids and shells
+        skin = "*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=both\n 1, 9\n"
+        blocks = self.read(f"{NODES}{TETS}{skin}*Elset, elset=top\n 1\n*Surface, name=Top\n skin, SPOS\n")
+        self.assertEqual({name: len(list_) for name, list_ in blocks.node_sets.items()}, {"top": 0})
+        self.assertEqual([int(mask.sum()) for mask in blocks.sets["top"]], [1, 1])
 
     def test_two_of_one_name(self):
         self.refuse("another *PART is called 'finger' too", f"*Part, name=Finger\n{NODES}{TETS}*End Part\n*Part, name=finger\n{NODES}{TETS}*End Part\n")
@@ -202,7 +207,10 @@ class Abaqus(Case):
             both = f"{plate}*Element, type=S3, elset=skin\n 9, 1, 3, 2\n*Elset, elset=all, generate\n 1, 9, 1\n"
             blocks = self.read(f"{NODES}{TETS}{both}")
             self.assertEqual({name: [int(mask.sum()) for mask in masks] for name, masks in blocks.sets.items() if name in ("skin", "all")}, {"skin": [0, 0, 1], "all": [2, 0, 1]})
-            self.assertEqual(blocks.notes[0], "the set all has 1 shells, membranes or rigid faces apart from the solids, which are left out")
+            self.assertEqual(blocks.notes[0], "left out of the set all: 1 element (shells, membranes or rigid faces) apart from the solids")
+            more = both.replace(" 9, 1, 3, 2\n", " 9, 1, 3, 2\n 7, 11, 12, 13\n")
+            self.assertEqual(self.read(f"{NODES}{TETS}{more}").notes[0], "left out of the set skin: 1 element (shells, membranes or rigid faces) apart from the solids")
+            self.assertIn("left out of the set all: 2 elements (shells, membranes or rigid faces) apart from the solids", self.read(f"{NODES}{TETS}{more}").notes)
         self.assertEqual(self.read(f"{NODES}{TETS}*Element, type=S8R, elset=thick\n 8, 1, 2, 3, 4, 1, 2, 3, 4\n").notes, ["sets whose elements are neither solids nor faces of solids are no regions: thick"])
         # A surface alone is that of a body which is made of it
         self.assertEqual(self.read(f"{apart}*Element, type=S4R, elset=plate\n 8, 11, 12, 13, 14\n").notes, [])

@@ -191,6 +191,12 @@ class Conversion(Case):
         self.assertEqual(str(self.converted("voxel.vtu", "vtu")), str(self.converted("plain.vtu", "vtu")))
         Path(self.path("unknown.vtu")).write_text(text.replace("\n10\n12\n", "\n10\n99\n"))
         self.reject("it has cells of the type 99, which are not read write it with tetrahedra", "unknown.vtu", "vtu")
+        # A polyline has no volume: the solids are read without it, as in legacy files
+        Path(self.path("line.vtu")).write_text(text.replace("\n10\n12\n", "\n10\n4\n"))
+        blocks = convert.read(Path(self.path("line.vtu")), "vtu")
+        self.assertEqual([(kind, rows.tolist()) for kind, rows in blocks.cells], [(4, TETS[:1].tolist())])
+        self.assertEqual((len(blocks.notes), blocks.numbers), (1, None))
+        self.assertIn("(type 4)", blocks.notes[0])
 
     def test_new_versions_and_raw_data_of_vtu(self):
         self.store("a.vtu", file_format="vtu", binary=False)

@@ -324,11 +324,11 @@ impl RawMesh {
         for name in &self.node_sets {
             let Some(region) = mesh.regions.get(name) else { continue };
             let own = match region.nodes.is_empty() {
-                true => mesh.nodes_of(&Region { facets: region.facets.clone(), ..Region::default() }),
+                true => mesh.nodes_of_facets(region),
                 false => region.nodes.clone(),
             };
             let region = mesh.regions.get_mut(name).expect("found before");
-            (region.is_node_set, region.nodes) = (!own.is_empty(), own);
+            (region.is_node_set, region.nodes) = (true, own);
         }
         let cells = mesh.cell_count();
         if let Some(body) = mesh.regions.get("body")

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Counts up when the conversion of mesh files changes.
-const CONVERTER: u32 = 6;
+const CONVERTER: u32 = 7;
 
 /// A mesh to be made. Lengths in metres.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

@@ -7,7 +7,7 @@
 
 use crate::mesh::element::{CELL_EDGES, CELL_NODES, FACET_EDGES, cell_shape};
 use crate::mesh::{Order, Region, TetMesh};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Children at the corners, as reference nodes of the cell.
 const AT_CORNERS: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
@@ -179,16 +179,19 @@ impl<'a> Builder<'a> {
     ) -> Enriched {
         let points = (0..self.weights.len() as u32).map(|node| self.position(node)).collect();
         let parts = |of: &[u32], parts: u32| of.iter().flat_map(|k| parts * k..parts * (k + 1)).collect();
-        let region = |region: &Region| Region {
-            cells: parts(&region.cells, cell_parts),
-            facets: parts(&region.facets, facet_parts),
-            nodes: self.selected(&region.nodes, (order, &facets), facet_parts),
-            is_node_set: region.is_node_set,
-            depends_on_mesh: region.depends_on_mesh,
+        let mut mesh = TetMesh { order, points, cells, facets, regions: BTreeMap::new() };
+        let region = |coarse: &Region| {
+            let (cells, facets) = (parts(&coarse.cells, cell_parts), parts(&coarse.facets, facet_parts));
+            let mut fine = Region { cells, facets, ..coarse.clone() };
+            fine.nodes = match coarse.is_node_set && !self.mesh.facets_of(coarse).is_empty() {
+                true => mesh.nodes_of_facets(&fine),
+                false => self.selected(&coarse.nodes, (order, &mesh.facets), facet_parts),
+            };
+            fine
         };
         let regions = self.mesh.regions.iter().map(|(name, own)| (name.clone(), region(own))).collect();
-        let corner_weights = self.corner_weights(order, &cells);
-        let mesh = TetMesh { order, points, cells, facets, regions };
+        mesh.regions = regions;
+        let corner_weights = self.corner_weights(order, &mesh.cells);
         Enriched { mesh, parents, weights: self.weights, corner_weights, ends: self.ends }
     }
 
@@ -298,6 +301,21 @@ mod tests {
                 assert!(all.len() > of("nodes").len(), "{order:?}: edges go through the body");
             }
         }
+    }
+
+    /// A node set of the facets of two sides that meet has no new node on a facet of the third side with all its corners on them.
+    #[test]
+    fn a_node_set_of_facets_stays_one() {
+        let mut mesh = block(2, 2, 2, 1.0, 1.2, 0.8, Order::Linear);
+        let mut sides = mesh.regions["xmax"].clone();
+        sides.facets.extend(&mesh.regions["ymin"].facets);
+        sides.facets.sort_unstable();
+        (sides.nodes, sides.is_node_set) = (mesh.nodes_of_facets(&sides), true);
+        mesh.regions.insert("sides".into(), sides);
+        let fine = Enriched::by_raising(&mesh).mesh;
+        let sides = &fine.regions["sides"];
+        assert_eq!(sides.nodes, fine.nodes_of_facets(sides));
+        assert_eq!(fine.facets_of(sides), sides.facets);
     }
 
     /// The nodes of a line, which are those of no facet, and those between them.

@@ -226,6 +226,17 @@ impl<'a> Builder<'a> {
         })
     }
 
+    /// A region for its nodes. A node set may have none, though there are cells of its name.
+    pub(in crate::scene) fn region_with_nodes(&self, place: &str, name: &str) -> Result<&Region, SceneError> {
+        let region = self.region(place, name)?;
+        if region.is_node_set && region.nodes.is_empty() {
+            let fact = format!("the node set or surface \"{name}\" of the mesh file has no node of the body");
+            let remedy = "take another region; the cells of this name are a selector with pick = \"cells\"";
+            return Err(self.content(place, fact, remedy));
+        }
+        Ok(region)
+    }
+
     pub(in crate::scene) fn cells(&self, place: &str, name: &str) -> Result<&[u32], SceneError> {
         let cells = &self.region(place, name)?.cells;
         if cells.is_empty() {
@@ -269,7 +280,7 @@ impl<'a> Builder<'a> {
             let fact = format!("components = \"{components}\"");
             return Err(self.content(place, fact, "write some of the letters x, y, z, for example \"yz\""));
         }
-        for node in self.body.mesh.nodes_of(self.region(place, region)?) {
+        for node in self.body.mesh.nodes_of(self.region_with_nodes(place, region)?) {
             let at = self.body.mesh.points[node as usize];
             for c in components.chars() {
                 let component = c as u32 - 'x' as u32;

@@ -51,7 +51,7 @@ impl<'a> Held<'a> {
             let others = Region { facets: vec![], ..region.clone() };
             for axis in (0..3).filter(|&axis| components.contains(["x", "y", "z"][axis])) {
                 let hold = |of: &mut HashMap<u32, [bool; 3]>, k: u32| of.entry(k).or_default()[axis] = true;
-                region.facets.iter().for_each(|&f| hold(&mut facets, f));
+                scene.body.mesh.facets_of(region).iter().for_each(|&f| hold(&mut facets, f));
                 scene.body.mesh.nodes_of(&others).into_iter().for_each(|node| hold(&mut nodes, node));
             }
         }
@@ -140,7 +140,7 @@ mod tests {
     /// A bracket is held at its inner face, which ends at the re-entrant edge, or at the end of an arm, which does not.
     #[test]
     fn only_faces_at_the_inner_edge_count() {
-        let of = |region: &str, more: &str| {
+        let scene = |region: &str, more: &str| {
             let text = format!(
                 "[mesh]\ngrid = {{ kind = \"bracket\", edge = \"20 mm\", thickness = \"5 mm\", divisions = [2, 1] }}\nelement = \"tet10\"\n\
                  [mesh.regions]\ninner = {{ kind = \"plane\", point = [\"10 mm\", \"0 mm\", \"0 mm\"], normal = [1, 0, 0], \
@@ -148,10 +148,17 @@ mod tests {
                  nu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\n\
                  region = \"{region}\"\n{more}[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
             );
-            has_glued_edge(&parse_scene(&text).unwrap_or_else(|e| panic!("{e}")))
+            parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
         };
+        let of = |region: &str, more: &str| has_glued_edge(&scene(region, more));
         let plane_strain = "[[constraint]]\nkind = \"fixed\"\nregion = \"body\"\ncomponents = \"z\"\n";
         assert!(of("inner", "") && of("inner", plane_strain));
         assert!(!of("xmax", "") && !of("zmin", "") && !of("xmax", plane_strain));
+        // A node set of one node holds no face, though a surface has its name
+        let mut marked = scene("inner", "");
+        let node = marked.body.mesh.facet(marked.regions["inner"].facets[0] as usize)[0];
+        let inner = marked.regions.get_mut("inner").expect("a region of the scene");
+        (inner.nodes, inner.is_node_set) = (vec![node], true);
+        assert!(!has_glued_edge(&marked));
     }
 }

@@ -33,7 +33,7 @@ pub struct BendingAngle {
 impl Probe for BendingAngle {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
         let mesh = &builder.body.mesh;
-        let (root, tip) = (builder.region(place, &self.root)?, builder.region(place, &self.tip)?);
+        let (root, tip) = (builder.region_with_nodes(place, &self.root)?, builder.region_with_nodes(place, &self.tip)?);
         let facets = tip.facets.clone();
         let (root, tip) = (Mean::new(mesh, root), Mean::new(mesh, tip));
         let chord = tip.origin - root.origin;

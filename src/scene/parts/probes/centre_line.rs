@@ -128,7 +128,7 @@ impl CentreLine {
         };
         let count = self.stations.unwrap_or(self.points.len());
         self.check_count(place, builder, count)?;
-        let end = |name: &String| Ok::<Mean, SceneError>(Mean::new(mesh, builder.region(place, name)?));
+        let end = |name: &String| Ok::<Mean, SceneError>(Mean::new(mesh, builder.region_with_nodes(place, name)?));
         let ends = by_ends.map(|(from, to)| Ok::<_, SceneError>((end(from)?, end(to)?))).transpose()?;
         let points: Vec<Vec3> = match &ends {
             Some((from, to)) => {

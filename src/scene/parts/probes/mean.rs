@@ -4,7 +4,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh};
 use crate::system::Gradient;
 
-/// Area mean over facets as weights of nodes; for regions without facets the plain mean of the nodes.
+/// Area mean over facets as weights of nodes; for regions without facets, and node sets apart from them, the plain mean of the nodes.
 #[derive(Clone, Debug)]
 pub struct Mean {
     weights: Vec<(u32, f64)>,
@@ -14,10 +14,11 @@ pub struct Mean {
 impl Mean {
     /// The mean over a region.
     pub fn new(mesh: &TetMesh, region: &Region) -> Self {
-        let mut weights: Vec<(u32, f64)> = if region.facets.is_empty() {
+        let facets = mesh.facets_of(region);
+        let mut weights: Vec<(u32, f64)> = if facets.is_empty() {
             mesh.nodes_of(region).into_iter().map(|k| (k, 1.0)).collect()
         } else {
-            mesh.nodal_areas(&region.facets)
+            mesh.nodal_areas(facets)
         };
         let total: f64 = weights.iter().map(|(_, w)| w).sum();
         weights.iter_mut().for_each(|(_, w)| *w /= total);
@@ -49,5 +50,23 @@ impl Mean {
     /// Mean position at displacement x \[m\].
     pub(super) fn at(&self, x: &[f64]) -> Vec3 {
         self.weights.iter().fold(self.origin, |p, &(k, w)| p + w * Vec3::from_column_slice(&x[3 * k as usize..][..3]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::made::structured::block;
+
+    /// A node set has the mean of its nodes, though a surface has its name; with the nodes of the surface it has that of the area.
+    #[test]
+    fn a_node_set_has_the_mean_of_its_own_nodes() {
+        let mesh = block(2, 1, 1, 2.0, 1.0, 1.0, Order::Linear);
+        let of =
+            |nodes: Vec<u32>| Mean::new(&mesh, &Region { nodes, is_node_set: true, ..mesh.regions["xmin"].clone() });
+        assert_eq!(of(vec![1]).origin, mesh.points[1]);
+        let middle = of(mesh.nodes_of(&mesh.regions["xmin"])).origin;
+        assert!((middle - Vec3::new(0.0, 0.5, 0.5)).norm() < 1e-12, "{middle}");
     }
 }

@@ -23,7 +23,7 @@ pub struct ReactionMoment {
 
 impl Probe for ReactionMoment {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
-        let (mesh, region) = (&builder.body.mesh, builder.region(place, &self.region)?);
+        let (mesh, region) = (&builder.body.mesh, builder.region_with_nodes(place, &self.region)?);
         let about = self.about.as_ref().map(|p| Vec3::new(p[0].0, p[1].0, p[2].0));
         let (mut nodes, middle) = (mesh.nodes_of(region), Mean::new(mesh, region));
         nodes.sort_unstable();

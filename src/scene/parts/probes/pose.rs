@@ -59,7 +59,7 @@ impl Probe for Pose {
         self.name.iter().try_for_each(|name| builder.check_name(place, name))?;
         let mesh = &builder.body.mesh;
         let of_region = |name: &String| {
-            let frame = Frame::new(mesh, shares_of_region(mesh, builder.region(place, name)?));
+            let frame = Frame::new(mesh, shares_of_region(mesh, builder.region_with_nodes(place, name)?));
             self.checked(place, builder, "region", name, frame)
         };
         let of = match (&self.region, &self.skin) {
@@ -123,9 +123,10 @@ struct Frame {
 /// Points of a region by their shares of nodes, with the area or volume of each.
 fn shares_of_region(mesh: &TetMesh, region: &Region) -> Vec<(Vec<(u32, f64)>, f64)> {
     let mut shares: Vec<(Vec<(u32, f64)>, f64)> = Vec::new();
-    if !region.facets.is_empty() {
+    let facets = mesh.facets_of(region);
+    if !facets.is_empty() {
         let rule = quadrature::tri(4);
-        for &f in &region.facets {
+        for &f in facets {
             for (&xi, w) in rule.points.iter().zip(&rule.weights) {
                 let shape = element::facet_shape(mesh.order, xi);
                 let own = mesh.facet(f as usize).iter().copied().zip(shape).collect();

@@ -21,7 +21,7 @@ pub struct Position {
 
 impl Probe for Position {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
-        let mean = Mean::new(&builder.body.mesh, builder.region(place, &self.region)?);
+        let mean = Mean::new(&builder.body.mesh, builder.region_with_nodes(place, &self.region)?);
         Ok(Box::new(Recorded { name: self.region.clone(), mean }))
     }
 

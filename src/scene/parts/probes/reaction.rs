@@ -20,7 +20,7 @@ pub struct Reaction {
 
 impl Probe for Reaction {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
-        let mut nodes = builder.body.mesh.nodes_of(builder.region(place, &self.region)?);
+        let mut nodes = builder.body.mesh.nodes_of(builder.region_with_nodes(place, &self.region)?);
         nodes.sort_unstable();
         Ok(Box::new(Recorded { name: self.region.clone(), nodes, rims: builder.gathered.rims.clone() }))
     }
