@@ -31,7 +31,7 @@ pub struct Contribution {
 }
 
 /// Ratio of a 95 % half-width of a normal error to its standard deviation
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// Stated errors with their contributions, and how each moves the weighted residuals, (n, errors): one column for each curve where they are of a curve.
 pub struct Stated {
