@@ -126,7 +126,7 @@ fn one_run_and_the_constants_are_evidence_of_their_own() {
 fn constants_that_are_not_determined_have_no_share() {
     let study = STUDY.replace("error_estimates = true\n", "");
     let results = with_law(&study, &LAW.replace("110 kPa", "inf Pa"));
-    let words = "Constants (laws.rubber.mu) are not determined by the data of their law file";
+    let words = "Constants (laws.rubber.mu) have no closed interval in their law file";
     let a = analyse(&results.study, &results.cases);
     let q = a.find("pull", "xmax_x_m").expect("listed");
     assert!(q.inputs.is_none() && q.undetermined == ["laws.rubber.mu"], "{:?}", q.undetermined);
