@@ -140,6 +140,28 @@ fn constants_that_are_not_determined_have_no_share() {
     assert!(refused.recommended.is_none() && refused.verdict.contains(words), "{}", refused.verdict);
 }
 
+/// A constant that a calibration holds at a bound has no interval, whatever the data say of it.
+#[test]
+fn constants_at_a_bound_have_no_share() {
+    let (known, _) = LAW.split_once("mu_interval").expect("an interval");
+    let results = of_study();
+    let (study, mut cases) = (&results.study, results.cases.clone());
+    for c in &mut cases {
+        let scene = &mut c.record.provenance.scene;
+        let mut table: toml::Table = scene.parse().expect("TOML");
+        let law = table["laws"]["rubber"].as_table_mut().expect("a law");
+        let held: toml::Table =
+            format!("{known}mu_without_interval = \"it is held at a bound\"\n").parse().expect("TOML");
+        law.insert("provenance".into(), held["provenance"].clone());
+        *scene = toml::to_string(&table).expect("TOML");
+    }
+    let a = analyse(study, &cases);
+    let q = a.find("pull", "xmax_x_m").expect("listed");
+    assert!(q.inputs.is_none() && q.undetermined == ["laws.rubber.mu"], "{:?}", q.undetermined);
+    assert!(a.verdict.contains("have no closed interval") && !a.verdict.contains("by the data"), "{}", a.verdict);
+    assert!(!a.verdict.contains("can be trusted"), "{}", a.verdict);
+}
+
 /// An estimate that contradicts the families widens the reference, and is said.
 #[test]
 fn a_disagreement_with_one_run_widens_the_reference() {
