@@ -52,7 +52,7 @@ pub fn contributions(
     let count = answer.values.len();
     let columns = DMatrix::zeros(fitted.len(), 0);
     let mut stated = Stated { contributions: vec![], columns, covariance: DMatrix::zeros(count, count) };
-    let errors: Vec<Accuracy> = fitted.iter().map(|s| experiment.piece(s).errors(s.mode, asked)).collect();
+    let errors = errors_of_rows(setting, fitted, answer, experiment, asked);
     let kinds: BTreeSet<SharedError> = errors.iter().flat_map(|of_row| of_row.0.keys().copied()).collect();
     if kinds.is_empty() {
         return Ok(stated);
@@ -61,10 +61,7 @@ pub fn contributions(
     let alone = alone(fitted, answer);
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     for kind in kinds {
-        let width = |k: usize| {
-            let half = errors[k].0.get(&kind).copied().unwrap_or(0.0);
-            half + if kind == SharedError::Toe { curvature(setting, answer, experiment, &fitted[k]) } else { 0.0 }
-        };
+        let width = |k: usize| errors[k].0.get(&kind).copied().unwrap_or(0.0);
         let moved = |rows: &Vec<usize>| -> Result<DVector<f64>, FitError> {
             let mut residuals = DVector::zeros(fitted.len());
             for &k in rows.iter().filter(|k| width(**k) > 0.0) {
@@ -94,6 +91,27 @@ pub fn contributions(
         }
     }
     Ok(stated)
+}
+
+/// The errors of the curve of each data point, those of a toe with what the curvature of the law adds.
+fn errors_of_rows(
+    setting: &LawSetting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    experiment: &Experiment,
+    asked: &Accuracy,
+) -> Vec<Accuracy> {
+    let mut all = vec![Accuracy::default(); fitted.len()];
+    for rows in curves(fitted) {
+        let first = &fitted[rows[0]];
+        let piece = experiment.piece(first);
+        let mut own = piece.errors(first.mode, asked);
+        if let Some(toe) = own.0.get_mut(&SharedError::Toe) {
+            *toe += curvature(setting, answer, piece, first);
+        }
+        rows.iter().for_each(|k| all[*k].clone_from(&own));
+    }
+    all
 }
 
 /// Rows of the curves whose zeros are in no scatter.
@@ -138,8 +156,8 @@ fn change(
 }
 
 /// How far the curvature of the law moves the line of a toe \[–\].
-fn curvature(setting: &LawSetting, answer: &LawFit, experiment: &Experiment, s: &Sample) -> f64 {
-    let Some(toe) = experiment.piece(s).correction(SharedError::Toe, s.mode) else { return 0.0 };
+fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, s: &Sample) -> f64 {
+    let Some(toe) = piece.correction(SharedError::Toe, s.mode) else { return 0.0 };
     let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
     let points: Vec<(f64, f64)> = toe.line.iter().map(|e| (*e, law(*e))).collect();
     ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())
