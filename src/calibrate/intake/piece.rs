@@ -19,12 +19,21 @@ pub struct Piece {
 pub struct CorrectionError {
     pub error: SharedError,
     pub mode: Mode,
-    /// Half-width of the 95 % interval \[SI\]
+    /// Half-width of the 95 % interval \[SI\], infinite where the curve does not show it
     pub half_width: f64,
+    /// Of a zero of a single data point: no larger than the scatter of the curve about the law
+    pub bounded: bool,
     /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
     pub strain_per_stress: f64,
     /// Of a toe: strains of the data points of its line, without it
     pub line: Vec<f64>,
+}
+
+impl CorrectionError {
+    /// The error of a correction of one curve, without what follows from it.
+    pub fn of(error: SharedError, mode: Mode, half_width: f64) -> Self {
+        Self { error, mode, half_width, bounded: false, strain_per_stress: 0.0, line: vec![] }
+    }
 }
 
 impl Piece {

@@ -16,6 +16,7 @@ use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::treatment::toe_line::ToeLine;
 use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, Model, Sample};
+use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -53,7 +54,9 @@ pub fn contributions(
     let columns = DMatrix::zeros(fitted.len(), 0);
     let mut stated = Stated { contributions: vec![], columns, covariance: DMatrix::zeros(count, count) };
     let errors = errors_of_rows(setting, fitted, answer, experiment, asked);
-    let kinds: BTreeSet<SharedError> = errors.iter().flat_map(|of_row| of_row.0.keys().copied()).collect();
+    let present =
+        |of_row: &Accuracy| of_row.0.iter().filter(|(_, half)| **half > 0.0).map(|(kind, _)| *kind).collect::<Vec<_>>();
+    let kinds: BTreeSet<SharedError> = errors.iter().flat_map(present).collect();
     if kinds.is_empty() {
         return Ok(stated);
     }
@@ -93,7 +96,7 @@ pub fn contributions(
     Ok(stated)
 }
 
-/// The errors of the curve of each data point, those of a toe with what the curvature of the law adds.
+/// The errors of the curve of each data point: those of a toe with what the curvature of the law adds, and those of a zero of a single data point within the scatter about the law.
 fn errors_of_rows(
     setting: &LawSetting,
     fitted: &[Sample],
@@ -109,9 +112,20 @@ fn errors_of_rows(
         if let Some(toe) = own.0.get_mut(&SharedError::Toe) {
             *toe += curvature(setting, answer, piece, first);
         }
+        let bounded = piece.correction(SharedError::Zeroing, first.mode).is_some_and(|c| c.bounded);
+        if let Some(zero) = own.0.get_mut(&SharedError::Zeroing).filter(|_| bounded) {
+            *zero = zero.min(scatter(setting, fitted, answer, &rows));
+        }
         rows.iter().for_each(|k| all[*k].clone_from(&own));
     }
     all
+}
+
+/// 95 % half-width of the scatter of the data points of a curve about the law, whatever their weights \[Pa\].
+fn scatter(setting: &LawSetting, fitted: &[Sample], answer: &LawFit, rows: &[usize]) -> f64 {
+    let free = rows.len().saturating_sub(answer.values.len()).max(1);
+    let own = |k: &usize| fitted[*k].stress - setting.model.at(&answer.values, &fitted[*k]);
+    t_quantile(0.95, free) * (rows.iter().map(|k| own(k).powi(2)).sum::<f64>() / free as f64).sqrt()
 }
 
 /// Rows of the curves whose zeros are in no scatter.
