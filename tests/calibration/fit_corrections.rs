@@ -2,7 +2,8 @@
 
 use crate::common::Random;
 use durometer::calibrate::{
-    ColumnChoice, Experiment, FitOptions, FitResult, Mode, Preparation, SharedError, SlackChoice, fit_experiment,
+    Accuracy, ColumnChoice, Experiment, FitOptions, FitResult, Mode, Preparation, SharedError, SlackChoice,
+    fit_experiment,
 };
 use std::fmt::Write as _;
 
@@ -12,10 +13,17 @@ const MISSES: usize = 6;
 
 /// The fit to a uniaxial table after these corrections.
 fn fitted(law: &str, text: &str, asked: &Preparation) -> FitResult {
+    with_errors(law, text, asked, Accuracy::default(), Accuracy::default())
+}
+
+/// The same with the errors that a card states, and those of a request.
+fn with_errors(law: &str, text: &str, asked: &Preparation, card: Accuracy, request: Accuracy) -> FitResult {
     let read = Experiment::parse("a.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(Mode::Uniaxial));
-    let e = read.and_then(|e| e.prepare(asked)).unwrap_or_else(|e| panic!("{e}"));
+    let mut e = read.unwrap_or_else(|e| panic!("{e}"));
+    e.pieces[0].accuracy = card;
+    let e = e.prepare(asked).unwrap_or_else(|e| panic!("{e}"));
     let mut o = FitOptions::new(law);
-    (o.modes, o.slack, o.ranges) = (vec![Mode::Uniaxial], SlackChoice::No, 0);
+    (o.modes, o.slack, o.ranges, o.accuracy) = (vec![Mode::Uniaxial], SlackChoice::No, 0, request);
     fit_experiment(&e, &o).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -123,4 +131,32 @@ fn zero_and_toe_together() {
     };
     let (misses, widths) = missed(("neo_hookean", &[100e3]), &asked, pull, (101, 500.0));
     assert!(misses[0] <= MISSES && widths[0] < 0.05, "{misses:?} {widths:?}");
+}
+
+/// A zero that was taken off is not one of the card any more, also where a load cell with coarse digits shows no scatter of it; what a request states is a drift.
+#[test]
+fn a_zero_of_the_card_that_was_taken_off_does_not_count() {
+    let row = |k: usize| {
+        let l: f64 = 1.0 + 0.0103 * k as f64;
+        let carried = (l - 0.06).max(1.0);
+        let scatter = if k < 5 { 0.0 } else { 500.0 * ((k * k) as f64).sin() };
+        format!("{l},{}\n", 100e3 * (carried - carried.powi(-2)) + 2000.0 + scatter)
+    };
+    let text = (0..101).map(row).fold("stretch,nominal stress (Pa)\n".to_string(), |text, row| text + &row);
+    let stated = || {
+        let both = ["stress_zero=500Pa", "strain_zero=0.01"].map(|text| text.parse::<Accuracy>().expect("valid"));
+        both[0].or(&both[1])
+    };
+    let errors = |zero: Option<usize>, toe: Option<&str>, [card, request]: [Accuracy; 2]| {
+        let asked = Preparation { zero, toe: toe.map(String::from), cycle: None };
+        let r = with_errors("neo_hookean", &text, &asked, card, request);
+        r.measurement.into_iter().map(|c| c.error).filter(|error| !error.is_of_a_correction()).collect::<Vec<_>>()
+    };
+    let (card, request) = ([stated(), Accuracy::default()], [Accuracy::default(), stated()]);
+    let (stress, strain) = (SharedError::StressZero, SharedError::StrainZero);
+    assert_eq!(errors(None, None, card.clone()), [stress, strain]);
+    assert_eq!(errors(Some(5), None, card.clone()), [strain]);
+    assert_eq!(errors(None, Some("10 kPa"), card.clone()), [stress]);
+    assert_eq!(errors(Some(5), Some("10 kPa"), card), []);
+    assert_eq!(errors(Some(5), Some("10 kPa"), request), [stress, strain]);
 }

@@ -37,10 +37,16 @@ impl CorrectionError {
 }
 
 impl Piece {
-    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card.
+    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card. Zeros of the card that
+    /// a correction takes off are not those of its curve.
     pub fn errors(&self, mode: Mode, asked: &Accuracy) -> Accuracy {
-        let mut all = asked.or(&self.accuracy);
-        all.0.extend(self.corrections.iter().filter(|c| c.mode == mode).map(|c| (c.error, c.half_width)));
+        let made = || self.corrections.iter().filter(|c| c.mode == mode);
+        let mut card = self.accuracy.clone();
+        for zero in made().flat_map(|c| c.error.taken_off()) {
+            card.0.remove(zero);
+        }
+        let mut all = asked.or(&card);
+        all.0.extend(made().map(|c| (c.error, c.half_width)));
         all
     }
 
