@@ -2,7 +2,7 @@
 
 use super::judgement::certificate::certificate;
 use super::judgement::determined::undetermined;
-use super::judgement::measurement::{self, Stated};
+use super::judgement::measurement::{self, NORMAL, Stated};
 use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
 use super::judgement::ranges::Whole;
@@ -17,7 +17,7 @@ use super::{
     AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
     Mode, Model, Otherwise, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
-use crate::math::statistics::extent;
+use crate::math::statistics::{extent, t_quantile};
 use nalgebra::DMatrix;
 use std::borrow::Cow;
 
@@ -177,18 +177,24 @@ fn covariance(answer: &LawFit, count: usize) -> Vec<Vec<f64>> {
     (0..count).map(|a| (0..count).map(|b| c[(a, b)]).collect()).collect()
 }
 
-/// Half-widths of intervals over standard errors that differ by no more are those of one linear fit
+/// Half-widths of intervals over those of a linear fit that differ by no more are those of one
 const LINEAR: f64 = 1.5;
 
-/// Correlation of the constants by the scatter and the shared errors together; empty where a variance is not finite, and where intervals are far from those of a linear fit.
+/// Correlation of the constants by the scatter and the shared errors together, each with the half-widths that it has in the intervals: t²C + 1.96²S. Empty where a variance is not finite, where no
+/// degree of freedom is left, and where intervals are far from those of a linear fit.
 fn correlation(parameters: &[Estimate], answer: &LawFit, shared: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let [least, most] = extent(parameters.iter().map(|e| 0.5 * (e.interval[1] - e.interval[0]) / e.std_error));
+    if answer.errors.free == 0 {
+        return vec![];
+    }
+    let count = shared.nrows();
+    let t = t_quantile(0.95, answer.errors.free);
+    let total = answer.errors.covariance.view((0, 0), (count, count)) * (t * t) + shared * (NORMAL * NORMAL);
+    let of_linear = |(k, e): (usize, &Estimate)| 0.5 * (e.interval[1] - e.interval[0]) / total[(k, k)].sqrt();
+    let [least, most] = extent(parameters.iter().enumerate().map(of_linear));
     let is_linear = most <= LINEAR * least;
     if !is_linear {
         return vec![];
     }
-    let count = shared.nrows();
-    let total = answer.errors.covariance.view((0, 0), (count, count)) + shared;
     let one = |a: usize, b: usize| if a == b { 1.0 } else { total[(a, b)] / (total[(a, a)] * total[(b, b)]).sqrt() };
     let all: Vec<Vec<f64>> = (0..count).map(|a| (0..count).map(|b| one(a, b)).collect()).collect();
     if all.iter().flatten().all(|r| r.is_finite()) { all } else { vec![] }

@@ -127,7 +127,7 @@ pub struct FitResult {
     pub parameters: Vec<Estimate>,
     /// Of the constants by the scatter of the data, without the stated errors of the measurement \[SI²\]
     pub covariance: Vec<Vec<f64>>,
-    /// Correlation of the constants by all that is in their intervals \[–\]; empty where one of them has no finite variance, or intervals are far from those of a linear fit
+    /// Correlation of the constants by all that is in their intervals \[–\]; empty where one of them has no finite variance, no degree of freedom is left, or intervals are far from those of a linear fit
     pub correlation: Vec<Vec<f64>>,
     pub interval_assumption: String,
     /// 95 % of each constant where the law is used over the fitted range: with its misfit

@@ -126,7 +126,7 @@ fn one_run_and_the_constants_are_evidence_of_their_own() {
 fn constants_that_are_not_determined_have_no_share() {
     let study = STUDY.replace("error_estimates = true\n", "");
     let results = with_law(&study, &LAW.replace("110 kPa", "inf Pa"));
-    let words = "Constants (laws.rubber.mu) are not determined by the data of their law file";
+    let words = "Constants (laws.rubber.mu) have no closed interval in their law file";
     let a = analyse(&results.study, &results.cases);
     let q = a.find("pull", "xmax_x_m").expect("listed");
     assert!(q.inputs.is_none() && q.undetermined == ["laws.rubber.mu"], "{:?}", q.undetermined);
@@ -138,6 +138,28 @@ fn constants_that_are_not_determined_have_no_share() {
     let few: Vec<StoredCase> = results.cases.into_iter().filter(|c| c.record.id == "sizes-pull-a").collect();
     let refused = analyse(&results.study, &few);
     assert!(refused.recommended.is_none() && refused.verdict.contains(words), "{}", refused.verdict);
+}
+
+/// A constant that a calibration holds at a bound has no interval, whatever the data say of it.
+#[test]
+fn constants_at_a_bound_have_no_share() {
+    let (known, _) = LAW.split_once("mu_interval").expect("an interval");
+    let results = of_study();
+    let (study, mut cases) = (&results.study, results.cases.clone());
+    for c in &mut cases {
+        let scene = &mut c.record.provenance.scene;
+        let mut table: toml::Table = scene.parse().expect("TOML");
+        let law = table["laws"]["rubber"].as_table_mut().expect("a law");
+        let held: toml::Table =
+            format!("{known}mu_without_interval = \"it is held at a bound\"\n").parse().expect("TOML");
+        law.insert("provenance".into(), held["provenance"].clone());
+        *scene = toml::to_string(&table).expect("TOML");
+    }
+    let a = analyse(study, &cases);
+    let q = a.find("pull", "xmax_x_m").expect("listed");
+    assert!(q.inputs.is_none() && q.undetermined == ["laws.rubber.mu"], "{:?}", q.undetermined);
+    assert!(a.verdict.contains("have no closed interval") && !a.verdict.contains("by the data"), "{}", a.verdict);
+    assert!(!a.verdict.contains("can be trusted"), "{}", a.verdict);
 }
 
 /// An estimate that contradicts the families widens the reference, and is said.

@@ -71,6 +71,15 @@ impl SharedError {
         matches!(self, Self::Zeroing | Self::Toe)
     }
 
+    /// Stated errors that this correction takes off its curve.
+    pub fn taken_off(self) -> &'static [Self] {
+        match self {
+            Self::Zeroing => &[Self::StressZero, Self::ForceZero],
+            Self::Toe => &[Self::StrainZero],
+            _ => &[],
+        }
+    }
+
     /// Whether another specimen has another one.
     pub fn is_of_a_curve(self) -> bool {
         matches!(self, Self::StressZero | Self::ForceZero | Self::AreaScale | Self::StrainZero)

@@ -19,19 +19,34 @@ pub struct Piece {
 pub struct CorrectionError {
     pub error: SharedError,
     pub mode: Mode,
-    /// Half-width of the 95 % interval \[SI\]
+    /// Half-width of the 95 % interval \[SI\], infinite where the curve does not show it
     pub half_width: f64,
+    /// Of a zero of a single data point: no larger than the scatter of the curve about the law
+    pub bounded: bool,
     /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
     pub strain_per_stress: f64,
     /// Of a toe: strains of the data points of its line, without it
     pub line: Vec<f64>,
 }
 
+impl CorrectionError {
+    /// The error of a correction of one curve, without what follows from it.
+    pub fn of(error: SharedError, mode: Mode, half_width: f64) -> Self {
+        Self { error, mode, half_width, bounded: false, strain_per_stress: 0.0, line: vec![] }
+    }
+}
+
 impl Piece {
-    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card.
+    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card. Zeros of the card that
+    /// a correction takes off are not those of its curve.
     pub fn errors(&self, mode: Mode, asked: &Accuracy) -> Accuracy {
-        let mut all = asked.or(&self.accuracy);
-        all.0.extend(self.corrections.iter().filter(|c| c.mode == mode).map(|c| (c.error, c.half_width)));
+        let made = || self.corrections.iter().filter(|c| c.mode == mode);
+        let mut card = self.accuracy.clone();
+        for zero in made().flat_map(|c| c.error.taken_off()) {
+            card.0.remove(zero);
+        }
+        let mut all = asked.or(&card);
+        all.0.extend(made().map(|c| (c.error, c.half_width)));
         all
     }
 

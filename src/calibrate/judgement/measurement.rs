@@ -16,6 +16,7 @@ use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::treatment::toe_line::ToeLine;
 use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, Model, Sample};
+use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -31,7 +32,7 @@ pub struct Contribution {
 }
 
 /// Ratio of a 95 % half-width of a normal error to its standard deviation
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// Stated errors with their contributions, and how each moves the weighted residuals, (n, errors): one column for each curve where they are of a curve.
 pub struct Stated {
@@ -52,8 +53,10 @@ pub fn contributions(
     let count = answer.values.len();
     let columns = DMatrix::zeros(fitted.len(), 0);
     let mut stated = Stated { contributions: vec![], columns, covariance: DMatrix::zeros(count, count) };
-    let errors: Vec<Accuracy> = fitted.iter().map(|s| experiment.piece(s).errors(s.mode, asked)).collect();
-    let kinds: BTreeSet<SharedError> = errors.iter().flat_map(|of_row| of_row.0.keys().copied()).collect();
+    let errors = errors_of_rows(setting, fitted, answer, experiment, asked);
+    let present =
+        |of_row: &Accuracy| of_row.0.iter().filter(|(_, half)| **half > 0.0).map(|(kind, _)| *kind).collect::<Vec<_>>();
+    let kinds: BTreeSet<SharedError> = errors.iter().flat_map(present).collect();
     if kinds.is_empty() {
         return Ok(stated);
     }
@@ -61,10 +64,7 @@ pub fn contributions(
     let alone = alone(fitted, answer);
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     for kind in kinds {
-        let width = |k: usize| {
-            let half = errors[k].0.get(&kind).copied().unwrap_or(0.0);
-            half + if kind == SharedError::Toe { curvature(setting, answer, experiment, &fitted[k]) } else { 0.0 }
-        };
+        let width = |k: usize| errors[k].0.get(&kind).copied().unwrap_or(0.0);
         let moved = |rows: &Vec<usize>| -> Result<DVector<f64>, FitError> {
             let mut residuals = DVector::zeros(fitted.len());
             for &k in rows.iter().filter(|k| width(**k) > 0.0) {
@@ -94,6 +94,38 @@ pub fn contributions(
         }
     }
     Ok(stated)
+}
+
+/// The errors of the curve of each data point: those of a toe with what the curvature of the law adds, and those of a zero of a single data point within the scatter about the law.
+fn errors_of_rows(
+    setting: &LawSetting,
+    fitted: &[Sample],
+    answer: &LawFit,
+    experiment: &Experiment,
+    asked: &Accuracy,
+) -> Vec<Accuracy> {
+    let mut all = vec![Accuracy::default(); fitted.len()];
+    for rows in curves(fitted) {
+        let first = &fitted[rows[0]];
+        let piece = experiment.piece(first);
+        let mut own = piece.errors(first.mode, asked);
+        if let Some(toe) = own.0.get_mut(&SharedError::Toe) {
+            *toe += curvature(setting, answer, piece, first);
+        }
+        let bounded = piece.correction(SharedError::Zeroing, first.mode).is_some_and(|c| c.bounded);
+        if let Some(zero) = own.0.get_mut(&SharedError::Zeroing).filter(|_| bounded) {
+            *zero = zero.min(scatter(setting, fitted, answer, &rows));
+        }
+        rows.iter().for_each(|k| all[*k].clone_from(&own));
+    }
+    all
+}
+
+/// 95 % half-width of the scatter of the data points of a curve about the law, whatever their weights \[Pa\].
+fn scatter(setting: &LawSetting, fitted: &[Sample], answer: &LawFit, rows: &[usize]) -> f64 {
+    let free = rows.len().saturating_sub(answer.values.len()).max(1);
+    let own = |k: &usize| fitted[*k].stress - setting.model.at(&answer.values, &fitted[*k]);
+    t_quantile(0.95, free) * (rows.iter().map(|k| own(k).powi(2)).sum::<f64>() / free as f64).sqrt()
 }
 
 /// Rows of the curves whose zeros are in no scatter.
@@ -138,8 +170,8 @@ fn change(
 }
 
 /// How far the curvature of the law moves the line of a toe \[–\].
-fn curvature(setting: &LawSetting, answer: &LawFit, experiment: &Experiment, s: &Sample) -> f64 {
-    let Some(toe) = experiment.piece(s).correction(SharedError::Toe, s.mode) else { return 0.0 };
+fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, s: &Sample) -> f64 {
+    let Some(toe) = piece.correction(SharedError::Toe, s.mode) else { return 0.0 };
     let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
     let points: Vec<(f64, f64)> = toe.line.iter().map(|e| (*e, law(*e))).collect();
     ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())

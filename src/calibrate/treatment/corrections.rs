@@ -8,8 +8,9 @@
 //! Limits: a rubber that softens curves the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
 //!
 //! All data points of a curve share the errors of its zero and its toe. The mean of N data points has the half-width t s/√N with their standard deviation s and N − 1 degrees of freedom, of a single one
-//! the noise of the whole curve. An error of the zero moves the line of the toe along with the data.
+//! the noise of the whole curve, at most the scatter about the fitted law: the noise of a sparse curve contains its curvature. An error of the zero moves the line of the toe along with the data.
 
+use super::condense;
 use super::group::Group;
 use super::toe_line::ToeLine;
 use crate::calibrate::constant_format::stress_text;
@@ -92,26 +93,25 @@ fn zero(all: &mut Corrected, group: &Group, n: usize, file: &str) -> Result<(), 
         group.name
     );
     all.log.push(AuditEntry::new(AuditKind::Changed, message, lines));
-    all.add(group, SharedError::Zeroing, half_width, vec![]);
+    // Means of neighbours scatter less than the data point whose stress was subtracted
+    let bounded = n == 1 && (half_width.is_infinite() || own.len() <= condense::MOST);
+    all.add(group, CorrectionError { bounded, ..CorrectionError::of(SharedError::Zeroing, group.mode, half_width) });
     Ok(())
 }
 
-/// Half-width of the 95 % interval of the mean stress of the first n data points \[Pa\].
+/// Half-width of the 95 % interval of the mean stress of the first n data points \[Pa\], infinite of a single one of a curve that shows no noise.
 fn error_of_zero(rows: &[Sample], n: usize) -> f64 {
     let (strains, stresses): (Vec<f64>, Vec<f64>) = rows.iter().map(|s| (s.stretch, s.stress)).unzip();
     match n.checked_sub(1).filter(|free| *free > 0) {
         Some(free) => t_quantile(0.95, free) * deviation(&stresses[..n]) / (n as f64).sqrt(),
-        None => NORMAL * noise::of_curve(&strains, &stresses).unwrap_or(0.0),
+        None => NORMAL * noise::of_curve(&strains, &stresses).unwrap_or(f64::INFINITY),
     }
 }
 
 impl Corrected {
-    /// Adds the error of a correction of a group, where its data points show one.
-    fn add(&mut self, group: &Group, error: SharedError, half_width: f64, line: Vec<f64>) {
-        if half_width > 0.0 || !line.is_empty() {
-            let error = CorrectionError { error, mode: group.mode, half_width, strain_per_stress: 0.0, line };
-            self.errors.push((group.specimen, error));
-        }
+    /// Adds the error of a correction of a group.
+    fn add(&mut self, group: &Group, error: CorrectionError) {
+        self.errors.push((group.specimen, error));
     }
 }
 
@@ -163,6 +163,7 @@ fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
             zero.strain_per_stress = slope.recip();
         }
     }
-    all.add(group, SharedError::Toe, half_width, points.iter().map(|(strain, _)| strain - origin).collect());
+    let line = points.iter().map(|(strain, _)| strain - origin).collect();
+    all.add(group, CorrectionError { line, ..CorrectionError::of(SharedError::Toe, mode, half_width) });
     Ok(())
 }

@@ -132,7 +132,7 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
             match interval_of(provenance, p.name) {
                 None => given(number),
                 Some(ends) if !ends.iter().any(|end| end.is_finite()) => {
-                    format!("{} (not determined by its data)", given(number))
+                    format!("{} (without an interval)", given(number))
                 }
                 Some([a, b]) => {
                     let printed = within(number, unit, Some([a, b]));

@@ -11,7 +11,7 @@ use crate::solve::Status;
 use crate::storage::reading::Reading;
 use crate::storage::unix_time;
 use crate::study::run::derivatives::recorder;
-use crate::study::run::inputs::{inputs, uncertain_constants, undetermined_constants};
+use crate::study::run::inputs::{inputs, uncertain_constants};
 use crate::study::run::live_case::LiveCase;
 use crate::study::run::one_run::{OneRunRecord, one_run};
 use crate::study::run::refinement::{self, Prepared, RefinementRecord, refined};
@@ -307,7 +307,6 @@ fn store_result(
     record.refinement.clone_from(&solved.refinement);
     record.notes.extend(refinement::note(&solved.refinement));
     record.notes.extend(solved.notes.iter().cloned());
-    record.undetermined = undetermined_constants(&case.spec);
     if let Some(sensitivities) = &solved.sensitivities {
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };

@@ -1,8 +1,8 @@
 //! Constants of laws that are known within intervals, and the derivatives of recorded quantities by them.
 //!
 //! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval, and with several constants the table `correlation`.
-//! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. A constant whose interval has an open end is not determined by its
-//! data: nothing bounds its share.
+//! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. Where the interval of a constant
+//! has an open end, or the file says why there is none, nothing bounds its share.
 
 use crate::calibrate::{correlation_of, interval_of, is_poisson_of_term};
 use crate::scene::{ParameterKey, Run, SceneSpec, Sensitivities, extreme};
@@ -61,7 +61,7 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     spec.laws.iter().flat_map(of).collect()
 }
 
-/// The constants of the laws that a scene uses and that their data do not determine: an end of their interval is open.
+/// The constants of the laws that a scene uses whose interval is open at an end, or whose file says why there is none.
 pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
     let used = spec.laws_in_use();
     let of = |(law, table): (&String, &Table)| {

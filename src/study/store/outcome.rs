@@ -118,7 +118,6 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         markers,
         one_run: None,
         inputs: vec![],
-        undetermined: vec![],
         events: run.events.clone(),
         cut_regions,
         cut_columns,

@@ -124,9 +124,6 @@ pub struct CaseRecord {
     /// Derivatives by the constants that a law file gives intervals of
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<InputRecord>,
-    /// Constants whose law file leaves an end of their interval open
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub undetermined: Vec<String>,
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
@@ -174,7 +171,6 @@ impl CaseRecord {
         }
         if !asks.input_uncertainty {
             self.inputs.clear();
-            self.undetermined.clear();
         }
     }
 

@@ -13,7 +13,6 @@ use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors
 use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
 use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
-use crate::wording::distinct;
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
@@ -58,7 +57,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
     }
     let of_constants = |r| independent::input_uncertainty(cases, (variant, quantity), &estimates, r);
-    let undetermined = distinct(cases.of_variant(variant).flat_map(|c| c.record.undetermined.iter().cloned()));
+    let undetermined = cases.undetermined(variant).to_vec();
     let inputs = reference.as_ref().filter(|_| undetermined.is_empty()).and_then(of_constants);
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());

@@ -35,7 +35,7 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         terms.extend(with_bars().any(|(q, _)| has(q)).then(|| words.to_string()));
     }
     let constants = if with_bars().any(|(q, _)| !q.undetermined.is_empty()) {
-        " Constants that their data do not determine are in no bar."
+        " Constants without a closed interval are in no bar."
     } else if with_bars().any(|(q, _)| q.inputs.is_some()) {
         " Shares of uncertain constants are added as root of the sum of squares [@asme2009]."
     } else {

@@ -1,8 +1,12 @@
 //! The stored cases of a convergence study, as its analysis reads them.
 
+use crate::scene::SceneSpec;
 use crate::study::estimate::step_size::has_steps_of;
+use crate::study::run::inputs::undetermined_constants;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
+use crate::wording::distinct;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// The stored cases by family and variant.
 pub struct Cases<'a> {
@@ -10,12 +14,18 @@ pub struct Cases<'a> {
     pub stored: &'a [StoredCase],
     /// Variant → a run with the time steps of its mesh studies
     steps: BTreeMap<&'a str, &'a CaseRecord>,
+    /// Variant → constants of its laws whose interval is open, by the scenes of its cases
+    undetermined: BTreeMap<&'a str, Vec<String>>,
 }
 
 impl<'a> Cases<'a> {
     pub fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
         let steps = study.variants.iter().filter_map(|v| Some((v.as_str(), with_steps_of_study(study, stored, v)?)));
-        Self { study, stored, steps: steps.collect() }
+        let steps = steps.collect();
+        let cases = Self { study, stored, steps, undetermined: BTreeMap::new() };
+        let of = |variant: &str| distinct(cases.of_variant(variant).flat_map(|c| undetermined(&c.record)));
+        let undetermined = study.variants.iter().map(|v| (v.as_str(), of(v.as_str()))).collect();
+        Self { undetermined, ..cases }
     }
 
     /// Converged cases of a family in a variant.
@@ -33,10 +43,21 @@ impl<'a> Cases<'a> {
         self.steps.get(variant).is_some_and(|of| has_steps_of(c, of))
     }
 
+    /// Constants of the laws of a variant whose interval is open.
+    pub fn undetermined(&self, variant: &str) -> &[String] {
+        self.undetermined.get(variant).map_or(&[], Vec::as_slice)
+    }
+
     /// Reason why the answer has no limit as h → 0, if a case names one.
     pub fn no_limit(&self) -> Option<&'a str> {
         self.stored.iter().find_map(|c| c.record.no_limit.as_deref())
     }
+}
+
+/// The constants of a case whose interval is open; none where this version does not read its scene.
+fn undetermined(record: &CaseRecord) -> Vec<String> {
+    let scene = SceneSpec::from_text(Path::new(&record.id), &record.provenance.scene, "");
+    scene.map_or_else(|_| vec![], |scene| undetermined_constants(&scene))
 }
 
 /// The first case of the sizes of a variant, or where it has none of another family, one of time steps last.

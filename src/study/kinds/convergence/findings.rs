@@ -42,7 +42,7 @@ pub struct MeshErrors {
     pub one_run: Vec<OneRunBar>,
     /// The uncertainty by the constants of the laws; none where one of them is not determined
     pub inputs: Option<InputUncertainty>,
-    /// Constants of the laws that their data do not determine
+    /// Constants of the laws whose interval is open
     pub undetermined: Vec<String>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,

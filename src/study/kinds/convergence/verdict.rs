@@ -277,19 +277,19 @@ pub fn constants_alone(quantities: &[ByQuantity<MeshErrors>]) -> String {
     })
 }
 
-/// Constants under deciding quantities that their data do not determine.
+/// Constants under deciding quantities whose interval is open.
 fn undetermined(quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     distinct(quantities.iter().filter(|q| q.deciding).flat_map(|q| q.undetermined.iter().cloned()))
 }
 
-/// The share of the constants cannot be stated where their data do not determine them.
+/// The share of constants cannot be stated where their interval is open.
 pub fn undetermined_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
     let open = undetermined(quantities);
     if open.is_empty() {
         return String::new();
     }
     format!(
-        " Constants ({}) are not determined by the data of their law file, whose intervals are open: the error bars are of the mesh alone, and the values may be off by any \
+        " Constants ({}) have no closed interval in their law file: the error bars are of the mesh alone, and the values may be off by any \
          share of the constants.",
         open.join(", ")
     )
