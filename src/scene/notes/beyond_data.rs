@@ -13,7 +13,7 @@ use toml::{Table, Value};
 /// Share of the volume from which on it is told: less is reached at edges and clamps of any scene \[–\].
 const SHARE: f64 = 0.01;
 
-/// A note for each law of an elastic effect of which more than [`SHARE`] of the volume lies beyond its data at displacement x \[unknowns\].
+/// A note for each law of an elastic effect of which more than a hundredth of the volume lies beyond its data at displacement x \[unknowns\].
 pub fn beyond_data_notes(scene: &Scene, x: &[f64]) -> Vec<String> {
     let solids = scene.spec.effects.iter().filter_map(|effect| match effect {
         EffectSpec::Elastic(solid) => Some(&solid.law),
