@@ -57,7 +57,7 @@ impl Mean {
 mod tests {
     use super::*;
     use crate::mesh::Order;
-    use crate::mesh::made::structured::block;
+    use crate::mesh::structured::block;
 
     /// A node set has the mean of its nodes, though a surface has its name; with the nodes of the surface it has that of the area.
     #[test]
