@@ -176,6 +176,27 @@ fn fields_of_a_restart_follow_those_before() {
     assert_eq!([".vtu", ".pvd"].map(|end| names(&at.join("r"), end).len()), [0, 0]);
 }
 
+/// Where only the rows at rest are recorded up to a checkpoint, which are those of any such scene, the scene tells whose fields are there.
+#[test]
+fn fields_of_another_scene_are_none_of_a_restart() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(4) + "[output.series]\nevery = '1 s'\n").expect("writable");
+    let states = |more: &[&str]| {
+        let (code, error) = output(simulate(at, &[&["--out", "r", "--vtu"], more].concat()));
+        assert_eq!(code, Some(0), "{error}");
+        let collection = std::fs::read_to_string(at.join("r/scene.pvd")).expect("a collection");
+        collection.matches("DataSet").count()
+    };
+    let restart = ["--restart", "r/scene-0.5s.state"];
+    assert_eq!(states(&["--save-state", "0.5 s"]), 5);
+    assert_eq!(states(&[&restart[..], &["--set", "title='Continued'"]].concat()), 5);
+    let rest = || lines(&at.join("r/scene.csv"))[1].clone();
+    let own = rest();
+    assert_eq!((states(&["--set", "laws.rubber.E='90 kPa'"]), rest()), (5, own));
+    assert_eq!(states(&restart), 2);
+}
+
 /// A folder that cannot be made or written is refused before the run.
 #[test]
 fn an_unwritable_folder_is_refused_first() {
