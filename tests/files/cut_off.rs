@@ -48,7 +48,11 @@ fn simulate(folder: &Path, more: &[&str]) -> Command {
 }
 
 fn output(mut command: Command) -> (Option<i32>, String) {
-    let Output { status, stderr, .. } = command.output().expect("the program runs");
+    answer(command.output().expect("the program runs"))
+}
+
+/// The exit code and the messages.
+fn answer(Output { status, stderr, .. }: Output) -> (Option<i32>, String) {
     (status.code(), String::from_utf8_lossy(&stderr).into_owned())
 }
 
@@ -96,8 +100,7 @@ fn interrupted(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String)
         std::thread::sleep(Duration::from_millis(2));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    let Output { status, stderr, .. } = child.wait_with_output().expect("it ends");
-    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+    answer(child.wait_with_output().expect("it ends"))
 }
 
 /// A run that is stopped by Ctrl-C says how it could have kept a state, unless it has kept one.
@@ -128,10 +131,13 @@ fn a_name_is_taken_until_all_is_written() {
     }
     // It takes no more time, so that it still estimates when the other one comes
     Command::new("kill").args(["-STOP", &child.id().to_string()]).status().expect("kill");
-    let (code, error) = output(simulate(at, &["--out", "r"]));
-    assert!(!at.join("r/scene.errors.csv").exists(), "it was stopped while it estimated");
+    let other = simulate(at, &["--out", "r"]).output();
+    let estimated = at.join("r/scene.errors.csv").exists();
+    // Before anything can fail, so that no stopped process is left
     child.kill().expect("it is there");
     child.wait().expect("it was killed");
+    assert!(!estimated, "it was stopped while it estimated");
+    let (code, error) = answer(other.expect("the program runs"));
     assert!(code == Some(2) && error.contains("another process runs a scene of this name"), "{error}");
     let (code, error) = output(simulate(at, &["--out", "r"]));
     assert_eq!(code, Some(0), "{error}");
