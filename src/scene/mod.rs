@@ -127,7 +127,7 @@ pub use record::{column, output, stretch};
 pub use run::Run;
 pub use run::checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use run::energy_growth::EnergyFromNothing;
-pub use run::identity::{FileDigest, mesh_sha256, named_files, simulated_files};
+pub use run::identity::{FileDigest, mesh_sha256, named_files, same_simulation, simulated_files};
 pub use run::options::{OnProgress, OnRow, OnSave, OnSized, OnState, PARTIAL, Progress, RunOptions, Saved};
 pub use run::start::StartSpec;
 pub use sensitivity::columns::{Sensitivities, SensitivityRecorder};

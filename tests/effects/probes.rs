@@ -2,7 +2,8 @@
 
 use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
-use durometer::scene::{Checkpoint, Energies, Moment, Run, RunOptions, Scene, parse_scene};
+use durometer::scene::column::is_angle;
+use durometer::scene::{Checkpoint, Energies, Moment, Reading, Run, RunOptions, Scene, parse_scene};
 use durometer::solve::Status;
 use durometer::system::{Gradient, State};
 
@@ -49,6 +50,23 @@ fn bending_angles_count_turns() {
             assert!(error < 1e-3, "{axis} {column}: {error}");
         }
     }
+}
+
+/// Of the columns that reduced models give, the angles are those that count turns: studies cut the way to these by their names, models by their readings.
+#[test]
+fn angles_of_reduced_models_count_turns() {
+    let position = "[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n";
+    let scene = turning(&format!("{position}{SPINE}{}", bending("")));
+    let mut of_kinds = [0, 0];
+    for recorder in scene.recorders() {
+        let readings = recorder.features().map(|features| features.readings);
+        for (column, reading) in recorder.columns().iter().zip(readings.into_iter().flatten()) {
+            let turns = matches!(reading, Reading::Turned(..));
+            assert_eq!(turns, is_angle(column), "{column}");
+            of_kinds[usize::from(turns)] += 1;
+        }
+    }
+    assert_eq!(of_kinds, [3, 2]);
 }
 
 /// The derivative of an angle at a state that is known by its displacements and what was recorded is that along the run, in each half turn.

@@ -48,7 +48,11 @@ fn simulate(folder: &Path, more: &[&str]) -> Command {
 }
 
 fn output(mut command: Command) -> (Option<i32>, String) {
-    let Output { status, stderr, .. } = command.output().expect("the program runs");
+    answer(command.output().expect("the program runs"))
+}
+
+/// The exit code and the messages.
+fn answer(Output { status, stderr, .. }: Output) -> (Option<i32>, String) {
     (status.code(), String::from_utf8_lossy(&stderr).into_owned())
 }
 
@@ -96,8 +100,7 @@ fn interrupted(folder: &Path, out: &str, more: &[&str]) -> (Option<i32>, String)
         std::thread::sleep(Duration::from_millis(2));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
-    let Output { status, stderr, .. } = child.wait_with_output().expect("it ends");
-    (status.code(), String::from_utf8_lossy(&stderr).into_owned())
+    answer(child.wait_with_output().expect("it ends"))
 }
 
 /// A run that is stopped by Ctrl-C says how it could have kept a state, unless it has kept one.
@@ -128,10 +131,13 @@ fn a_name_is_taken_until_all_is_written() {
     }
     // It takes no more time, so that it still estimates when the other one comes
     Command::new("kill").args(["-STOP", &child.id().to_string()]).status().expect("kill");
-    let (code, error) = output(simulate(at, &["--out", "r"]));
-    assert!(!at.join("r/scene.errors.csv").exists(), "it was stopped while it estimated");
+    let other = simulate(at, &["--out", "r"]).output();
+    let estimated = at.join("r/scene.errors.csv").exists();
+    // Before anything can fail, so that no stopped process is left
     child.kill().expect("it is there");
     child.wait().expect("it was killed");
+    assert!(!estimated, "it was stopped while it estimated");
+    let (code, error) = answer(other.expect("the program runs"));
     assert!(code == Some(2) && error.contains("another process runs a scene of this name"), "{error}");
     let (code, error) = output(simulate(at, &["--out", "r"]));
     assert_eq!(code, Some(0), "{error}");
@@ -174,6 +180,27 @@ fn fields_of_a_restart_follow_those_before() {
     // Without fields none of them are left
     run(&["--out", "r"]);
     assert_eq!([".vtu", ".pvd"].map(|end| names(&at.join("r"), end).len()), [0, 0]);
+}
+
+/// Where only the rows at rest are recorded up to a checkpoint, which are those of any such scene, the scene tells whose fields are there.
+#[test]
+fn fields_of_another_scene_are_none_of_a_restart() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    std::fs::write(at.join("scene.toml"), scene(4) + "[output.series]\nevery = '1 s'\n").expect("writable");
+    let states = |more: &[&str]| {
+        let (code, error) = output(simulate(at, &[&["--out", "r", "--vtu"], more].concat()));
+        assert_eq!(code, Some(0), "{error}");
+        let collection = std::fs::read_to_string(at.join("r/scene.pvd")).expect("a collection");
+        collection.matches("DataSet").count()
+    };
+    let restart = ["--restart", "r/scene-0.5s.state"];
+    assert_eq!(states(&["--save-state", "0.5 s"]), 5);
+    assert_eq!(states(&[&restart[..], &["--set", "title='Continued'"]].concat()), 5);
+    let rest = || lines(&at.join("r/scene.csv"))[1].clone();
+    let own = rest();
+    assert_eq!((states(&["--set", "laws.rubber.E='90 kPa'"]), rest()), (5, own));
+    assert_eq!(states(&restart), 2);
 }
 
 /// A folder that cannot be made or written is refused before the run.

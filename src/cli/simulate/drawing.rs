@@ -50,7 +50,8 @@ impl Drawing {
             None => (&USUAL[..], ScheduleSpec::default()),
         };
         let mut fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
-        if let (Some(fields), Some(checkpoint)) = (&mut fields, from.filter(|from| is_of_run(out, name, from))) {
+        let before = from.filter(|from| is_of_run(out, name, scene, from));
+        if let (Some(fields), Some(checkpoint)) = (&mut fields, before) {
             fields.go_on(scene, checkpoint.state.t);
         }
         let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));

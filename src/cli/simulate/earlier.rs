@@ -1,7 +1,7 @@
 //! The files of an earlier run of `durometer simulate` under the same name.
 
 use durometer::mesh::grid_file::read_collection;
-use durometer::scene::Checkpoint;
+use durometer::scene::{Checkpoint, Scene, same_simulation};
 use durometer::storage::{self, DATA_LIMIT};
 use durometer::study::store::csv_text;
 use durometer::study::store::record::CaseRecord;
@@ -18,9 +18,7 @@ pub struct Earlier(Vec<(PathBuf, SystemTime)>);
 
 impl Earlier {
     pub fn find(out: &Path, name: &str) -> Self {
-        let record = storage::read(&out.join(format!("{name}.json")), DATA_LIMIT).ok();
-        let record = record.and_then(|bytes| serde_json::from_slice::<CaseRecord>(&bytes).ok());
-        let Some(record) = record.filter(|record| record.id == name) else { return Self(Vec::new()) };
+        let Some(record) = record(out, name) else { return Self(Vec::new()) };
         let mut files: Vec<PathBuf> = ENDS.iter().map(|end| out.join(format!("{name}.{end}"))).collect();
         files.extend(figures(out, name));
         files.push(out.join(format!("{name}-regions.vtu")));
@@ -45,8 +43,18 @@ impl Earlier {
     }
 }
 
-/// Whether the rows in the folder up to the time of a checkpoint are rows of it: what lies there under this name is then of the run that goes on.
-pub fn is_of_run(out: &Path, name: &str, checkpoint: &Checkpoint) -> bool {
+/// The record of the run that was the last one under this name.
+fn record(out: &Path, name: &str) -> Option<CaseRecord> {
+    let bytes = storage::read(&out.join(format!("{name}.json")), DATA_LIMIT).ok()?;
+    serde_json::from_slice::<CaseRecord>(&bytes).ok().filter(|record| record.id == name)
+}
+
+/// Whether the record in the folder is of the scene that goes on from a checkpoint, and the rows there up to its time are rows of it: what lies there
+/// under this name is then of this run. Rows alone do not tell, since those at rest are alike in many scenes.
+pub fn is_of_run(out: &Path, name: &str, scene: &Scene, checkpoint: &Checkpoint) -> bool {
+    if !record(out, name).is_some_and(|record| same_simulation(&record.provenance.scene, &scene.text)) {
+        return false;
+    }
     let Ok(text) = storage::read_text(&out.join(format!("{name}.csv")), DATA_LIMIT) else { return false };
     let rows: HashSet<String> = checkpoint.rows().iter().map(|row| csv_text::line(row)).collect();
     let time = |line: &str| line.split(',').next().and_then(|t| t.parse::<f64>().ok());
