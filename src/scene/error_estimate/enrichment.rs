@@ -319,6 +319,24 @@ impl EnrichedScene {
         }
     }
 
+    /// A state of another space on the same cells. Constraints that hold more of them or fewer group them in another way: a pressure is that of the other space in
+    /// the same corner of a cell.
+    pub fn taken(&self, other: &Self, state: &State) -> State {
+        let mut first = 3 * self.scene.points.len();
+        let mut x = state.x[..first].to_vec();
+        for ((own, _), (known, _)) in self.pressures_by_effect().zip(other.pressures_by_effect()) {
+            let mut pressures = vec![0.0; own.places.len()];
+            for (to, from) in own.of_cells.iter().flatten().zip(known.of_cells.iter().flatten()) {
+                pressures[*to as usize] = state.x[first + *from as usize];
+            }
+            x.extend(pressures);
+            first += known.places.len();
+        }
+        // The multipliers of contact
+        x.extend_from_slice(&state.x[first..]);
+        State { x, ..state.clone() }
+    }
+
     /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none
     /// where it finds none. Counts its factorisations.
     pub fn columns_from(&self, start: &State, memory: &[f64], factorisations: &mut usize) -> Option<Vec<f64>> {
@@ -562,6 +580,28 @@ mod tests {
         for space in [&enriched, &*moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }
+    }
+
+    /// A wider region that holds whole cells has a group of pressures more. A pressure that is linear in the numbers of the nodes is the same function in both spaces.
+    #[test]
+    fn a_state_is_the_same_where_wider_regions_have_other_pressures() {
+        let text = "[mesh]\nelement = \"tet4\"\ngrid = { kind = \"box\", size = [\"8 mm\", \"1 mm\", \"1 mm\"], divisions = [4, 1, 1] }\n\
+                    [mesh.regions]\nclamp = { kind = \"box\", min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"2 mm\", \"2 mm\"] }\n\
+                    [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+                    [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"clamp\"\n\
+                    [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let scene = parse_scene(text).unwrap_or_else(|e| panic!("{e}"));
+        let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
+        let wider = enriched.with_wider_regions(&scene, &["clamp".into()]).expect("wider regions");
+        let numbered = |space: &EnrichedScene| {
+            let mut state = space.scene.system.rest();
+            let first = 3 * space.scene.points.len();
+            state.x[first..].iter_mut().zip(space.pressure_nodes()).for_each(|(p, node)| *p = f64::from(node));
+            state
+        };
+        let (known, expected) = (numbered(&enriched), numbered(&wider));
+        assert!(known.x.len() < expected.x.len(), "{} {}", known.x.len(), expected.x.len());
+        assert!(wider.taken(&enriched, &known).x == expected.x && enriched.taken(&wider, &expected).x == known.x);
     }
 
     /// The smooth surface through the nodes of a hollow sphere has its volume. It is no measure where that of the CAD is another one, or of a solid that it does
