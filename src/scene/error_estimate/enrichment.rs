@@ -116,6 +116,20 @@ fn was_forced(run: &Run) -> bool {
     run.shifted_factorisations > 0 && run.tried_iterations > run.totals.iterations
 }
 
+/// Whether the branch of an enriched run up to time `t` \[s\] is decided in shorter steps only: it may have jumped. `has_jumped`: it may in longer steps.
+///
+/// # Errors
+///
+/// Where the branch is not decided: it is unstable, or in these steps the path of the loads comes to its end before.
+fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64) -> Result<bool, EstimateError> {
+    match enriched.status {
+        Status::Converged if was_forced(enriched) && !was_forced(of_run) => Ok(true),
+        Status::Converged => check_branch(enriched, of_run, t).map(|()| false),
+        Status::NoEquilibrium { .. } | Status::StepTooSmall { .. } if has_jumped => Err(EstimateError::Unstable { t }),
+        _ => Ok(false),
+    }
+}
+
 /// Regions that selectors give as nodes keep a new node between two of theirs only where the selector finds it too: of an edge from face to face of a
 /// frame it does not, of one inside a box it does.
 fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
@@ -389,14 +403,10 @@ impl EnrichedScene {
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
         let mut factorisations = 0;
-        for _ in 0..=MOST_HALVINGS {
+        for halvings in 0..=MOST_HALVINGS {
             let (run, end) = self.run_in(spans.clone());
             factorisations += run.factorisations;
-            let is_complete = run.status == Status::Converged;
-            if is_complete {
-                check_branch(&run, of_run, t)?;
-            }
-            if is_complete && was_forced(&run) && !was_forced(of_run) {
+            if asks_for_shorter_steps(&run, of_run, halvings > 0, t)? {
                 spans.iter_mut().for_each(|span| span.dt *= 0.5);
                 continue;
             }
@@ -602,6 +612,25 @@ mod tests {
         let (known, expected) = (numbered(&enriched), numbered(&wider));
         assert!(known.x.len() < expected.x.len(), "{} {}", known.x.len(), expected.x.len());
         assert!(wider.taken(&enriched, &known).x == expected.x && enriched.taken(&wider, &expected).x == known.x);
+    }
+
+    /// A path that may have jumped is followed in shorter steps, also where it ended on an unstable branch. Where these come to no end, or to an unstable one, its branch is not decided.
+    #[test]
+    fn a_path_that_jumped_to_an_unstable_branch_is_followed_in_shorter_steps() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
+        let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
+        let of_run = scene.run();
+        assert_eq!(of_run.status, Status::Converged);
+        let mut path = scene.run();
+        let asks = |path: &Run, has_jumped| asks_for_shorter_steps(path, &of_run, has_jumped, 1.0);
+        assert!(matches!(asks(&path, false), Ok(false)));
+        path.findings.unstable.push((0.5, 1));
+        assert!(matches!(asks(&path, true), Err(EstimateError::Unstable { .. })));
+        (path.shifted_factorisations, path.tried_iterations) = (1, path.totals.iterations + 1);
+        assert!(matches!(asks(&path, false), Ok(true)));
+        path.status = Status::NoEquilibrium { t: 0.5, limit: 0.5, node: 0, in_contact: false, by_force: true };
+        assert!(matches!(asks(&path, true), Err(EstimateError::Unstable { .. })));
+        assert!(matches!(asks(&path, false), Ok(false)));
     }
 
     /// The smooth surface through the nodes of a hollow sphere has its volume. It is no measure where that of the CAD is another one, or of a solid that it does
