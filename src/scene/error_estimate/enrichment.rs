@@ -210,7 +210,7 @@ pub(super) enum SmoothSurface {
     /// It is not that of the CAD, as these volumes of solids show.
     Missed(Vec<SourceVolume>),
     /// With its nodes at this part of the way to the surface
-    Curved(Box<EnrichedScene>, f64),
+    Curved(Box<Enriched>, f64),
 }
 
 /// The scene on the enriched mesh, and the map of states to it.
@@ -244,8 +244,8 @@ impl EnrichedScene {
         Self::on(scene, enrichment, map, Arc::new((own, between)))
     }
 
-    /// The same with its new nodes on the boundary and between solids on the smooth surfaces through those of the run.
-    pub fn on_smooth_surface(&self, scene: &Scene) -> SmoothSurface {
+    /// Its mesh with the new nodes on the boundary and between solids on the smooth surfaces through those of the run.
+    pub fn smooth_surface(&self, scene: &Scene) -> SmoothSurface {
         let (mesh, interfaces) = &*self.whole;
         let found = on_smooth_surface(mesh, interfaces, &self.map);
         let missed = self.missed_volumes(scene, &found);
@@ -255,11 +255,14 @@ impl EnrichedScene {
         match found {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map, self.whole.clone())
-                .map_or(SmoothSurface::Folded, |moved| {
-                    SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
-                }),
+            Smoothed::Moved(map, part) => SmoothSurface::Curved(map, part),
         }
+    }
+
+    /// The same on another enriched mesh of the run; none where a part of the scene is not known there.
+    pub fn with_map(&self, scene: &Scene, map: Enriched) -> Option<Self> {
+        let other = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
+        Some(Self { stop: self.stop.clone(), ..other })
     }
 
     /// Volumes of the CAD that the mesh of the run misses on the smooth surface, too.
@@ -288,8 +291,7 @@ impl EnrichedScene {
             wider.dedup();
             map.mesh.regions.get_mut(name)?.nodes = wider;
         }
-        let wider = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
-        Some(Self { stop: self.stop.clone(), ..wider })
+        self.with_map(scene, map)
     }
 
     fn on(
@@ -586,8 +588,9 @@ mod tests {
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
         assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
-        let SmoothSurface::Curved(moved, _) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
-        for space in [&enriched, &*moved] {
+        let SmoothSurface::Curved(map, _) = enriched.smooth_surface(&scene) else { panic!("a sphere is curved") };
+        let moved = enriched.with_map(&scene, *map).expect("an enriched scene");
+        for space in [&enriched, &moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }
     }
@@ -649,7 +652,7 @@ mod tests {
             body.volumes = vec![volume.clone()];
             scene.body = Arc::new(body);
             let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
-            match enriched.on_smooth_surface(&scene) {
+            match enriched.smooth_surface(&scene) {
                 SmoothSurface::Curved(..) => true,
                 SmoothSurface::Missed(missed) => missed != [volume],
                 _ => panic!("a sphere is curved"),
