@@ -96,12 +96,16 @@ fn a_frame_of_nodes_has_the_bar_of_the_frame_of_facets() {
 
 /// A beam that is held over this depth and bends.
 fn clamp(divisions: [usize; 3], depth: &str) -> String {
+    clamp_of(("tet10", "mixed"), divisions, depth)
+}
+
+fn clamp_of(formulation: (&str, &str), divisions: [usize; 3], depth: &str) -> String {
     let mesh = format!(
         "grid = {{ kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = {divisions:?} }}\n[mesh.regions]\n\
          clamp = {{ kind = \"box\", min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"{depth}\", \"100 mm\", \"100 mm\"] }}"
     );
     let rest = format!("[[constraint]]\nkind = \"fixed\"\nregion = \"clamp\"\n{}", load("[0, 0, -1]", "0.2 kPa"));
-    text(&mesh, ("tet10", "mixed"), 0.45, "0.5 s", &rest)
+    text(&mesh, formulation, 0.45, "0.5 s", &rest)
 }
 
 /// Columns of [`clamp`] with a depth of 7 mm on a grid of 40 boxes along it, one of whose borders is there.
@@ -126,6 +130,23 @@ fn the_extent_of_a_clamp_is_in_the_bar() {
         .replace("clamp = { kind = \"box\",", "clamp = { kind = \"box\", pick = \"facets\", rule = \"all\",");
     let found = of(&facets, &columns).expect("solved");
     assert!(found.quantities.iter().all(|q| q.cut_regions == ["clamp"]), "{found:?}");
+}
+
+/// Where the wider clamp holds whole cells that the clamp does not, their pressures are others in number. The change by its extent is known, of the sign of a beam that is
+/// held over a greater length.
+#[test]
+fn a_wider_clamp_has_pressures_of_its_own() {
+    for formulation in [("tet10", "mixed"), ("tet4", "mixed"), ("tet4", "displacement")] {
+        let beam = clamp_of(formulation, [8, 2, 2], "2 mm");
+        let in_a_corner = beam.replace("[\"2 mm\", \"100 mm\", \"100 mm\"]", "[\"7 mm\", \"7 mm\", \"100 mm\"]");
+        assert_ne!(beam, in_a_corner);
+        for scene in [beam, in_a_corner] {
+            let found = of(&scene, &["xmax_z_m"]).unwrap_or_else(|e| panic!("{formulation:?}: {e}"));
+            let q = &found.quantities[0];
+            println!("{formulation:?}: {q:?}");
+            assert!(q.extent > 0.0 && q.cut_regions.is_empty(), "{formulation:?}: {q:?}");
+        }
+    }
 }
 
 /// A beam that bends, with a tip from 24 mm on that probes alone name.

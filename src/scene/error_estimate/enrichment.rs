@@ -116,6 +116,20 @@ fn was_forced(run: &Run) -> bool {
     run.shifted_factorisations > 0 && run.tried_iterations > run.totals.iterations
 }
 
+/// Whether the branch of an enriched run up to time `t` \[s\] is decided in shorter steps only: it may have jumped. `has_jumped`: it may in longer steps.
+///
+/// # Errors
+///
+/// Where the branch is not decided: it is unstable, or in these steps the path of the loads comes to its end before.
+fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64) -> Result<bool, EstimateError> {
+    match enriched.status {
+        Status::Converged if was_forced(enriched) && !was_forced(of_run) => Ok(true),
+        Status::Converged => check_branch(enriched, of_run, t).map(|()| false),
+        Status::NoEquilibrium { .. } | Status::StepTooSmall { .. } if has_jumped => Err(EstimateError::Unstable { t }),
+        _ => Ok(false),
+    }
+}
+
 /// Regions that selectors give as nodes keep a new node between two of theirs only where the selector finds it too: of an edge from face to face of a
 /// frame it does not, of one inside a box it does.
 fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
@@ -196,7 +210,7 @@ pub(super) enum SmoothSurface {
     /// It is not that of the CAD, as these volumes of solids show.
     Missed(Vec<SourceVolume>),
     /// With its nodes at this part of the way to the surface
-    Curved(Box<EnrichedScene>, f64),
+    Curved(Box<Enriched>, f64),
 }
 
 /// The scene on the enriched mesh, and the map of states to it.
@@ -230,8 +244,8 @@ impl EnrichedScene {
         Self::on(scene, enrichment, map, Arc::new((own, between)))
     }
 
-    /// The same with its new nodes on the boundary and between solids on the smooth surfaces through those of the run.
-    pub fn on_smooth_surface(&self, scene: &Scene) -> SmoothSurface {
+    /// Its mesh with the new nodes on the boundary and between solids on the smooth surfaces through those of the run.
+    pub fn smooth_surface(&self, scene: &Scene) -> SmoothSurface {
         let (mesh, interfaces) = &*self.whole;
         let found = on_smooth_surface(mesh, interfaces, &self.map);
         let missed = self.missed_volumes(scene, &found);
@@ -241,11 +255,14 @@ impl EnrichedScene {
         match found {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map, self.whole.clone())
-                .map_or(SmoothSurface::Folded, |moved| {
-                    SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
-                }),
+            Smoothed::Moved(map, part) => SmoothSurface::Curved(map, part),
         }
+    }
+
+    /// The same on another enriched mesh of the run; none where a part of the scene is not known there.
+    pub fn with_map(&self, scene: &Scene, map: Enriched) -> Option<Self> {
+        let other = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
+        Some(Self { stop: self.stop.clone(), ..other })
     }
 
     /// Volumes of the CAD that the mesh of the run misses on the smooth surface, too.
@@ -274,8 +291,7 @@ impl EnrichedScene {
             wider.dedup();
             map.mesh.regions.get_mut(name)?.nodes = wider;
         }
-        let wider = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
-        Some(Self { stop: self.stop.clone(), ..wider })
+        self.with_map(scene, map)
     }
 
     fn on(
@@ -317,6 +333,24 @@ impl EnrichedScene {
                 stop: None,
             }),
         }
+    }
+
+    /// A state of another space on the same cells. Constraints that hold more of them or fewer group them in another way: a pressure is that of the other space in
+    /// the same corner of a cell.
+    pub fn taken(&self, other: &Self, state: &State) -> State {
+        let mut first = 3 * self.scene.points.len();
+        let mut x = state.x[..first].to_vec();
+        for ((own, _), (known, _)) in self.pressures_by_effect().zip(other.pressures_by_effect()) {
+            let mut pressures = vec![0.0; own.places.len()];
+            for (to, from) in own.of_cells.iter().flatten().zip(known.of_cells.iter().flatten()) {
+                pressures[*to as usize] = state.x[first + *from as usize];
+            }
+            x.extend(pressures);
+            first += known.places.len();
+        }
+        // The multipliers of contact
+        x.extend_from_slice(&state.x[first..]);
+        State { x, ..state.clone() }
     }
 
     /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none
@@ -371,14 +405,10 @@ impl EnrichedScene {
         spans.retain(|span| span.start < t);
         spans.iter_mut().for_each(|span| span.end = span.end.min(t));
         let mut factorisations = 0;
-        for _ in 0..=MOST_HALVINGS {
+        for halvings in 0..=MOST_HALVINGS {
             let (run, end) = self.run_in(spans.clone());
             factorisations += run.factorisations;
-            let is_complete = run.status == Status::Converged;
-            if is_complete {
-                check_branch(&run, of_run, t)?;
-            }
-            if is_complete && was_forced(&run) && !was_forced(of_run) {
+            if asks_for_shorter_steps(&run, of_run, halvings > 0, t)? {
                 spans.iter_mut().for_each(|span| span.dt *= 0.5);
                 continue;
             }
@@ -558,10 +588,52 @@ mod tests {
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
         assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
-        let SmoothSurface::Curved(moved, _) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
-        for space in [&enriched, &*moved] {
+        let SmoothSurface::Curved(map, _) = enriched.smooth_surface(&scene) else { panic!("a sphere is curved") };
+        let moved = enriched.with_map(&scene, *map).expect("an enriched scene");
+        for space in [&enriched, &moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }
+    }
+
+    /// A wider region that holds whole cells has a group of pressures more. A pressure that is linear in the numbers of the nodes is the same function in both spaces.
+    #[test]
+    fn a_state_is_the_same_where_wider_regions_have_other_pressures() {
+        let text = "[mesh]\nelement = \"tet4\"\ngrid = { kind = \"box\", size = [\"8 mm\", \"1 mm\", \"1 mm\"], divisions = [4, 1, 1] }\n\
+                    [mesh.regions]\nclamp = { kind = \"box\", min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"1 mm\", \"2 mm\", \"2 mm\"] }\n\
+                    [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+                    [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"clamp\"\n\
+                    [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let scene = parse_scene(text).unwrap_or_else(|e| panic!("{e}"));
+        let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
+        let wider = enriched.with_wider_regions(&scene, &["clamp".into()]).expect("wider regions");
+        let numbered = |space: &EnrichedScene| {
+            let mut state = space.scene.system.rest();
+            let first = 3 * space.scene.points.len();
+            state.x[first..].iter_mut().zip(space.pressure_nodes()).for_each(|(p, node)| *p = f64::from(node));
+            state
+        };
+        let (known, expected) = (numbered(&enriched), numbered(&wider));
+        assert!(known.x.len() < expected.x.len(), "{} {}", known.x.len(), expected.x.len());
+        assert!(wider.taken(&enriched, &known).x == expected.x && enriched.taken(&wider, &expected).x == known.x);
+    }
+
+    /// A path that may have jumped is followed in shorter steps, also where it ended on an unstable branch. Where these come to no end, or to an unstable one, its branch is not decided.
+    #[test]
+    fn a_path_that_jumped_to_an_unstable_branch_is_followed_in_shorter_steps() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
+        let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
+        let of_run = scene.run();
+        assert_eq!(of_run.status, Status::Converged);
+        let mut path = scene.run();
+        let asks = |path: &Run, has_jumped| asks_for_shorter_steps(path, &of_run, has_jumped, 1.0);
+        assert!(matches!(asks(&path, false), Ok(false)));
+        path.findings.unstable.push((0.5, 1));
+        assert!(matches!(asks(&path, true), Err(EstimateError::Unstable { .. })));
+        (path.shifted_factorisations, path.tried_iterations) = (1, path.totals.iterations + 1);
+        assert!(matches!(asks(&path, false), Ok(true)));
+        path.status = Status::NoEquilibrium { t: 0.5, limit: 0.5, node: 0, in_contact: false, by_force: true };
+        assert!(matches!(asks(&path, true), Err(EstimateError::Unstable { .. })));
+        assert!(matches!(asks(&path, false), Ok(false)));
     }
 
     /// The smooth surface through the nodes of a hollow sphere has its volume. It is no measure where that of the CAD is another one, or of a solid that it does
@@ -580,7 +652,7 @@ mod tests {
             body.volumes = vec![volume.clone()];
             scene.body = Arc::new(body);
             let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
-            match enriched.on_smooth_surface(&scene) {
+            match enriched.smooth_surface(&scene) {
                 SmoothSurface::Curved(..) => true,
                 SmoothSurface::Missed(missed) => missed != [volume],
                 _ => panic!("a sphere is curved"),

@@ -34,11 +34,12 @@ impl Extent {
         Self { cut, wider, unknown, factorisations: 0 }
     }
 
-    /// The changes of all columns at a solution in the enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
+    /// The changes of all columns at a solution in this enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
     /// not known.
-    pub fn changes(&mut self, solved: &Solved) -> Vec<f64> {
+    pub fn changes(&mut self, enriched: &EnrichedScene, solved: &Solved) -> Vec<f64> {
         if let Some((wider, names)) = self.wider.take() {
-            if let Some(columns) = wider.columns_from(&solved.end, &solved.memory, &mut self.factorisations) {
+            let start = wider.taken(enriched, &solved.end);
+            if let Some(columns) = wider.columns_from(&start, &solved.memory, &mut self.factorisations) {
                 self.wider = Some((wider, names));
                 return solved.values.iter().zip(&columns).map(|(a, b)| b - a).collect();
             }

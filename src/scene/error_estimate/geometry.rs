@@ -19,53 +19,66 @@ pub(super) const GEOMETRY: [f64; 3] = [0.5, 1.0, 1.5];
 
 /// The enriched space on the smooth surface.
 pub(super) struct Geometry {
-    surface: SmoothSurface,
-    /// Changes of all columns at the start of the run
-    start: Option<Vec<f64>>,
+    is_flat: bool,
+    missed: Vec<SourceVolume>,
+    curved: Option<Curved>,
     pub factorisations: usize,
+}
+
+/// The same on a curved surface, where a change is known.
+struct Curved {
+    moved: EnrichedScene,
+    /// Part of the way to the surface that its nodes have gone
+    part: f64,
+    /// Changes of all columns at the start of the run
+    start: Vec<f64>,
 }
 
 impl Geometry {
     /// The enriched space on the smooth surface, for a run of `scene` from its first state, with what its recorders remember there.
     pub fn new(enriched: &EnrichedScene, scene: &Scene, (first, memory): (&Kept, &[f64])) -> Self {
-        let surface = enriched.on_smooth_surface(scene);
-        let (mut start, mut factorisations) = (None, 0);
-        if let SmoothSurface::Curved(moved, part) = &surface {
-            let state = enriched.prolong(scene, first);
-            let mut columns = |of: &EnrichedScene| of.columns_from(&state, memory, &mut factorisations);
-            start = columns(enriched).zip(columns(moved)).map(|(flat, curved)| difference(&flat, &curved, *part));
-        }
-        Self { surface, start, factorisations }
+        let surface = enriched.smooth_surface(scene);
+        let mut geometry = Self::of(&surface);
+        geometry.curved = match surface {
+            SmoothSurface::Curved(map, part) => enriched.with_map(scene, *map).and_then(|moved| {
+                let state = enriched.prolong(scene, first);
+                let mut columns = |of: &EnrichedScene| of.columns_from(&state, memory, &mut geometry.factorisations);
+                let start = difference(&columns(enriched)?, &columns(&moved)?, part);
+                Some(Curved { moved, part, start })
+            }),
+            SmoothSurface::Flat | SmoothSurface::Folded | SmoothSurface::Missed(_) => None,
+        };
+        geometry
     }
 
     /// The same of a protocol that is run whole: no change is known but that of a flat boundary, which is none.
     pub fn of_whole_run(enriched: &EnrichedScene, scene: &Scene) -> Self {
-        Self { surface: enriched.on_smooth_surface(scene), start: None, factorisations: 0 }
+        Self::of(&enriched.smooth_surface(scene))
+    }
+
+    fn of(surface: &SmoothSurface) -> Self {
+        let missed = if let SmoothSurface::Missed(volumes) = surface { volumes.clone() } else { vec![] };
+        Self { is_flat: matches!(surface, SmoothSurface::Flat), missed, curved: None, factorisations: 0 }
     }
 
     /// The error of every column on a flat boundary.
     pub fn of_flat(&self) -> Option<GeometryError> {
-        matches!(self.surface, SmoothSurface::Flat).then(GeometryError::default)
+        self.is_flat.then(GeometryError::default)
     }
 
     /// Volumes of the CAD that the mesh misses, also on the smooth surface, which is no measure then.
     pub fn missed_volumes(&self) -> Vec<SourceVolume> {
-        match &self.surface {
-            SmoothSurface::Missed(volumes) => volumes.clone(),
-            _ => vec![],
-        }
+        self.missed.clone()
     }
 
     /// The errors of all columns at a solution in the enriched space; none where the smooth surface is no measure, folds cells or has no equilibrium.
     pub fn errors(&mut self, solved: &Solved) -> Option<Vec<GeometryError>> {
-        let (moved, part) = match &self.surface {
-            SmoothSurface::Flat => return Some(vec![GeometryError::default(); solved.values.len()]),
-            SmoothSurface::Folded | SmoothSurface::Missed(_) => return None,
-            SmoothSurface::Curved(moved, part) => (moved, *part),
-        };
-        let curved = moved.columns_from(&solved.end, &solved.memory, &mut self.factorisations)?;
-        let changes = difference(&solved.values, &curved, part);
-        let both = changes.into_iter().zip(self.start.as_ref()?);
+        if let Some(flat) = self.of_flat() {
+            return Some(vec![flat; solved.values.len()]);
+        }
+        let Curved { moved, part, start } = self.curved.as_ref()?;
+        let end = moved.columns_from(&solved.end, &solved.memory, &mut self.factorisations)?;
+        let both = difference(&solved.values, &end, *part).into_iter().zip(start);
         Some(both.map(|(change, start)| GeometryError { change, start: *start }).collect())
     }
 }

@@ -283,7 +283,7 @@ impl<'a> ErrorEstimator<'a> {
             let solved = self.solve(&mut enriched, run, *row)?;
             factorisations += solved.factorisations;
             let surface = geometry.errors(&solved);
-            let wider = extent.changes(&solved);
+            let wider = extent.changes(&enriched, &solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
                 let error = self.error((run, *row), column, solved.values[column], surface, (wider[column], &extent));
