@@ -55,6 +55,7 @@ pub fn changed_scene(
             return Err(content(file, &place, "`include` is not a file name", "write include = \"law.toml\""));
         };
         let (_, mut included) = read_table(&base.join(include)).map_err(|e| part(file, format!("laws.{name}"), e))?;
+        included.get_mut("provenance").into_iter().for_each(spell_open_ends);
         included.extend(std::mem::take(law));
         *law = included;
     }
@@ -78,6 +79,16 @@ fn check_constants(file: &Path, table: &toml::Table, path: &str, known_laws: &Kn
     match known_laws.given(&changed.map(|(key, value)| (key.clone(), value.clone())).collect()) {
         Err(why @ LawSpecError::UnknownKey { .. }) => Err(part(file, format!("laws.{name}"), why)),
         _ => Ok(()),
+    }
+}
+
+/// Writes ends of intervals that data leave open as text: a scene has finite numbers.
+fn spell_open_ends(provenance: &mut toml::Value) {
+    match provenance {
+        toml::Value::Float(end) if end.is_infinite() => *provenance = end.to_string().into(),
+        toml::Value::Array(all) => all.iter_mut().for_each(spell_open_ends),
+        toml::Value::Table(all) => all.iter_mut().for_each(|(_, value)| spell_open_ends(value)),
+        _ => {}
     }
 }
 
@@ -338,5 +349,18 @@ mod tests {
         let numerics = format!("numerics = [0.5, 0.5, 3]\n{SCENE}");
         let said = from_text::<SceneSpec>(Path::new("s.toml"), &numerics, "").expect_err("an array").to_string();
         assert!(said.contains("s.toml, line 1: array; this must be a table"), "{said}");
+    }
+
+    /// A fit that leaves an end of an interval open writes it as TOML's `inf`.
+    #[test]
+    fn law_files_with_open_intervals_are_included() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let law = "law = \"gent\"\nmu = \"300 kPa\"\nJ_m = 80.0\n[provenance]\nJ_m_interval = [70.0, inf]\nmu_interval = [\"-inf Pa\", \"310 kPa\"]\n";
+        std::fs::write(folder.path().join("gent.toml"), law).expect("room");
+        let file = folder.path().join("scene.toml");
+        std::fs::write(&file, format!("{SCENE}[laws.rubber]\ninclude = \"gent.toml\"\nnu = 0.49\n")).expect("room");
+        let (spec, _) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let ends = spec.laws["rubber"]["provenance"]["J_m_interval"].as_array().expect("two ends");
+        assert_eq!((ends[0].as_float(), ends[1].as_str()), (Some(70.0), Some("inf")));
     }
 }

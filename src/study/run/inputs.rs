@@ -121,7 +121,7 @@ mod tests {
     fn open_intervals_are_told_from_known_ones() {
         let effect = |law: &str| format!("[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"{law}\"\n");
         let text = "[laws.a]\nlaw = \"gent\"\nmu = \"1 kPa\"\nJ_m = 80.0\n\
-            [laws.a.provenance]\nmu_interval = [\"0.9 kPa\", \"1.1 kPa\"]\nJ_m_interval = [70.0, inf]\n\
+            [laws.a.provenance]\nmu_interval = [\"0.9 kPa\", \"1.1 kPa\"]\nJ_m_interval = [70.0, \"inf\"]\n\
             [laws.b]\nlaw = \"mooney_rivlin\"\nC10 = \"1 kPa\"\nC01 = \"1 kPa\"\n\
             [laws.b.provenance]\nC10_interval = [\"-inf Pa\", \"inf Pa\"]\nC01_without_interval = \"the curves do not determine it\"\n\
             [laws.c]\nlaw = \"hyperfoam\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu1 = 0.3\nmu2 = \"1 kPa\"\nalpha2 = 6.0\nnu2 = 0.3\n\

@@ -61,8 +61,10 @@ mod tests {
     fn groups(order: Order, moved: &[(&'static str, &'static str, Motion)]) -> [Vec<u32>; 3] {
         let mesh = block(3, 1, 1, 3.0, 1.0, 1.0, order);
         let nodes = |is_in: fn(f64) -> bool| {
-            let nodes = (0..mesh.points.len() as u32).filter(|&k| is_in(mesh.points[k as usize].x)).collect();
-            Region { nodes, ..Region::default() }
+            let is_own = |k: &u32| is_in(mesh.points[*k as usize].x);
+            let nodes = (0..mesh.points.len() as u32).filter(is_own).collect();
+            let cells = (0..mesh.cell_count() as u32).filter(|&c| mesh.cell(c as usize).iter().all(is_own)).collect();
+            Region { nodes, cells, ..Region::default() }
         };
         let regions = [("root".to_string(), nodes(|x| x < 1.1)), ("tip".to_string(), nodes(|x| x > 1.9))].into();
         let moved = moved.iter().map(|&(region, components, motion)| Moved { region, components, motion });
