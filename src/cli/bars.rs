@@ -156,7 +156,7 @@ impl Watch for Bars {
             record.formulation,
             record.wall_s,
             record.steps,
-            record.newton_iterations,
+            record.all_iterations(),
             record.status
         ));
         if let Some(detail) = &record.status_detail {
