@@ -87,6 +87,20 @@ fn along<'a>(all: &'a [Along], name: &str) -> &'a Along {
     all.iter().find(|a| a.axis == name).expect(name)
 }
 
+/// Along q the absolute tolerance decides on the line with p = 1 only; both keys are told in the unit then, the larger change first.
+#[test]
+fn the_changes_of_a_quantity_are_told_in_one_form() {
+    let (mut study, stored) = study(&P, &Q, |p, q| 1e-3 * (p - 1.0) + 2e-3 * (q - 1.0));
+    study.tolerance = 0.05;
+    for quantity in study.quantities.get_mut("length").expect("the only control") {
+        quantity.absolute_tolerance = Some(4e-4);
+    }
+    let a = analyse(&study, &stored);
+    assert!(a.verdict.contains("key p p (up to 0.00900 N), then key q q (up to 0.00600 N)"), "{}", a.verdict);
+    let sentence = &a.quantities[0].sentence;
+    assert!(sentence.contains("up to 0.00900 N") && sentence.contains("up to 0.00600 N"), "{sentence}");
+}
+
 /// y = 3 p^0.7/q²: the elasticities are the exponents between any two points, to the rounding of logarithms.
 #[test]
 fn a_power_law_has_its_exponents() {

@@ -253,23 +253,59 @@ impl Spread {
         if scale > 0.0 { self.difference / scale } else { 0.0 }
     }
 
-    /// The difference and the tolerance that it is compared with, both as shares, or in the unit where the absolute one decides.
-    fn words(&self, tolerance: Tolerance, unit: &str) -> [String; 2] {
-        match tolerance.is_absolute(self.size) {
-            true => [significant(self.difference, 3), tolerance.absolute.to_string()].map(|v| v + &space(unit)),
-            false => [self.share(tolerance), tolerance.relative].map(percent),
+    /// The difference and the tolerance that it is compared with, in words.
+    fn words(&self, form: Form, tolerance: Tolerance, unit: &str) -> [String; 2] {
+        match form {
+            Form::Unit => [significant(self.difference, 3), tolerance.absolute.to_string()].map(|v| v + &space(unit)),
+            Form::Share => [self.share(tolerance), tolerance.relative].map(percent),
         }
     }
 }
 
+/// How the changes of a quantity are told: all in one form, so that they can be compared.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    /// As shares of the largest magnitude of a line
+    Share,
+    /// In the unit of the quantity, where the absolute tolerance decides
+    Unit,
+}
+
+impl Form {
+    /// The form for one spread.
+    fn of(spread: Spread, tolerance: Tolerance) -> Self {
+        if tolerance.is_absolute(spread.size) { Self::Unit } else { Self::Share }
+    }
+
+    /// The number that is told.
+    fn size(self, spread: Spread, tolerance: Tolerance) -> f64 {
+        if self == Self::Unit { spread.difference } else { spread.share(tolerance) }
+    }
+}
+
 impl ByQuantity<Dependence> {
-    /// The largest spread along an axis, and whether several lines have one.
-    fn widest(&self, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> (Spread, bool) {
+    /// The spreads along an axis, one for each line.
+    fn spreads(&self, a: &Along, axes: &[AxisRecord], list: bool) -> Vec<Spread> {
         let lines = self.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
-        let spreads: Vec<Spread> =
-            lines.iter().filter(|line| line.len() > 1).map(|line| self.spread_of_line(line)).collect();
-        let widest = spreads.iter().copied().max_by(|a, b| a.share(tolerance).total_cmp(&b.share(tolerance)));
-        (widest.expect("an axis has a line of two points"), spreads.len() > 1)
+        lines.iter().filter(|line| line.len() > 1).map(|line| self.spread_of_line(line)).collect()
+    }
+
+    /// The form of all changes: in the unit, where the largest share along some axis is told so.
+    fn form(&self, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> Form {
+        let largest = |a: &Along| {
+            let spreads = self.spreads(a, axes, list).into_iter();
+            spreads.max_by(|a, b| a.share(tolerance).total_cmp(&b.share(tolerance)))
+        };
+        let mut forms = self.along.iter().filter_map(largest).map(|spread| Form::of(spread, tolerance));
+        if forms.any(|form| form == Form::Unit) { Form::Unit } else { Form::Share }
+    }
+
+    /// The largest change along an axis and the form that it is told in, and whether several lines have a change.
+    fn largest(&self, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> (Spread, Form, bool) {
+        let (form, spreads) = (self.form(axes, list, tolerance), self.spreads(a, axes, list));
+        let largest =
+            spreads.iter().copied().max_by(|a, b| form.size(*a, tolerance).total_cmp(&form.size(*b, tolerance)));
+        (largest.expect("an axis has a line of two points"), form, spreads.len() > 1)
     }
 }
 
@@ -372,8 +408,8 @@ pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
 
 /// `67 %`; `up to 67 %`, where the change differs between values of the other keys.
 fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> String {
-    let (widest, several) = q.widest(a, axes, list, tolerance);
-    let [change, _] = widest.words(tolerance, &q.quantity.unit);
+    let (largest, form, several) = q.largest(a, axes, list, tolerance);
+    let [change, _] = largest.words(form, tolerance, &q.quantity.unit);
     format!("{}{change}", if several { "up to " } else { "" })
 }
 
@@ -417,7 +453,8 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         words += &match (a.trend, down) {
             (Trend::Constant, _) => format!(". It does not depend on {axis}"),
             _ if a.change <= tolerance => {
-                let [change, allowed] = q.widest(a, axes, list, own).0.words(own, &q.quantity.unit);
+                let (largest, form, _) = q.largest(a, axes, list, own);
+                let [change, allowed] = largest.words(form, own, &q.quantity.unit);
                 format!(". It hardly depends on {axis}: by at most {change}, within {allowed}")
             }
             (Trend::Unordered, _) if list => format!(". It differs between {axis}, by {by}"),
@@ -488,9 +525,13 @@ fn verdict_of(
     }
     let name = |q: &ByQuantity<Dependence>| format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
     let one = |q: &&ByQuantity<Dependence>| {
-        let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
-        strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let own = q.quantity.tolerance(tolerance);
+        let size = |a: &Along| {
+            let (largest, form, _) = q.largest(a, &sweep.axes, list, own);
+            form.size(largest, own)
+        };
+        let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
+        strong.sort_by(|a, b| size(b).total_cmp(&size(a)));
         let from = if q.has_origin() { ", counted from its first value," } else { "" };
         let name = format!("{}{from}", name(q));
         let words: Vec<String> = (strong.iter())
@@ -500,7 +541,7 @@ fn verdict_of(
             return format!("{name} changes with {}", words.join(", then "));
         }
         let spread = q.spread();
-        let [change, allowed] = spread.words(own, &q.quantity.unit);
+        let [change, allowed] = spread.words(Form::of(spread, own), own, &q.quantity.unit);
         match spread.share(own) <= tolerance {
             true => format!("{name} stays within {allowed}"),
             false => format!("{name} changes by {change}, with no key alone by more than {allowed}"),
