@@ -135,9 +135,9 @@ pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>
             let own = base(if relative { &stress } else { &measured })?;
             share = if huber { shares(samples, &own, &stress) } else { share };
             let next: Vec<f64> = own.iter().zip(&share).map(|(w, s)| w * s).collect();
-            let change = next.iter().zip(&weight).zip(&own).map(|((a, b), c)| ((a - b) / c).abs()).fold(0.0, f64::max);
+            let settled = next.iter().zip(&weight).zip(&own).all(|((a, b), c)| (a - b).abs() <= SETTLED * c);
             weight = next;
-            if change < SETTLED {
+            if settled {
                 break;
             }
             found = weighted(setting, samples, &weight, Some(&found))?;
