@@ -154,7 +154,9 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
     let r = &case.record;
     let found = peak(case, &map.quantity.name).filter(|_| r.converged());
     let finite = |v: &Vec<f64>| v.iter().all(|x| x.is_finite());
-    let error = found.zip(reference).filter(|(_, r)| *r != 0.0).map(|(p, r)| (p - r).abs() / r.abs());
+    let own = map.quantity.tolerance(tolerance);
+    let of_scale = |(p, r): (f64, f64)| (own.scale(r) > 0.0).then(|| (p - r).abs() / own.scale(r));
+    let error = found.zip(reference).and_then(of_scale);
     let grade = match (r.converged(), error) {
         (false, _) if r.broke() => Grade::Broken,
         (false, _) => Grade::Stated,

@@ -36,6 +36,8 @@ const STEP: f64 = 1e-6;
 
 /// Steps below this are rounding \[of the largest |y| of all lines\].
 const ROUNDING: f64 = 1e-12;
+/// |ln p₂/p₁| of one number in two units
+const SAME: f64 = 1e-12;
 
 /// The value of a run by which a sweep judges a quantity.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema, PartialEq, Eq, Default)]
@@ -378,7 +380,8 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.change / a.change);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
-        positive.then(|| y.ln() / p.ln())
+        // Of one number in two units there is none
+        (positive && p.ln().abs() > SAME).then(|| y.ln() / p.ln())
     };
     let between: Option<Vec<f64>> = lines.iter().flat_map(|l| l.windows(2).map(|w| exponent(w[0], w[1]))).collect();
     let ends = exponent(middle[0], middle[middle.len() - 1]);

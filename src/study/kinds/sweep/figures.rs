@@ -29,6 +29,8 @@ const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
 /// Between two rows of panels \[mm\]
 const BETWEEN: f64 = 17.0;
+/// Most values of an axis in a legend
+const ENTRIES: usize = 10;
 
 /// The place of value `k` on an axis; words are counted from 1.
 fn place(axis: &AxisRecord, k: usize) -> f64 {
@@ -280,6 +282,26 @@ fn squares(
     sides(area, (first, second), frame.map(mm), (true, mm(LEFT + 8.0)));
 }
 
+/// The distinct values of an axis in order, each by the place of its first one, and the number among them of each place.
+fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
+    let is_same = |a: usize, b: usize| match axis.numbers.is_empty() {
+        true => axis.values[a] == axis.values[b],
+        false => axis.numbers[a] == axis.numbers[b],
+    };
+    let mut found: Vec<usize> = vec![];
+    for k in 0..axis.values.len() {
+        if !found.iter().any(|first| is_same(*first, k)) {
+            found.push(k);
+        }
+    }
+    if !axis.numbers.is_empty() && !axis.is_ordered() {
+        found.sort_by(|a, b| axis.numbers[*a].total_cmp(&axis.numbers[*b]));
+    }
+    let number = |k: usize| found.iter().position(|first| is_same(*first, k)).expect("every value is one of them");
+    let numbers = (0..axis.values.len()).map(number).collect();
+    (found, numbers)
+}
+
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
@@ -289,11 +311,13 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     }
     let rest: Vec<usize> = (1..a.axes.len()).filter(|_| !a.list).collect();
     let kept = Kept::of(panels.iter().flat_map(|q| &q.points), &a.axes, &rest);
-    let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
+    let (values, numbers) = distinct(first);
+    let color = |number: usize| viridis(0.9 * number as f64 / (values.len() - 1).max(1) as f64);
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
     let across = places.width() - LEFT;
-    let entries: Vec<_> =
-        first.values.iter().enumerate().map(|(k, v)| (Sample::Line(color(k)), entry(first, v))).collect();
+    let count = values.len().min(ENTRIES);
+    let picked = (0..count).map(|k| k * (values.len() - 1) / (count - 1).max(1));
+    let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), entry(first, &first.values[values[k]]))).collect();
     let legend = LINE * legend_lines(&entries, across);
     let tall = places.tall(TALL, (BETWEEN, TOP + 11.0 + legend));
     let row = tall + BETWEEN;
@@ -311,7 +335,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
             let frame = places.frame(k, (TOP, row), tall).map(mm);
             let plot = Plot { area, frame, x: Axis::exact(0.0, end, &format!("time {} [s]", italic("t"))), y };
             plot.grid();
-            curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));
+            curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(numbers[*k]), 9));
             plot.axes(true);
             plot.title(letter(k, panels.len()), &capital(&q.quantity.label));
         }
@@ -337,6 +361,17 @@ mod tests {
             values: vec![],
             numbers: vec![],
         }
+    }
+
+    /// One key at a time: its value at rest is one entry, and numbers are in their order.
+    #[test]
+    fn equal_values_have_one_colour() {
+        let numbers = [3.0, 1.0, 3.0, 2.0, 3.0];
+        let values = numbers.iter().map(|n| format!("{n}")).collect();
+        let axis = AxisRecord { values, numbers: numbers.into(), ..length() };
+        assert_eq!(distinct(&axis), (vec![1, 3, 0], vec![2, 0, 2, 1, 2]));
+        let words = ["b", "a", "b"].map(String::from).to_vec();
+        assert_eq!(distinct(&AxisRecord { values: words, ..length() }), (vec![0, 1], vec![0, 1, 0]));
     }
 
     #[test]
