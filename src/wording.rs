@@ -1,5 +1,6 @@
-//! Lists and suggestions in messages.
+//! Lists, names and suggestions in messages.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
 /// Entries of a list that [`first`] shows.
@@ -40,6 +41,27 @@ pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
         }
         all
     })
+}
+
+/// Names of which no two are equal: one that occurred before has the next number from 2 on after it with which it is none of the others.
+pub fn numbered(names: &[String], between: &str) -> Vec<String> {
+    let mut taken: HashSet<String> = names.iter().cloned().collect();
+    let mut last: HashMap<&String, usize> = HashMap::new();
+    let mut found = vec![];
+    for name in names {
+        let number = last.entry(name).or_default();
+        *number += 1;
+        let mut own = name.clone();
+        while *number > 1 {
+            own = format!("{name}{between}{number}");
+            if taken.insert(own.clone()) {
+                break;
+            }
+            *number += 1;
+        }
+        found.push(own);
+    }
+    found
 }
 
 /// The first three entries within a sentence and the number of the others: "a, b, c and 2 more".
@@ -106,6 +128,13 @@ mod tests {
         let alternatives = |n: usize| either(&["a", "b", "c", "d", "e"][..n]);
         assert_eq!([0, 1, 2, 3, 5].map(alternatives), ["", "a", "a or b", "a, b or c", "a, b, c or 2 more"]);
         assert_eq!(distinct(["b", "a", "b"].into_iter()), ["b", "a"]);
+    }
+
+    #[test]
+    fn a_repeated_name_has_a_number_that_makes_it_no_other_name() {
+        let of = |names: &[&str]| numbered(&names.iter().map(ToString::to_string).collect::<Vec<_>>(), "-");
+        assert_eq!(of(&["x", "y", "x", "x"]), ["x", "y", "x-2", "x-3"]);
+        assert_eq!(of(&["x", "x", "x-2", "x-2"]), ["x", "x-3", "x-2", "x-2-2"]);
     }
 
     #[test]

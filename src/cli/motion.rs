@@ -14,6 +14,7 @@ use durometer::motion::ring_down::Creep;
 use durometer::motion::{BodyRequest, Evaluation, MotionRequest, ReadOptions, Tracks, evaluate_tracks};
 use durometer::report::motion::{methods, picture};
 use durometer::report::{export, files as output, style};
+use durometer::wording::numbered;
 use std::path::{Path, PathBuf};
 
 /// Evaluate measured motion: marker tracks (C3D, TRC, CSV) with their states, the release, the motion of a body, frequency and decay
@@ -94,9 +95,12 @@ fn draw(args: Args) -> CommandResult {
         let tracks = Tracks::read(file, &request.read)?;
         evaluate_tracks(tracks, &request).map_err(|e| format!("{}: {e}", file.display()).into())
     };
-    let found: Vec<Evaluation> = files.iter().map(one).collect::<Result<_, _>>()?;
+    let mut found: Vec<Evaluation> = files.iter().map(one).collect::<Result<_, _>>()?;
     let named: Vec<_> = files.iter().map(|f| f.display().to_string()).zip(found.iter().map(|e| &e.tracks)).collect();
     check_distinct(&named)?;
+    // Repeats may have one name in several folders
+    let names = numbered(&args.files.iter().map(|f| stem(f)).collect::<Vec<_>>(), "-");
+    found.iter_mut().zip(names).for_each(|(evaluation, name)| evaluation.source = name);
     let usual = || PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0])));
     let out = args.out.clone().unwrap_or_else(usual);
     let results = args.replace.check(&out, "motion", args.record.as_deref().unwrap_or_default(), &files)?;
@@ -115,19 +119,18 @@ fn stem(file: &Path) -> String {
     file.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned())
 }
 
-/// Writes curves, figures, tables and the paper of these files, and returns the audit with the tables in words.
+/// Writes curves, figures, tables and the paper of these files, each under the name in its evaluation, and returns the audit with the tables in words.
 fn write(folder: &Path, files: &[PathBuf], found: &[Evaluation]) -> Result<String, Box<dyn std::error::Error>> {
     output::folder(&folder.join("figures"))?;
     let (mut audit, mut figures) = (String::new(), vec![]);
-    for (k, (file, evaluation)) in files.iter().zip(found).enumerate() {
-        // Repeats may have one name in several folders
-        let same = files[..k].iter().any(|other| stem(other) == stem(file));
-        let name = if same { format!("{}-{}", stem(file), k + 1) } else { stem(file) };
-        audit += &format!("{}\n", file.display());
+    for (file, evaluation) in files.iter().zip(found) {
+        let name = &evaluation.source;
+        let renamed = if *name == stem(file) { String::new() } else { format!(", called {name} here") };
+        audit += &format!("{}{renamed}\n", file.display());
         audit.extend(evaluation.log.iter().map(|line| format!("  {line}\n")));
         audit.extend(evaluation.doubts.iter().map(|line| format!("  doubt: {line}\n")));
         output::write(&folder.join(format!("{name}-curves.csv")), tables::curves(evaluation).as_bytes())?;
-        if let Some(figure) = picture::draw(&name, evaluation) {
+        if let Some(figure) = picture::draw(name, evaluation) {
             export::save(&folder.join("figures"), &figure)?;
             figures.push(figure.name);
         }

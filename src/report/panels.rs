@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{Area, At, INK, Point, mm, page_height, page_width, text};
 use crate::report::measure::heading_lines;
+use std::fmt::{self, Display, Write};
 
 /// Panels of a figure with their rows. All lengths are on the sheet \[mm\].
 #[derive(Clone, Copy, Debug)]
@@ -69,18 +70,31 @@ pub fn row_height(usual: f64, rows: f64, (between, other): (f64, f64)) -> f64 {
     usual.min((page_height() - other + between) / rows - between).max(LOWEST)
 }
 
+/// Letter of a panel by its number from zero: a to z, then aa, ab and so on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Letter(usize);
+
+impl Display for Letter {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if let Some(before) = (self.0 / 26).checked_sub(1) {
+            write!(f, "{}", Self(before))?;
+        }
+        f.write_char(char::from(b'a' + (self.0 % 26) as u8))
+    }
+}
+
 /// Letter of panel `k` of a figure; a single panel has none.
-pub fn letter(k: usize, count: usize) -> Option<char> {
-    (count > 1).then(|| char::from(b'a' + k.min(25) as u8))
+pub fn letter(k: usize, count: usize) -> Option<Letter> {
+    (count > 1).then_some(Letter(k))
 }
 
 /// `(b)  Cable tension`, the heading of a panel with a letter.
-pub fn heading(letter: Option<char>, words: &str) -> String {
+pub fn heading(letter: Option<Letter>, words: &str) -> String {
     letter.map_or_else(|| words.into(), |letter| format!("({letter})  {words}"))
 }
 
 /// The heading of a panel above its left upper corner, as wide as the panel; a long one has two lines.
-pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<char>, words: &str) {
+pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<Letter>, words: &str) {
     let (size, lines) = heading_lines(&heading(letter, words), wide + mm(2.0));
     match &lines[..] {
         [first, second] => {
@@ -104,7 +118,12 @@ mod tests {
     fn a_single_panel_has_no_letter() {
         assert_eq!(heading(letter(0, 1), "Lift"), "Lift");
         assert_eq!(heading(letter(1, 2), "Lift"), "(b)  Lift");
-        assert_eq!(letter(90, 91), Some('z'));
+    }
+
+    #[test]
+    fn no_two_panels_have_one_letter() {
+        let of = |k: usize| letter(k, 800).expect("of many panels").to_string();
+        assert_eq!([0, 25, 26, 27, 51, 52, 701, 702].map(of), ["a", "z", "aa", "ab", "az", "ba", "zz", "aaa"]);
     }
 
     #[test]

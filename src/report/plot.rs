@@ -4,7 +4,7 @@ pub use crate::report::axis::Axis;
 use crate::report::canvas::{Area, At, INK, PALE, Point, SMALL, line, mm, text};
 use crate::report::measure::{label_within, width};
 use crate::report::numbers::percent;
-use crate::report::panels::headed;
+use crate::report::panels::{Letter, headed};
 use crate::wording::all;
 
 /// Distances between the numbers of neighbouring ticks: along x, and of their lines along y \[units\].
@@ -141,7 +141,7 @@ impl Plot<'_, '_> {
     }
 
     /// A title with the letter of the panel, above the frame.
-    pub fn title(&self, letter: Option<char>, words: &str) {
+    pub fn title(&self, letter: Option<Letter>, words: &str) {
         let [l, t, r, _] = self.frame;
         headed(self.area, (l, t), r - l, letter, words);
     }

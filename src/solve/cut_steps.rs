@@ -78,19 +78,17 @@ impl<'a> StepStrategy<'a> for CutSteps {
         };
         self.excess = steps.time_error(integrator, state, &next, solution.anew);
         let most = self.most_cuts(&steps.settings);
-        if self.excess > 1.0 && self.cuts < most {
-            let more = integrator.cuts_for(self.excess / SAFE).ceil().min(f64::from(MOST_CUTS)) as u32;
-            let more = more.clamp(1, most - self.cuts);
+        // An error that is no number is not within it
+        let coarse = self.excess.is_nan() || self.excess > 1.0;
+        if coarse && self.cuts < most {
+            let more = (integrator.cuts_for(self.excess / SAFE).ceil() as u32).clamp(1, most - self.cuts);
             self.cuts += more;
             self.done <<= more;
             return StepOutcome::Repeat;
         }
         match jumped(steps, self.span, state, &next, &solution) {
             Some(status) => StepOutcome::Failed(status),
-            None => {
-                let coarse = self.excess > 1.0;
-                StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse }))
-            }
+            None => StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse })),
         }
     }
 

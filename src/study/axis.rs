@@ -156,13 +156,18 @@ impl AxisSpec {
         if let Some(k) = (0..values.len()).find(|&k| is_grid && !seen.insert(&values[k])) {
             return refuse(format!("the value {} is given twice", values[k]), "remove one");
         }
-        let numeric = values.iter().any(|v| v.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)));
+        // One quantity among them: the others may have a mistake in their unit
+        let numeric = !self.unit.is_empty() || values.iter().any(|v| units::quantity(v).is_ok());
         let mut numbers = vec![];
         if numeric {
             for value in &values {
                 match units::in_unit(value, &self.unit) {
                     Ok(number) => numbers.push(number),
-                    Err(e) => return refuse(e.to_string(), "set `unit` to one that the values can be written in"),
+                    Err(e) => {
+                        let remedy =
+                            "set `unit` to one that all values can be written in, or leave it out where they are words";
+                        return refuse(e.to_string(), remedy);
+                    }
                 }
             }
         }

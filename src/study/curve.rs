@@ -8,7 +8,7 @@
 //! The factor a of what g departs from its start g₀ takes a change of amplitude, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
 //! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
 
-use crate::math::statistics::range;
+use crate::math::statistics::{extent, larger, range};
 use crate::report::numbers::{capital, percent};
 use crate::scene::{ExtremeKind, extreme, extreme_on};
 use crate::study::store::record::{Series, StoredCase, StudyRecord};
@@ -99,13 +99,13 @@ impl Curve {
                 let s = (self.t[k] - self.t[k - 1]) / (self.t[k + 1] - self.t[k - 1]);
                 (self.f[k] - (1.0 - s) * self.f[k - 1] - s * self.f[k + 1]).abs() / 4.0
             })
-            .fold(0.0, f64::max)
+            .fold(0.0, larger)
     }
 
     /// Largest |f(t + T) − f(t)| over the last two cycles, relative to the range of f. The period T is the distance of
     /// the last two highest points of separate cycles; `None` with fewer than two cycles.
     pub fn cycle_defect(&self) -> Option<f64> {
-        let (lo, hi) = self.f.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        let [lo, hi] = extent(self.f.iter().copied());
         let (low, high) = (lo + 0.3 * (hi - lo), lo + 0.7 * (hi - lo));
         // One peak per passage above `high`, armed again below `low`
         let (mut peaks, mut armed): (Vec<usize>, bool) = (vec![], true);
@@ -126,7 +126,7 @@ impl Curve {
         let defect = (self.t.iter())
             .filter(|t| **t >= end - 2.0 * period - 1e-9 * period && **t <= end - period + 1e-9 * period)
             .map(|t| (self.at(t + period) - self.at(*t)).abs())
-            .fold(0.0, f64::max);
+            .fold(0.0, larger);
         (hi > lo && end - self.t[0] >= 2.0 * period * (1.0 - 1e-6)).then_some(defect / (hi - lo))
     }
 }
@@ -265,5 +265,15 @@ mod tests {
         assert_eq!(lag(&t, &of(&|t| -5.0 * (std::f64::consts::TAU * t).cos()), &g), None);
         assert!(lag(&t, &of(&|t| 7.0 * t), &of(&|t| t)).expect("a ramp").abs() < 1e-12);
         assert_eq!(lag(&t, &g, &of(&|_| 2.0)), None, "a constant has no lag");
+    }
+
+    #[test]
+    fn a_curve_with_a_gap_has_no_errors_of_the_rest() {
+        let t: Vec<f64> = (0..=300).map(|k| 0.01 * f64::from(k)).collect();
+        let f = t.iter().map(|t| (std::f64::consts::TAU * t).sin()).collect();
+        let mut curve = Curve { t, f };
+        assert!(curve.cycle_defect().expect("three cycles") < 1e-9 && curve.interpolation_error() < 1e-3);
+        curve.f[200] = f64::NAN;
+        assert!(curve.cycle_defect().is_none() && curve.interpolation_error().is_nan());
     }
 }

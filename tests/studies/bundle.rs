@@ -47,6 +47,12 @@ column = "zmax_reaction_z_N"
 file = "../data/pull.csv"
 x = { column = "t", unit = "s" }
 y = { column = "F", unit = "N" }
+
+[[compare]]
+column = "zmax_reaction_z_N"
+file = "../data/pull.csv"
+x = { column = "t", unit = "s" }
+y = { column = "G", unit = "N" }
 "#;
 
 const STUDY: &str = r#"
@@ -84,7 +90,7 @@ fn study() -> (tempfile::TempDir, PathBuf, PathBuf) {
         ("bar/scene.toml", SCENE),
         ("bar/study.toml", STUDY),
         ("data/law.toml", "law = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n"),
-        ("data/pull.csv", "t,F\n0,0\n0.5,0.5\n1,1\n"),
+        ("data/pull.csv", "t,F,G\n0,0,0\n0.5,0.5,1\n1,1,2\n"),
     ];
     for (name, text) in files {
         std::fs::write(dir.path().join(name), text).expect("a file");
@@ -101,9 +107,23 @@ fn a_measured_curve_is_laid_over_those_of_the_cases() {
     let svg = std::fs::read_to_string(results.join("figures/compare-pull-1.svg")).expect("a figure");
     assert!(svg.contains("measured") && svg.matches("sweep-pull-").count() == 2, "marks, and a line for each case");
     let table = std::fs::read_to_string(results.join("tables/compare.csv")).expect("a table");
-    assert_eq!(table.lines().count(), 3, "{table}");
+    assert_eq!(table.lines().count(), 5, "{table}");
     let page = std::fs::read_to_string(results.join("index.html")).expect("the page");
     assert!(page.contains("id=\"compare-pull-1\""));
+    // The curves of one file have rows and captions of their own
+    for row in ["sweep-pull-E50kPa", "sweep-pull-E100kPa"] {
+        let record = std::fs::read_to_string(results.join(format!("cases/{row}.json"))).expect("a record");
+        let record: Value = serde_json::from_str(&record).expect("JSON");
+        let distances = record["distances"].as_array().expect("distances");
+        let l2: Vec<f64> = distances.iter().map(|d| d["l2"].as_f64().expect("a number")).collect();
+        assert!(l2.len() == 2 && l2[0] != l2[1], "{l2:?}");
+        assert!(l2.iter().all(|l2| page.contains(&format!("{row}: {:.2} % (L2)", 100.0 * l2))), "{l2:?}");
+        for column in ["F", "G"] {
+            let of = format!("{column} [N] over t [s]");
+            assert!(table.lines().any(|l| l.starts_with(row) && l.contains(&of)), "{table}");
+            assert!(page.contains(&format!("(../data/pull.csv, {of})")), "{of}");
+        }
+    }
 }
 
 #[test]
@@ -252,7 +272,7 @@ fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
         ("bar/m.inp", "*HEADING\n*INCLUDE, INPUT=parts/nodes.inp\n".into()),
         ("bar/parts/nodes.inp", "*NODE\n".into()),
         ("data/law.toml", "law = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n".into()),
-        ("data/pull.csv", "t,F\n0,0\n0.5,0.5\n1,1\n".into()),
+        ("data/pull.csv", "t,F,G\n0,0,0\n0.5,0.5,1\n1,1,2\n".into()),
         ("project/meshes/meshgen/__main__.py", String::new()),
         ("project/converted.msh", CONVERTED.into()),
         ("project/script", mesher.into()),

@@ -198,6 +198,22 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
 }
 
+/// Times below the step of the clock are zero and have no scatter; that of the others is told.
+#[test]
+fn times_of_zero_have_no_scatter() {
+    let (study, mut stored) = study();
+    for case in stored.iter_mut().filter(|c| c.record.mesh.cells == 1000) {
+        case.record.cpu_s = 0.0;
+        case.record.repeats.iter_mut().zip([0.0, 0.0, 1e-3]).for_each(|(r, cpu_s)| r.cpu_s = cpu_s);
+    }
+    stored[0].record.repeats.iter_mut().for_each(|r| r.cpu_s = 0.0);
+    let a = analyse(&study, &stored);
+    let none = a.quantities[0].settings.iter().filter(|s| s.spread.is_none()).count();
+    assert_eq!(none, 2, "one of each of two families");
+    let told = "Costs scatter from run to run by up to 15 % of the median";
+    assert!(a.warnings.iter().any(|w| w.starts_with(told)), "{:?}", a.warnings);
+}
+
 /// Memory that is mostly the process itself, 22 to 42 MB, has a law that gives 40 MB to twice the cells: more cells do not take less than was measured.
 #[test]
 fn twice_the_cells_take_no_less_than_was_measured() {

@@ -518,6 +518,11 @@ fn an_axis_of_files_has_cases() {
     let (_keep, study) = written(&format!("kind = \"sweep\"\n{files}"));
     let members: Vec<String> = study.expect("a sweep").cases.into_iter().map(|c| c.member).collect();
     assert_eq!(members, ["curvelow-csv", "curvehigh-csv"]);
+    // A digit, a sign or a point at their beginning makes them no numbers
+    let words = files.replace("low.csv", "1-slow.csv").replace("high.csv", "./2-fast.csv");
+    let (_keep, study) = written(&format!("kind = \"sweep\"\n{words}"));
+    let members: Vec<String> = study.expect("a sweep").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["curve1-slow-csv", "curve--2-fast-csv"]);
 }
 
 #[test]
@@ -530,6 +535,11 @@ fn mistakes_in_axes_are_named() {
         (format!("kind = \"comparison\"\n{NU}{family}"), "unknown key `axis`"),
         (format!("kind = \"sweep\"\n{E}{E}"), "axis 2: another one is called \"E\" too"),
         (format!("kind = \"sweep\"\n{}", E.replace("0.1 MPa", "2 mm")), "axis E: \"2 mm\" has the wrong dimension"),
+        (format!("kind = \"sweep\"\n{}", E.replace("0.1 MPa", "0.1 MPaa")), "axis E: \"0.1 MPaa\": unknown unit"),
+        (
+            format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "\"3-fast.csv\"]")),
+            "axis nu: \"3-fast.csv\": unknown unit",
+        ),
         (format!("kind = \"sweep\"\n{}", NU.replace("[0.2, 0.3]", "[0.2]")), "axis nu: it has 1 value; give at least"),
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.2]")), "axis nu: the value 0.2 is given twice"),
         (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.3, 0.1]")), "axis nu: the values neither rise nor fall"),

@@ -460,6 +460,34 @@ fn repeats_are_counted_and_copies_refused() {
     assert!(code == Some(2) && said.contains("cut.csv: the curve has 0 samples"), "{said}");
 }
 
+/// Records of one name in several folders have files and rows of their own, also where a number after the name makes that of a third one.
+#[test]
+fn records_of_one_name_are_kept_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [a, b] = ["gravity_a.csv", "gravity_b.csv"].map(|name| std::fs::read_to_string(at(name)).expect("a table"));
+    let short: Vec<&str> = b.lines().take(b.lines().count() - 20).collect();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.arg("motion");
+    for (name, text) in [("a/x.csv", &a), ("b/x.csv", &b), ("c/x-2.csv", &short.join("\n"))] {
+        let path = folder.path().join(name);
+        std::fs::create_dir(path.parent().expect("a folder")).expect("writable");
+        std::fs::write(&path, text).expect("writable");
+        command.arg(path);
+    }
+    let out = folder.path().join("out");
+    let done = command.arg("--out").arg(&out).output().expect("the program runs");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let curves = ["x-curves.csv", "x-3-curves.csv", "x-2-curves.csv"].map(read);
+    assert!(curves[0] != curves[1] && curves[1].len() > curves[2].len(), "{curves:?}");
+    let table = read("states.csv");
+    let mut records: Vec<&str> = table.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
+    records.dedup();
+    assert_eq!(records, ["x", "x-3", "x-2"], "{table}");
+    assert!(read("audit.txt").contains("b/x.csv, called x-3 here\n"));
+    assert!(["x", "x-2", "x-3"].iter().all(|name| out.join(format!("figures/{name}.svg")).is_file()));
+}
+
 #[test]
 fn a_measured_beam_is_evaluated_and_its_decisions_are_written_down() {
     let body = BodyRequest {

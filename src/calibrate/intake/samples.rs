@@ -83,19 +83,32 @@ impl<'a> Conversion<'a> {
     /// λ and P \[–, Pa\] of the numbers of a direction. The cross-section under load follows the stretch without the machine.
     /// `section`: the one under load over the undeformed one, where it is measured.
     fn point(&self, axis: usize, x: f64, y: f64, mode: Mode, section: Option<f64>) -> Result<(f64, f64), String> {
-        const PASSES: usize = 8;
+        // Each pass leaves CσA/(Lλ²) of the error of a true stress, and none of a force; where it leaves all, λ is half of the measured stretch
+        const PASSES: usize = 1000;
+        const SETTLED: f64 = 4.0 * f64::EPSILON;
+        let at = |stretch: f64| -> Result<(f64, f64), String> {
+            Ok((stretch, self.stress(axis, y, mode, section.unwrap_or(stretch.recip()))?))
+        };
         let measured = self.stretch(axis, x, mode)?;
-        let mut point = (measured, self.stress(axis, y, mode, section.unwrap_or(measured.recip()))?);
-        for _ in 0..if self.compliance > 0.0 { PASSES } else { 0 } {
+        let mut point = at(measured)?;
+        if self.compliance <= 0.0 {
+            return Ok(point);
+        }
+        for _ in 0..PASSES {
             let stretch = mode.stretch(mode.strain(measured) - self.compliance * point.1);
             if !(stretch > 0.0 && stretch.is_finite()) {
                 return Err(format!(
                     "stretch {stretch} without the compliance of the machine is not positive and finite"
                 ));
             }
-            point = (stretch, self.stress(axis, y, mode, section.unwrap_or(stretch.recip()))?);
+            let change = (stretch - point.0).abs();
+            point = at(stretch)?;
+            if change <= SETTLED * stretch {
+                return Ok(point);
+            }
         }
-        Ok(point)
+        Err("the stretch without the compliance of the machine is not found: the compliance is too large for the stress"
+            .into())
     }
 
     /// λ \[–\] of a number of the strain column.

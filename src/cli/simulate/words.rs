@@ -65,8 +65,8 @@ fn print(record: &CaseRecord, known: usize) {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
         let inside = d.inside_words().map_or(String::new(), |words| format!(", {words}"));
         let compared = format!("{} points, {}", d.share_words(), d.range_words());
-        let Distance { column, over, file, .. } = d;
-        say!("{column} over {over} is off {file} by {l2:.2} % (L2), {largest:.2} % (largest) at {compared}{inside}");
+        let (Distance { column, over, .. }, file) = (d, d.origin_words());
+        say!("{column} over {over} is off {file}, by {l2:.2} % (L2), {largest:.2} % (largest) at {compared}{inside}");
     }
     record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
     // Contacts that are solved for with multipliers have no counts.

@@ -9,9 +9,10 @@ mod parameters;
 
 use super::error::MotionError;
 use super::track::{Raw, ReadOptions, Track};
+use crate::wording::numbered;
 use bytes::Order;
 use layout::Layout;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 /// Whether a file begins as a C3D file: the second byte is 50 in hexadecimal digits, and the first one is no character of a text, or points at parameters
 /// that name a processor.
@@ -26,7 +27,7 @@ pub fn is_c3d(file: &[u8]) -> bool {
 pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
     let damaged = |what: String| MotionError::Damaged { file: file.into(), what };
     let layout = Layout::read(bytes).map_err(damaged)?;
-    let (labels, renamed) = distinct(layout.labels());
+    let (labels, renamed) = distinct(&layout.labels());
     let rate = options.rate_hz.unwrap_or(layout.rate);
     if !(rate > 0.0 && rate.is_finite()) {
         return Err(MotionError::Rate { file: file.into(), rate });
@@ -57,28 +58,19 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
 }
 
 /// Labels of which no two are equal, the second of a name with a 2 after it, and a line on each name that occurs several times.
-fn distinct(labels: Vec<String>) -> (Vec<String>, Vec<String>) {
-    let known: HashSet<String> = labels.iter().cloned().collect();
-    let (mut taken, mut found, mut renamed) = (HashSet::new(), vec![], BTreeMap::<String, Vec<String>>::new());
-    for label in labels {
-        let mut name = label.clone();
-        let mut number = 2;
-        while taken.contains(&name) || (name != label && known.contains(&name)) {
-            name = format!("{label} {number}");
-            number += 1;
-        }
-        taken.insert(name.clone());
-        if name != label {
-            renamed.entry(label).or_default().push(format!("\"{name}\""));
-        }
-        found.push(name);
+fn distinct(labels: &[String]) -> (Vec<String>, Vec<String>) {
+    let found = numbered(labels, " ");
+    let mut renamed = BTreeMap::<&String, Vec<String>>::new();
+    for (label, name) in labels.iter().zip(&found).filter(|(label, name)| label != name) {
+        renamed.entry(label).or_default().push(format!("\"{name}\""));
     }
-    let line = |(label, names): (String, Vec<String>)| {
+    let line = |(label, names): (&String, Vec<String>)| {
         format!(
             "the label \"{label}\" occurs {} times; after the first the points are named {}",
             names.len() + 1,
             names.join(", ")
         )
     };
-    (found, renamed.into_iter().map(line).collect())
+    let lines = renamed.into_iter().map(line).collect();
+    (found, lines)
 }

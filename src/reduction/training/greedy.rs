@@ -62,7 +62,7 @@ fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
         return f64::INFINITY;
     }
     let sizes = &twin.model().largest_changes;
-    let shares = twin.bars().iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(bar, size)| bar / size);
+    let shares = twin.bars().iter().zip(sizes).filter(|(_, size)| **size != 0.0).map(|(bar, size)| bar / size);
     let largest = shares.fold(0.0, larger);
     if largest.is_nan() { f64::INFINITY } else { largest }
 }

@@ -233,9 +233,9 @@ impl Projected {
         let at_points = FieldsAtPoints::of(points, &basis.modes);
         let coordinates = project(points, &basis, fields);
         let n = basis.displacements;
-        let largest = |keep: &dyn Fn(&Vec<f64>) -> f64| coordinates.iter().map(keep).fold(0.0, f64::max);
+        let largest = |keep: &dyn Fn(&Vec<f64>) -> f64| coordinates.iter().map(keep).fold(0.0, larger);
         let amplitudes = [largest(&|y| norm(&y[..n])), largest(&|y| norm(&y[n..]))];
-        let steps: Vec<f64> = (0..n).map(|i| largest(&|y| y[i].abs()).max(STEP * amplitudes[0])).collect();
+        let steps: Vec<f64> = (0..n).map(|i| larger(largest(&|y| y[i].abs()), STEP * amplitudes[0])).collect();
         Ok(Self { basis, at_points, coordinates, amplitudes, steps })
     }
 }
@@ -277,7 +277,7 @@ pub(super) fn assemble(
     model.largest_changes = vec![0.0; names.len()];
     for state in states {
         for ((most, value), rest) in model.largest_changes.iter_mut().zip(&state.values).zip(&model.rest) {
-            *most = most.max((value - rest).abs());
+            *most = larger(*most, (value - rest).abs());
         }
     }
     Ok(model)

@@ -7,7 +7,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, LINE, Sample, apart, legend_below, legend_lines};
 use crate::report::fit::stored::{Parameter, StoredFit};
-use crate::report::panels::{Panels, letter};
+use crate::report::panels::{Letter, Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 use std::collections::HashSet;
@@ -147,7 +147,7 @@ fn column(
     modes: &[&ModeCurves],
     w: &Window,
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: Option<char>,
+    letter: Option<Letter>,
 ) {
     let [a, b] = w.span;
     let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;

@@ -60,7 +60,7 @@ pub fn comparable(a: &str, b: &str) -> bool {
     is_result(a) && is_result(b) && unit(a) == unit(b)
 }
 
-/// Largest magnitude over the rows, of all columns that are comparable with this one.
+/// Largest magnitude over the rows, of all columns that are comparable with this one; rows in which one has no value tell none.
 pub fn largest_of_unit(columns: &[String], rows: &[impl AsRef<[f64]>], column: &str) -> f64 {
     let alike = (0..columns.len()).filter(|&c| comparable(&columns[c], column));
     alike.flat_map(|c| rows.iter().map(move |row| row.as_ref()[c].abs())).fold(0.0, f64::max)

@@ -129,6 +129,17 @@ pub struct CompareSpec {
     pub markers: Vec<MarkersSpec>,
 }
 
+impl CompareSpec {
+    fn columns_of_file(&self) -> String {
+        let with_unit = |c: &MeasuredColumnSpec| match &c.unit {
+            Some(unit) => format!("{} [{unit}]", c.column),
+            None => c.column.clone(),
+        };
+        let width = self.uncertainty.as_ref().map_or(String::new(), |width| format!(" ± {}", with_unit(width)));
+        format!("{}{width} over {}", with_unit(&self.y), with_unit(&self.x))
+    }
+}
+
 fn time() -> String {
     "t_s".into()
 }
@@ -140,6 +151,9 @@ pub struct Measured {
     pub column: String,
     pub over: String,
     pub source: String,
+    /// Columns of the file with the units that the scene states, `F [mN] ± U [mN] over angle [deg]`; empty in records of earlier states of the program
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub columns: String,
     /// \[samples\]
     pub x: Vec<f64>,
     pub y: Vec<f64>,
@@ -183,8 +197,8 @@ fn curves(builder: &Builder, specs: &[CompareSpec], columns: &[String]) -> Resul
         let path = builder.file.parent().unwrap_or(Path::new("")).join(&spec.file);
         let read = measured_curve::read(&path, &all).map_err(|e| part(builder.file, &place, e))?;
         let [x, y, half_widths] = std::array::from_fn(|k| read.get(k).cloned().unwrap_or_default());
-        let source = spec.file.display().to_string();
-        Ok(Measured { column: spec.column.clone(), over: spec.over.clone(), source, x, y, half_widths })
+        let (column, over, source) = (spec.column.clone(), spec.over.clone(), spec.file.display().to_string());
+        Ok(Measured { column, over, source, columns: spec.columns_of_file(), x, y, half_widths })
     };
     specs.iter().enumerate().map(one).collect()
 }

@@ -69,7 +69,7 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
     }
     let same = |c: &Curve| c.t.len() >= t.len() && c.t.iter().zip(&t).all(|(a, b)| (a - b).abs() <= 1e-9 * end.abs());
     let interpolation_error =
-        members.iter().filter(|m| !same(&m.2)).map(|m| m.2.interpolation_error()).fold(0.0, f64::max);
+        members.iter().filter(|m| !same(&m.2)).map(|m| m.2.interpolation_error()).fold(0.0, larger);
     let on: Vec<Vec<f64>> = members.iter().map(|m| t.iter().map(|t| m.2.at(*t)).collect()).collect();
     let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let differences: Vec<Vec<f64>> = on.windows(2).map(|w| difference(&w[1], &w[0])).collect();

@@ -57,9 +57,9 @@ pub type Timed = (f64, f64, bool);
 pub fn first_order(runs: &[Timed], at: usize) -> Option<f64> {
     let (dt, a, _) = runs[at];
     // If the study's step is itself the shortest, the difference to the next longer one bounds its error
-    let (other, b, _) = *runs.iter().find(|run| run.0 != dt)?;
+    let (other, b, _) = *runs.iter().find(|run| !is_same(run.0, dt))?;
     let slope = |w: &[Timed]| ((w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs();
-    let slopes: Vec<f64> = runs.windows(2).filter(|w| w[1].0 > w[0].0).take(2).map(slope).collect();
+    let slopes: Vec<f64> = runs.windows(2).filter(|w| !is_same(w[0].0, w[1].0)).take(2).map(slope).collect();
     let (difference, mean) = ((a - b).abs(), ((a - b) / (dt - other)).abs());
     let change = match slopes[..] {
         [finest, next] => mean.max(finest * (finest / next).clamp(1.0, CAUTIOUS_FACTOR)),
@@ -165,6 +165,20 @@ mod tests {
             (shares[0] - 3.0).abs() < 1e-12 && (shares[1] - 1.5).abs() < 1e-12 && (shares[2] - 1.25).abs() < 1e-12,
             "{shares:?}"
         );
+    }
+
+    /// 9 ms in seconds and in milliseconds, which differ by rounding: the two runs are of one step, whichever is judged.
+    #[test]
+    fn a_step_in_another_unit_is_the_same_step() {
+        let (seconds, milliseconds) = (0.009, 9.0 * 1e-3);
+        assert_ne!(seconds, milliseconds);
+        let runs = [(seconds, 3.0, true), (milliseconds, 3.0, false), (0.018, 4.0, false)];
+        for at in [0, 1] {
+            let error = first_order(&runs, at).expect("another step");
+            assert!((error - 1.0).abs() < 1e-9, "{error}");
+        }
+        assert!((first_order(&runs, 2).expect("another step") - 2.0).abs() < 1e-9);
+        assert_eq!(first_order(&runs[..2], 0), None);
     }
 
     /// Implicit Euler has half of the error of twice the step: the bound by two runs is the error, and without a run of its own steps there is none.

@@ -2,7 +2,7 @@
 
 use crate::report::canvas::{Area, figure, mm};
 use crate::report::figure::{LINE, Sample, legend_below, legend_lines};
-use crate::report::panels::{Panels, letter};
+use crate::report::panels::{Letter, Panels, letter};
 
 /// At the right of a row, and above the first one \[mm\]
 const RIGHT: f64 = 5.0;
@@ -34,7 +34,7 @@ impl Sheet {
         &self,
         shown: &[T],
         entries: Vec<(Sample, String)>,
-        paint: impl Fn(&T, &Area, [i32; 4], Option<char>),
+        paint: impl Fn(&T, &Area, [i32; 4], Option<Letter>),
     ) -> String {
         let panels = Panels::new(shown.len(), (self.left, self.gap, RIGHT), (self.least, EACH));
         let across = panels.width() - self.left;

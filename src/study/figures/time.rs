@@ -4,7 +4,7 @@ use crate::report::canvas::{AREAS, Area, At, INK, RGB, SMALL, block, figure, mm,
 use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, family_label, legend, numbered};
 use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
-use crate::report::panels::{Panels, letter};
+use crate::report::panels::{Letter, Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::disturbed;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
@@ -119,7 +119,7 @@ fn names(area: &Area, (left, top, right): (f64, f64, f64), room: f64, rows: &[&C
 fn bars(
     area: &Area,
     frame: [i32; 4],
-    letter: Option<char>,
+    letter: Option<Letter>,
     title: &str,
     rows: &[&CaseRecord],
     parts: &dyn Fn(&CaseRecord) -> Vec<(f64, RGB)>,

@@ -12,6 +12,9 @@ pub struct Distance {
     pub over: String,
     /// File of the measured curve
     pub file: String,
+    /// Columns of the file, as in [`Measured`]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub columns: String,
     /// Measured points in the range of both
     pub points: usize,
     /// Measured points of the branch that is compared
@@ -32,7 +35,22 @@ pub struct Distance {
     pub inside: Option<usize>,
 }
 
+/// File of a measured curve with its columns where they are known: `two.csv, F over t`
+pub(super) fn origin(file: &str, columns: &str) -> String {
+    if columns.is_empty() { file.into() } else { format!("{file}, {columns}") }
+}
+
 impl Distance {
+    /// Whether this is the distance from a measured curve.
+    pub(super) fn is_from(&self, m: &Measured) -> bool {
+        [&self.column, &self.over, &self.file, &self.columns] == [&m.column, &m.over, &m.source, &m.columns]
+    }
+
+    /// File and columns of the measured curve
+    pub fn origin_words(&self) -> String {
+        origin(&self.file, &self.columns)
+    }
+
     /// Compared points of those of the table, `34 of 600`
     pub fn share_words(&self) -> String {
         match self.in_table {

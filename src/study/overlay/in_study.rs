@@ -8,7 +8,7 @@ use crate::report::table::{Table, headings};
 use crate::scene::Measured;
 use crate::scene::column::label;
 use crate::study::figures::axis_label;
-use crate::study::overlay::distance::Distance;
+use crate::study::overlay::distance::{Distance, origin};
 use crate::study::overlay::figure::{BARS, bars, reach};
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
@@ -106,7 +106,7 @@ fn draw(
     let caption = format!(
         "Measured {} ({}) and that of the simulation, {}. Distances from the measured curve: {far}.{bars}{rest}",
         unmarked(&own).split(" [").next().unwrap_or_default(),
-        measured.source,
+        origin(&measured.source, &measured.columns),
         store.study.label(variant)
     );
     Figure { name: name.into(), svg, caption }
@@ -123,7 +123,7 @@ fn named(store: &Results, variant: &str, column: &str) -> String {
 }
 
 fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
-    r.distances.iter().find(|d| d.column == m.column && d.over == m.over && d.file == m.source)
+    r.distances.iter().find(|d| d.is_from(m))
 }
 
 /// Distances of all cases from measured curves; none where nothing was measured.
@@ -132,7 +132,7 @@ pub fn table(store: &Results) -> Option<Table> {
         let row = |d: &Distance| {
             let [l2, largest] = [d.l2, d.largest].map(percent_cell);
             let inside = d.inside.map_or("–".into(), |n| n.to_string());
-            let names = [&r.id, &d.column, &d.over, &d.file].map(String::clone);
+            let names = [&r.id, &d.column, &d.over, &d.file, &d.columns].map(String::clone);
             names.into_iter().chain([d.share_words(), d.range_words(), l2, largest, inside]).collect()
         };
         r.distances.iter().map(row).collect()
@@ -146,6 +146,7 @@ pub fn table(store: &Results) -> Option<Table> {
             ("Column", "", false),
             ("Over", "", false),
             ("File", "", false),
+            ("Columns of the file", "", false),
             ("Points", "", true),
             ("Range", "", true),
             ("L2", "%", true),

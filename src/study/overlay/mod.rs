@@ -21,7 +21,7 @@ use crate::scene::{Measured, Run, Scene};
 use crate::study::curve::{Curve, l2};
 use crate::wording::all;
 use branch::{branch, function};
-use distance::{Distance, Overlay};
+use distance::{Distance, Overlay, origin};
 use markers::MarkerOverlay;
 use std::path::Path;
 
@@ -49,7 +49,7 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     let given = !measured.half_widths.is_empty();
     let widths = given.then(|| of(&measured.half_widths, &in_range));
     let inside = widths.map(|w| d.iter().zip(&w).filter(|(d, w)| d.abs() <= **w).count());
-    let Measured { column, over, source, .. } = measured;
+    let Measured { column, over, source, columns, .. } = measured;
     // Of a position the simulated place at rest
     let start = Curve { t: vec![], f: y.to_vec() }.start();
     let changes: Vec<f64> = m.iter().map(|m| m - start).collect();
@@ -58,6 +58,7 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
         column: column.clone(),
         over: over.clone(),
         file: source.clone(),
+        columns: columns.clone(),
         points: t.len(),
         on_branch: rows.len(),
         in_table: measured.x.len(),
@@ -81,7 +82,8 @@ fn apart(Overlay { measured, x, y, .. }: &Overlay) -> String {
             function(x, y).map(|c| format!("{} to {}", significant(c.t[0], 3), significant(c.t[c.t.len() - 1], 3)));
         range.unwrap_or_else(|| "one value".into())
     };
-    let Measured { column, over, source, .. } = measured;
+    let Measured { column, over, source, columns, .. } = measured;
+    let source = origin(source, columns);
     let (own, other) = (words(x, y), words(&measured.x, &measured.y));
     format!(
         "{column} has no distance from {source}: their branches have no range of {over} in common, {own} simulated and {other} measured"
@@ -90,7 +92,8 @@ fn apart(Overlay { measured, x, y, .. }: &Overlay) -> String {
 
 /// The note on a measured curve of which less than half of the points are compared.
 fn left_out(d: &Distance) -> Option<String> {
-    let Distance { column, over, file, points, on_branch, in_table, .. } = d;
+    let Distance { column, over, points, on_branch, in_table, .. } = d;
+    let file = d.origin_words();
     let reasons = [
         (
             in_table.saturating_sub(*on_branch),
@@ -124,7 +127,15 @@ mod tests {
     fn measured(x: &[f64], y: &[f64]) -> Measured {
         let name = |s: &str| s.to_string();
         let (x, y, half_widths) = (x.to_vec(), y.to_vec(), vec![]);
-        Measured { column: name("f"), over: name("x"), source: name("m.csv"), x, y, half_widths }
+        Measured {
+            column: name("f"),
+            over: name("x"),
+            source: name("m.csv"),
+            columns: String::new(),
+            x,
+            y,
+            half_widths,
+        }
     }
 
     #[test]

@@ -77,7 +77,7 @@ pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
             Some((c.record.id.clone(), locking::alarm(&c.record).is_some(), peak(c, q)? + e.correction, e.uncertainty))
         };
         let mut found: Vec<_> = pilots.of.iter().filter_map(|own| value(own.first()?)).collect();
-        found.sort_by(|a, b| (a.1, a.3).partial_cmp(&(b.1, b.3)).unwrap_or(std::cmp::Ordering::Equal));
+        found.sort_by(|a, b| a.1.cmp(&b.1).then(a.3.total_cmp(&b.3)));
         let (family, _, value, uncertainty) = found.first()?.clone();
         let mut best = Reference {
             value,

@@ -1,5 +1,6 @@
 //! The analysis of the stored cases of a cost study.
 
+use crate::math::statistics::range;
 use crate::report::names;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
@@ -100,15 +101,14 @@ fn setting(
         Role::Solver => format!("{family_words} {}", members()),
         _ => format!("{}, {}", names::title(&r.formulation), count(r.mesh.cells, "cell")),
     };
-    let cpu = || r.repeats.iter().map(|t| t.cpu_s);
-    let spread =
-        (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
+    let spread = (r.repeats.len() > 1).then(|| range(r.repeats.iter().map(|t| t.cpu_s)) / r.cpu_s);
     CostedCase {
         case: r.id.clone(),
         family: family.name.clone(),
         label,
         cost_s: r.cpu_s,
-        spread,
+        // A time below the step of the clock is zero, of which nothing is a share
+        spread: spread.filter(|share| share.is_finite()),
         value,
         errors,
         front: [false; 2],
@@ -175,10 +175,9 @@ fn warnings(
         out.push("The memory of a case is measured where it runs alone, as with `--jobs 1`.".into());
     }
     let settings = || quantities.iter().flat_map(|q| &q.settings);
-    if let Some(s) =
-        settings().filter(|s| s.spread.is_some()).max_by(|a, b| a.spread.partial_cmp(&b.spread).expect("finite"))
-    {
-        let spread = crate::report::numbers::percent(s.spread.unwrap_or(0.0));
+    let spreads = settings().filter_map(|s| Some((s.spread?, s)));
+    if let Some((spread, s)) = spreads.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        let spread = crate::report::numbers::percent(spread);
         out.push(format!("Costs scatter from run to run by up to {spread} of the median ({}).", s.case));
     }
     for q in quantities {

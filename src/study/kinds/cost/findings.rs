@@ -67,7 +67,7 @@ pub struct CostedCase {
     pub family: String,
     pub label: String,
     pub cost_s: f64,
-    /// (max − min)/median of the repeats \[–\]; none of one run
+    /// (max − min)/median of the repeats \[–\]; none of one run, and of times of zero
     pub spread: Option<f64>,
     pub value: f64,
     /// \[–\] of the peak and of the curve

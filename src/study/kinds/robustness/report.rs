@@ -63,11 +63,12 @@ fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> 
     let worst = own.iter().flat_map(|c| &c.findings).filter(|f| f.accept > 0.0 && f.error.is_finite());
     let worst = worst.max_by(|x, y| (x.error / x.accept).total_cmp(&(y.error / y.accept)));
     let near = worst.map_or(String::new(), |f| {
-        format!("; nearest to its bound: {}, error {:.1e} of {:.0e} accepted", f.what, f.error, f.accept)
+        let [error, accept] = [format!("{:.1e}", f.error), format!("{:.0e}", f.accept)].map(|n| n.replace('-', "−"));
+        format!("; nearest to its bound: {}, error {error} of {accept} accepted", f.what)
     });
     let outcome = [(pass, "pass"), (stopped, "stopped"), (fail, "fail")];
     let parts: Vec<String> = outcome.iter().filter(|(n, _)| *n > 0).map(|(n, w)| format!("{n} {w}")).collect();
-    Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")).replace("e-", "e−"))
+    Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")))
 }
 
 fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
@@ -208,5 +209,41 @@ fn table_of_maps(a: &RobustnessFindings) -> Table {
         ]),
         rows: rows.collect(),
         pick: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponents_have_minus_signs_and_words_their_hyphens() {
+        let finding = CheckResult {
+            what: "free-edge angle".into(),
+            source: String::new(),
+            measured: 1.0,
+            reference: 1.0,
+            error: 2.5e-7,
+            accept: 1e-3,
+            met: true,
+        };
+        let case = JudgedCase {
+            case: "plate".into(),
+            suite: "thin-plates".into(),
+            member: String::new(),
+            variant: String::new(),
+            outcome: CaseOutcome::Pass,
+            reason: None,
+            findings: vec![finding],
+            status: String::new(),
+            steps: 1,
+            newton_iterations: 1,
+            cuts: 0,
+            wall_s: 1.0,
+        };
+        let found = RobustnessFindings { suites: vec![], cases: vec![case], maps: vec![] };
+        let words = sentence(&found, "thin-plates", "A one-edge-held plate.").expect("a case");
+        let near = "nearest to its bound: free-edge angle, error 2.5e−7 of 1e−3 accepted.";
+        assert_eq!(words, format!("thin plates: A one-edge-held plate. 1 pass; {near}"));
     }
 }

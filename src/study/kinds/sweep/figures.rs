@@ -4,7 +4,7 @@ use crate::report::canvas::{Area, At, INK, RGB, SMALL, block, figure, italic, li
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines, legend_width, stroke, style};
 use crate::report::measure::{shortened, width};
 use crate::report::numbers::capital;
-use crate::report::panels::{Panels, headed, letter};
+use crate::report::panels::{Letter, Panels, headed, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
 use crate::study::analysis::ByQuantity;
@@ -170,7 +170,7 @@ fn panel(
     area: &Area,
     a: &SweepFindings,
     q: &ByQuantity<Dependence>,
-    (of, letter): (&Against, Option<char>),
+    (of, letter): (&Against, Option<Letter>),
     frame: [f64; 4],
 ) {
     let axis = &a.axes[of.along];

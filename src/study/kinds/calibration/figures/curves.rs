@@ -6,7 +6,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, Sample, apart, legend_inside, numbered};
 use crate::report::numbers::capital;
-use crate::report::panels::letter;
+use crate::report::panels::{Letter, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
 use crate::scene::column::{label, words};
@@ -102,7 +102,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant, k: usize) -> Option<Figure> 
 }
 
 /// Measured points and the simulated curve, with the residuals below.
-fn draw_curve(area: &Area, each: f64, names: &Names, (letter, found): (Option<char>, &FittedCurve)) {
+fn draw_curve(area: &Area, each: f64, names: &Names, (letter, found): (Option<Letter>, &FittedCurve)) {
     let m = &found.measured;
     let upper = [mm(LEFT), mm(TOP), mm(LEFT + each), mm(TOP + TALL)];
     let base = TOP + TALL + BETWEEN;
@@ -134,7 +134,7 @@ fn draw_curve(area: &Area, each: f64, names: &Names, (letter, found): (Option<ch
 }
 
 /// A constant case by case, and the result.
-fn draw_constant(area: &Area, window: [f64; 4], store: &Results, (letter, c): (Option<char>, &CalibratedConstant)) {
+fn draw_constant(area: &Area, window: [f64; 4], store: &Results, (letter, c): (Option<Letter>, &CalibratedConstant)) {
     let side = window[0];
     let frame = window.map(mm);
     let (factor, unit, _) = scaled(c);

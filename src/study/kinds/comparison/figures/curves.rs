@@ -4,7 +4,7 @@
 use crate::report::canvas::{Area, At, INK, SMALL, columns, figure, italic, mm, page_width, text};
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_width, stroke};
 use crate::report::numbers::capital;
-use crate::report::panels::{Panels, letter, row_height};
+use crate::report::panels::{Letter, Panels, letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
@@ -127,7 +127,7 @@ fn panel(
     q: &ByQuantity<MemberDifferences>,
     looks: &[Look],
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: Option<char>,
+    letter: Option<Letter>,
 ) {
     let of = |member: &str| curve(store, q, member, &q.quantity.name).map(|c| c.1);
     let curves: Vec<(&Look, Curve)> = looks.iter().filter_map(|l| Some((l, of(l.member)?))).collect();

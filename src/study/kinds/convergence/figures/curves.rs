@@ -4,7 +4,7 @@ use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, it
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, legend_width, stroke};
 use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
-use crate::report::panels::{letter, row_height};
+use crate::report::panels::{Letter, letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
 use crate::study::curve::Curve;
@@ -134,7 +134,7 @@ fn panel(
     q: &Quantity,
     study: Option<&CurveStudy>,
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: Option<char>,
+    letter: Option<Letter>,
 ) {
     let curves: Vec<Option<Curve>> = cases.iter().map(|c| Curve::of(&c.series, &q.name)).collect();
     let all = || curves.iter().flatten();

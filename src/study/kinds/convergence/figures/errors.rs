@@ -4,6 +4,7 @@ use crate::report::canvas::{Area, At, GREY, INK, SMALL, italic, line, mark, text
 use crate::report::figure::{Figure, Sample};
 use crate::report::measure::width;
 use crate::report::numbers::capital;
+use crate::report::panels::Letter;
 use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
@@ -53,7 +54,7 @@ fn sheet(
     store: &Results,
     analysis: &Analysis<ConvergenceFindings>,
     extra: Vec<(Sample, String)>,
-    panel: impl Fn(&Area, [i32; 4], Option<char>, &ByQuantity<MeshErrors>, &[ErrorDot]),
+    panel: impl Fn(&Area, [i32; 4], Option<Letter>, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<(String, String)> {
     let below = |dots: &[ErrorDot]| Axis::below(dots.iter().map(|d| d.error), 100.0 * analysis.tolerance);
     let (small, shown): (Vec<Dotted>, Vec<Dotted>) = (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))

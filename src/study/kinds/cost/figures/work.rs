@@ -4,6 +4,7 @@ use crate::report::canvas::{Area, At, GREY, Mark, RGB, SMALL, italic, mm, text};
 use crate::report::figure::{Figure, Sample, style};
 use crate::report::names;
 use crate::report::numbers::{capital, raised};
+use crate::report::panels::Letter;
 use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::figures::sheet::Sheet;
@@ -152,7 +153,7 @@ struct Panel<'a> {
 }
 
 impl Panel<'_> {
-    fn draw(&self, store: &Results, tolerance: f64, area: &Area, frame: [i32; 4], letter: Option<char>) {
+    fn draw(&self, store: &Results, tolerance: f64, area: &Area, frame: [i32; 4], letter: Option<Letter>) {
         let (q, measure) = (self.q, self.measure);
         let unknown = 100.0 * q.uncertainty(measure);
         let ends = |s: &CostedCase| {
