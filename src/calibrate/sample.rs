@@ -20,9 +20,9 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
+    /// False at λ = 1: every law is free of stress there, and a stress that was measured is of the machine. Rows of a machine that waits would count as data otherwise.
     pub fn is_informative(&self) -> bool {
-        self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
+        self.stretch != 1.0 || self.second != 1.0
     }
 
     /// Principal stretches \[–\] where the free directions follow this Poisson's ratio, ½ of incompressible materials: loaded, second, free.

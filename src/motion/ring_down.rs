@@ -208,7 +208,7 @@ impl Problem {
             creep,
             kind,
             rms: (squares / self.root.iter().map(|r| r * r).sum::<f64>()).sqrt(),
-            correlation: found.rho,
+            correlation: found.correlation.of_neighbours(),
             free,
         }
     }

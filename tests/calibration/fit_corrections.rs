@@ -120,10 +120,12 @@ fn the_scatter_and_the_curvature_of_a_toe_are_in_the_intervals() {
         let carried = (l - 0.03).max(1.0);
         (l, 100e3 * (carried - carried.powi(-2)))
     };
-    for (noise, expected) in [(1000.0, 0.0225), (100.0, 0.0088)] {
+    for (noise, expected) in [(1000.0, 0.0241), (100.0, 0.0136)] {
         let (misses, widths) = missed(("neo_hookean", &[100e3]), &asked, pull, (101, noise));
         assert!(misses[0] <= MISSES, "{noise} Pa: {misses:?}");
         assert_below_twice(&widths, &[expected]);
+        // Without the curvature 0.0178 and 0.0106
+        assert!(widths[0] > 0.88 * expected, "{noise} Pa: {widths:?}");
     }
 }
 
@@ -138,7 +140,9 @@ fn zero_and_toe_together() {
     };
     let (misses, widths) = missed(("neo_hookean", &[100e3]), &asked, pull, (101, 500.0));
     assert!(misses[0] <= MISSES, "{misses:?}");
-    assert_below_twice(&widths, &[0.0155]);
+    assert_below_twice(&widths, &[0.0154]);
+    // Without the part by the zero and the curvature 0.0103
+    assert!(widths[0] > 0.88 * 0.0154, "{widths:?}");
 }
 
 /// The table of a piece with 6 % slack and a force that is off by 2 kPa; the unloaded data points by more.

@@ -35,7 +35,8 @@ pub use search::End;
 pub use unknown::{Bounds, Unknown};
 
 use super::judgement::certificate::{CASES, range};
-use super::judgement::errors::{Errors, whitened};
+use super::judgement::correlation::Correlation;
+use super::judgement::errors::Errors;
 use super::judgement::identify::{self, Identified};
 use super::solve::error_rows::ErrorRows;
 use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Mode, Weighting};
@@ -334,7 +335,7 @@ fn fitted(
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
-            runs_p: if is_apart { None } else { few_runs(pattern, &objective.origin.curves[of], errors.rho) },
+            runs_p: if is_apart { None } else { few_runs(pattern, &objective.origin.curves[of], errors.correlation) },
             offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
             stretch: [median, p95, largest],
             stability: certificate(&answer.scene, largest),
@@ -345,8 +346,8 @@ fn fitted(
 }
 
 /// p of the runs test on the signs of the residuals in the order of x, without what the one before explains.
-fn few_runs(residual: &DVector<f64>, rows: &[usize], rho: f64) -> Option<f64> {
-    let left = whitened(residual, std::slice::from_ref(&rows.to_vec()), rho);
+fn few_runs(residual: &DVector<f64>, rows: &[usize], correlation: Correlation) -> Option<f64> {
+    let left = correlation.whitened(residual, std::slice::from_ref(&rows.to_vec()));
     let signs: Vec<bool> = left.iter().filter(|r| **r != 0.0).map(|r| *r > 0.0).collect();
     statistics::few_runs(&signs).map(|(_, p)| p)
 }

@@ -1,6 +1,7 @@
 //! Errors of the constants by the data points of one specimen, whose curves are in order of loading.
 
 use super::correlated::{Scaled, correlated};
+use super::correlation::Correlation;
 use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
 use super::unequal::Sizes;
@@ -62,7 +63,8 @@ pub fn of_curves_along(
     }
     let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
     let seen = directions.u.ncols();
-    let of_size_1 = directions.errors(ErrorModel::Independent, &DMatrix::identity(seen, seen), free, 0.0, smooth);
+    let none = Correlation::default();
+    let of_size_1 = directions.errors(ErrorModel::Independent, &DMatrix::identity(seen, seen), free, none, smooth);
     let deviations = of_size_1.plain.iter().map(|d| s2.sqrt() * d).collect();
     Errors { deviations, covariance: &of_size_1.covariance * s2, ..of_size_1 }
 }

@@ -1,5 +1,6 @@
 //! Directions of the constants that the data determine.
 
+use super::correlation::Correlation;
 use super::error_model::{ErrorModel, Errors};
 use crate::calibrate::solve::rows::padded;
 use crate::math::statistics::root;
@@ -28,8 +29,15 @@ impl Directions {
         self.by.row_iter().map(|row| row.norm()).collect()
     }
 
-    /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `rho` and `smooth` are those of [`Errors`].
-    pub fn errors(&self, model: ErrorModel, covariance: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
+    /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `correlation` and `smooth` are those of [`Errors`].
+    pub fn errors(
+        &self,
+        model: ErrorModel,
+        covariance: &DMatrix<f64>,
+        free: usize,
+        correlation: Correlation,
+        smooth: f64,
+    ) -> Errors {
         let roots = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| root(*c)).collect::<Vec<f64>>();
         let covariance = &self.by * covariance * self.by.transpose();
         Errors {
@@ -37,7 +45,7 @@ impl Directions {
             deviations: roots(&covariance),
             plain: self.plain(),
             free,
-            rho,
+            correlation,
             smooth,
             sizes: None,
             covariance,

@@ -1,5 +1,6 @@
 //! Models of the errors of the data points, and the standard errors of the constants by them.
 
+use super::correlation::Correlation;
 use crate::math::statistics::{extent, t_quantile};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -89,8 +90,8 @@ pub struct Errors {
     pub plain: Vec<f64>,
     /// Degrees of freedom of Student's t; 0 where there are as many constants as data points
     pub free: usize,
-    /// Most likely correlation of neighbours; 0 where they are independent
-    pub rho: f64,
+    /// Most likely correlation; none where data points are independent
+    pub correlation: Correlation,
     /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
     pub smooth: f64,
     /// Standard deviation of each data point up to a factor, that of its curve or one that grows with the stress, where the data show that they differ \[–\]

@@ -6,7 +6,7 @@
 //! *Specimens* (two or more in every test, for direct fits mode): the law of each one differs, and Σ has one block of each ([`clusters`]). *Levels*: some tests have one specimen, and the
 //! scatter of the stress level in the others is taken for them ([`levels`]). Where no test has two specimens, the files are the curves of one.
 //!
-//! *Correlated*: Σᵢⱼ = sᵢsⱼρ^|i−j| between data points of one curve (specimen and mode) in order of loading, with sizes s that are one, of each curve, or grow with the stress, as the
+//! *Correlated*: Σᵢⱼ = sᵢsⱼ[(1 − w)ρ^|i−j| + wδᵢⱼ] between data points of one curve (specimen and mode) in order of loading, with sizes s that are one, of each curve, or grow with the stress, as the
 //! data decide ([`correlated`]).
 //!
 //! *Unequal*: independent, of a size that changes with the stress, or of another one in each curve ([`Sizes`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
@@ -14,13 +14,14 @@
 //! Limit: linearised at the answer.
 
 use super::clusters;
+use super::correlation::Correlation;
 use super::levels;
 use super::origin::Origin;
 use super::unequal::Sizes;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
-pub use super::correlated::{square, whitened};
+pub use super::correlation::square;
 pub use super::curve_errors::{curves, of_curves};
 pub use super::directions::{Directions, directions};
 pub use super::error_model::{ErrorModel, Errors};
@@ -106,5 +107,5 @@ fn between(
     }
     let model = ErrorModel::Specimens { specimens: specimens.len() };
     let smooth = if rounding { 0.0 } else { smooth(&alone, curves) };
-    directions.errors(model, &k, specimens.len() - 1, 0.0, smooth).scaled(&factors)
+    directions.errors(model, &k, specimens.len() - 1, Correlation::default(), smooth).scaled(&factors)
 }

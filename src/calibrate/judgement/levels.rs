@@ -46,7 +46,7 @@ pub fn between(
     let known = Known { fitted: Some(fitted), apart: None };
     let noise = of_curves_along(directions, &alone, curves, rounding, known);
     let model = ErrorModel::Levels { specimens: specimens.len(), repeats: free };
-    let level = directions.errors(model, &by_level, free, noise.rho, noise.smooth);
+    let level = directions.errors(model, &by_level, free, noise.correlation, noise.smooth);
     let t = real_quantile(0.95, free as f64);
     let factor = |(a, d): (&f64, &f64)| {
         let (a, d) = (a * a, d * d);

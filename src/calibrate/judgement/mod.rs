@@ -4,6 +4,7 @@ pub(super) mod certificate;
 mod clusters;
 pub(super) mod compressibility;
 mod correlated;
+pub(in crate::calibrate) mod correlation;
 mod curve_errors;
 pub(super) mod determined;
 mod directions;

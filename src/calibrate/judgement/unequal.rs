@@ -16,6 +16,7 @@
 //! Limits: the stress is one line in all modes; the sizes of curves with fewer than four data points are one.
 
 use super::correlated::Scaled;
+use super::correlation::Correlation;
 use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
 use crate::math::statistics::{extent, real_quantile};
@@ -127,7 +128,9 @@ impl Sizes {
             real_quantile(0.95, degrees(u, &a2, &self.at).clamp(1.0, equal.free as f64)) / t
         };
         let factors: Vec<f64> = (0..directions.by.nrows()).map(factor).collect();
-        let found = directions.errors(self.model, &covariance, equal.free, 0.0, equal.smooth).scaled(&factors);
+        let found = directions
+            .errors(self.model, &covariance, equal.free, Correlation::default(), equal.smooth)
+            .scaled(&factors);
         let of_curves = matches!(self.model, ErrorModel::UnequalCurves { .. });
         Errors { sizes: of_curves.then(|| self.deviations()), ..found }
     }

@@ -261,7 +261,7 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
     found.offsets = found.identified.estimates.split_off(found.values.len());
     if tested && !rounding {
-        found.pattern = Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.rho);
+        found.pattern = Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.correlation);
     }
     let others = std::mem::take(&mut found.others);
     let allowed = others.into_iter().filter(|o| is_allowed(setting, samples, &found, o, &errors));
@@ -289,5 +289,5 @@ pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, 
     let errors = errors::of(&both, &left, &own.fitted, &Origin::of(samples), false);
     let unlimited = identify::across(&both, &own.unlimited);
     let rows = ErrorRows { jacobian: both, residual: left, unlimited, fitted: own.fitted };
-    Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.rho)
+    Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.correlation)
 }

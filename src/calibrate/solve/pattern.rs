@@ -2,6 +2,7 @@
 
 use super::error_rows::ErrorRows;
 use crate::calibrate::Sample;
+use crate::calibrate::judgement::correlation::Correlation;
 use crate::calibrate::judgement::errors;
 use crate::calibrate::judgement::identify;
 use crate::calibrate::judgement::origin::Origin;
@@ -36,10 +37,10 @@ impl Pattern {
         self.least() * among as f64 <= LEVEL
     }
 
-    /// Tests residuals whose neighbours have the correlation `rho`.
-    pub fn of(samples: &[Sample], rows: &ErrorRows, rho: f64) -> Self {
+    /// Tests residuals of data points that are correlated so.
+    pub fn of(samples: &[Sample], rows: &ErrorRows, correlation: Correlation) -> Self {
         let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
-        let (runs, runs_p) = runs(samples, &rows.unlimited, rho).unzip();
+        let (runs, runs_p) = runs(samples, &rows.unlimited, correlation).unzip();
         let (departure_p, beyond) = departure(rows, second, samples).unzip();
         Self { runs, runs_p, departure_p, beyond }
     }
@@ -53,17 +54,17 @@ const BLOCKS: usize = 200;
 ///
 /// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbours do not explain of means of data points, as
 /// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
-fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
+fn runs(samples: &[Sample], residual: &DVector<f64>, correlation: Correlation) -> Option<(usize, f64)> {
     if !Repeats::of_modes(samples).repeated.is_empty() {
         return None;
     }
     let mut curves = errors::curves(samples);
-    if rho == 0.0 {
+    if correlation.is_none() {
         curves.iter_mut().for_each(|c| c.sort_by(|a, b| samples[*a].stretch.total_cmp(&samples[*b].stretch)));
     }
     let blocks = |curve: &Vec<usize>| {
-        let size = if rho == 0.0 { 1 } else { (curve.len() / BLOCKS).max(1) };
-        let white = errors::whitened(residual, std::slice::from_ref(curve), rho);
+        let size = if correlation.is_none() { 1 } else { (curve.len() / BLOCKS).max(1) };
+        let white = correlation.whitened(residual, std::slice::from_ref(curve));
         white.chunks(size).map(|block| block.iter().sum::<f64>()).collect::<Vec<f64>>()
     };
     let signs = curves.iter().flat_map(blocks).filter(|r| *r != 0.0).map(|r| r > 0.0);
