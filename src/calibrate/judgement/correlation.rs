@@ -115,14 +115,14 @@ impl Tridiagonal {
         self.add + self.scale * own
     }
 
-    fn beside(&self) -> f64 {
+    fn off_diagonal(&self) -> f64 {
         -self.scale * self.rho
     }
 
     fn times(&self, x: &[f64]) -> Vec<f64> {
         let at = |k: usize| {
             let neighbours = if k > 0 { x[k - 1] } else { 0.0 } + x.get(k + 1).copied().unwrap_or(0.0);
-            self.diagonal(k) * x[k] + self.beside() * neighbours
+            self.diagonal(k) * x[k] + self.off_diagonal() * neighbours
         };
         (0..self.n).map(at).collect()
     }
@@ -138,9 +138,9 @@ impl Tridiagonal {
             // (e² + A) solved = x by elimination without pivots: it is diagonally dominant
             for k in 0..n {
                 let (above, before) = if k == 0 { (0.0, 0.0) } else { (upper[k - 1], solved[k - 1]) };
-                let pivot = e * e + self.diagonal(k) - self.beside() * above;
-                upper[k] = self.beside() / pivot;
-                solved[k] = (x[k] - self.beside() * before) / pivot;
+                let pivot = e * e + self.diagonal(k) - self.off_diagonal() * above;
+                upper[k] = self.off_diagonal() / pivot;
+                solved[k] = (x[k] - self.off_diagonal() * before) / pivot;
             }
             for k in (0..n - 1).rev() {
                 solved[k] -= upper[k] * solved[k + 1];
