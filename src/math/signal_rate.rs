@@ -10,6 +10,9 @@ const DIFFERENCE: [f64; 2] = [1e-6, 1e-9];
 /// How many times longer it is for the second derivative of a formula without a first one, whose rounding grows with its inverse square.
 const SECOND: f64 = 100.0;
 
+/// Shortest interval in which a kink of a formula is looked for, in these distances: an eighth of it is longer than they are.
+const INTERVAL: f64 = 64.0;
+
 /// Rates that are compared, and the share of the largest one that is none, well above rounding.
 const RATES: u32 = 64;
 const NO_RATE: f64 = 1e-6;
@@ -128,17 +131,25 @@ impl Signal {
         self.rate(Clock::from(from)).abs() > NO_RATE * self.largest_rate(from, to)
     }
 
+    /// Whether the rate jumps at a time, against the largest one from then until another time.
+    pub fn jumps_at(&self, from: f64, to: f64) -> bool {
+        let now = Clock::from(from);
+        let [before, after] = [self.rate_before(now), self.rate(now)];
+        (after - before).abs() > NO_RATE * self.largest_rate(from, to).max(before.abs())
+    }
+
     /// Of the rates between two times, these not included.
     fn largest_rate(&self, from: f64, to: f64) -> f64 {
         let rate = |k: u32| self.rate(Clock::from(from + f64::from(k) / f64::from(RATES + 1) * (to - from))).abs();
         (1..=RATES).map(rate).fold(0.0, f64::max)
     }
 
-    /// Whether the rate may jump between two times, these not included. Formulas are taken for smooth, inputs for not.
+    /// Whether the rate may jump between two times, these not included. Inputs are not taken for smooth, formulas where no kink is found.
     pub fn has_corner(&self, from: f64, to: f64) -> bool {
         let inside = |t: f64| from < t && t < to;
         match self {
-            Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } | Self::Formula(_) => false,
+            Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } => false,
+            Self::Formula(formula) => has_kink(formula, from, to),
             Self::Ramp { from: low, to: high, start, end } => low != high && (inside(*start) || inside(*end)),
             Self::Hold { signal, at } => inside(*at) || signal.has_corner(from, to.min(*at)),
             Self::Delay { signal, by } => inside(*by) || signal.has_corner(from - by, to - by),
@@ -156,6 +167,38 @@ impl Signal {
 /// Length of the differences by which a formula has rates \[s\].
 fn difference(t: f64) -> f64 {
     DIFFERENCE[0].max(DIFFERENCE[1] * t.abs())
+}
+
+/// Whether the rate of a formula jumps between two times, these not included: how far the secant of an interval is from the rates at its ends falls with the length of
+/// the interval where the formula is smooth, and does not where it has a kink. Each of several intervals is halved again and again to where that is largest.
+fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
+    let shortest = INTERVAL * difference(to);
+    if to - from < 2.0 * shortest || formula.rate(0.5 * (from + to)).is_some() {
+        return false;
+    }
+    let bend = |[a, b]: [f64; 2]| {
+        let secant = (formula.at(b) - formula.at(a)) / (b - a);
+        let [after, before] = [(a, Side::After), (b, Side::Before)].map(|(t, side)| of_formula(formula, t, side)[0]);
+        (secant - after).abs().max((secant - before).abs())
+    };
+    let sharper = |[a, b]: [f64; 2]| {
+        let middle = 0.5 * (a + b);
+        let halves = [[a, middle], [middle, b]];
+        if bend(halves[0]) >= bend(halves[1]) { halves[0] } else { halves[1] }
+    };
+    let count = ((to - from) / (2.0 * shortest)).min(f64::from(RATES)) as u32;
+    let point = |k: u32| from + f64::from(k) / f64::from(count) * (to - from);
+    let signal = Signal::Formula(formula.clone());
+    let least = NO_RATE * signal.largest_rate(from, to);
+    let within = (0..count).any(|k| {
+        let mut interval = [point(k), point(k + 1)];
+        while interval[1] - interval[0] > 2.0 * shortest {
+            interval = sharper(interval);
+        }
+        let short = sharper(sharper(sharper(interval)));
+        bend(short) > least.max(0.25 * bend(interval))
+    });
+    within || (1..count).any(|k| signal.jumps_at(point(k), to))
 }
 
 /// ds/dt and d²s/dt² of a formula on one side of a time.
@@ -229,6 +272,7 @@ mod tests {
         {
             assert!((found - exact).abs() < 1e-6, "{found} in place of {exact}");
         }
+        assert!(signal.jumps_at(1.0, 2.0) && !signal.jumps_at(0.5, 0.9) && !signal.jumps_at(1.5, 2.0));
     }
 
     #[test]
@@ -239,6 +283,11 @@ mod tests {
         assert_eq!((ramp.last_change(), whole.last_change()), (Some(2.0), None));
         let table = Signal::Table(vec![(0.0, 1.0), (2.0, 3.0), (4.0, 3.0)]);
         assert_eq!(table.last_change(), Some(2.0));
+        assert!(
+            [0.0, 2.0].iter().all(|t| ramp.jumps_at(*t, t + 1.0))
+                && !ramp.jumps_at(1.0, 3.0)
+                && !whole.jumps_at(1.0, 2.0)
+        );
         assert!(ramp.moves_at(1.0, 2.0) && !ramp.moves_at(2.0, 3.0) && !Signal::Constant(1.0).moves_at(0.0, 1.0));
     }
 
@@ -255,5 +304,12 @@ mod tests {
         assert_eq!(corners(&Signal::Table(vec![(1.5, 0.0), (9.0, 1.0)])), [false, true, true, false, false]);
         assert_eq!(corners(&Signal::Table(vec![(1.5, 1.0), (9.0, 1.0)])), [false; 5]);
         assert_eq!(corners(&Signal::Product(vec![Signal::Constant(1.0), Signal::Input(0)])), [true; 5]);
+        let formula = |text: &str| Signal::Formula(Formula::new(text, 1.0).expect("a formula"));
+        for kinked in ["10 * max(t - 1.7, 0)", "abs(t - 1.7)", "sin(3 * t) + 0.2 * min(t, 1.7)", "3 * max(t, 1.7)^2"] {
+            assert_eq!(corners(&formula(kinked)), [false, true, true, false, false], "{kinked}");
+        }
+        for smooth in ["sin(30 * t)", "abs(5 + sin(30 * t))", "max(t - 1.7, 0)^3", "max(t^2, -1)", "max(0.3, 0.4)"] {
+            assert_eq!(corners(&formula(smooth)), [false; 5], "{smooth}");
+        }
     }
 }
