@@ -172,13 +172,22 @@ impl Signal {
 
     /// Whether a part of it is decided during the run.
     pub fn has_inputs(&self) -> bool {
+        self.has_input(&|_| true)
+    }
+
+    /// Whether input `k` is a part of it.
+    pub fn reads(&self, k: usize) -> bool {
+        self.has_input(&|input| input == k)
+    }
+
+    fn has_input(&self, is: &dyn Fn(usize) -> bool) -> bool {
         match self {
-            Self::Input(_) => true,
+            Self::Input(k) => is(*k),
             Self::Hold { signal, .. } | Self::Delay { signal, .. } | Self::Continued { signal, .. } => {
-                signal.has_inputs()
+                signal.has_input(is)
             }
-            Self::Product(all) | Self::Sum(all) => all.iter().any(Self::has_inputs),
-            Self::Turn { angle, .. } => angle.has_inputs(),
+            Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_input(is)),
+            Self::Turn { angle, .. } => angle.has_input(is),
             _ => false,
         }
     }

@@ -1,59 +1,116 @@
 //! Rates ds/dt of signals, and whether they jump.
 
+use super::formula::Formula;
 use super::signal::{Clock, Signal};
 use std::f64::consts::{PI, TAU};
 
-/// Distance in time for the rate of a formula without a derivative: at least so long \[s\], and so much of the time.
+/// Distance in time for the rate of a formula without a derivative, and for the second derivative of one that has one: at least so long \[s\], and so much of the
+/// time.
 const DIFFERENCE: [f64; 2] = [1e-6, 1e-9];
+/// How many times longer it is for the second derivative of a formula without a first one, whose rounding grows with its inverse square.
+const SECOND: f64 = 100.0;
+
+/// Shortest interval in which a kink of a formula is looked for, in these distances: an eighth of it is longer than they are.
+const INTERVAL: f64 = 64.0;
 
 /// Rates that are compared, and the share of the largest one that is none, well above rounding.
 const RATES: u32 = 64;
 const NO_RATE: f64 = 1e-6;
 
+/// Side of a time from which rates are looked at, where they jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    Before,
+    After,
+}
+
+impl Side {
+    /// Whether the corner lies before what is looked at.
+    fn is_past(self, t: f64, corner: f64) -> bool {
+        match self {
+            Self::Before => t > corner,
+            Self::After => t >= corner,
+        }
+    }
+
+    /// A step of this length to this side.
+    fn step(self, length: f64) -> f64 {
+        match self {
+            Self::Before => -length,
+            Self::After => length,
+        }
+    }
+}
+
+/// s, ds/dt and d²s/dt² of a product.
+fn product([a, da, dda]: [f64; 3], [b, db, ddb]: [f64; 3]) -> [f64; 3] {
+    [a * b, da * b + a * db, dda * b + 2.0 * da * db + a * ddb]
+}
+
 impl Signal {
     /// ds/dt from this time on, where the rate jumps.
     pub fn rate(&self, now: Clock) -> f64 {
+        self.motion(now, Side::After)[1]
+    }
+
+    /// ds/dt until this time, where the rate jumps.
+    pub fn rate_before(&self, now: Clock) -> f64 {
+        self.motion(now, Side::Before)[1]
+    }
+
+    /// d²s/dt² from this time on, where it jumps.
+    pub fn acceleration(&self, now: Clock) -> f64 {
+        self.motion(now, Side::After)[2]
+    }
+
+    /// s, ds/dt and d²s/dt² on one side of a time.
+    fn motion(&self, now: Clock, side: Side) -> [f64; 3] {
         let t = now.t;
-        let earlier = |t: f64| Clock { t, ..now };
+        let past = |corner: f64| side.is_past(t, corner);
+        let linear = |rate: f64| [self.at(now), rate, 0.0];
         match self {
-            Self::Constant(_) => 0.0,
-            Self::RaisedCosine { amplitude, frequency } => amplitude * PI * frequency * (TAU * frequency * t).sin(),
-            Self::Sine { amplitude, frequency, phase } => {
-                amplitude * TAU * frequency * (TAU * frequency * t + phase).cos()
+            Self::Constant(_) => linear(0.0),
+            Self::RaisedCosine { amplitude, frequency } => {
+                let (w, (sin, cos)) = (TAU * frequency, (TAU * frequency * t).sin_cos());
+                [self.at(now), amplitude * PI * frequency * sin, amplitude * PI * frequency * w * cos]
             }
-            Self::Ramp { from, to, start, end } if (*start..*end).contains(&t) => (to - from) / (end - start),
-            Self::Ramp { .. } => 0.0,
-            Self::Hold { signal, at } if t < *at => signal.rate(now),
-            Self::Delay { signal, by } if t >= *by => signal.rate(earlier(t - by)),
-            Self::Hold { .. } | Self::Delay { .. } => 0.0,
+            Self::Sine { amplitude, frequency, phase } => {
+                let (w, (sin, cos)) = (TAU * frequency, (TAU * frequency * t + phase).sin_cos());
+                [self.at(now), amplitude * w * cos, -amplitude * w * w * sin]
+            }
+            Self::Ramp { from, to, start, end } if past(*start) && !past(*end) => linear((to - from) / (end - start)),
+            Self::Ramp { .. } => linear(0.0),
+            Self::Hold { signal, at } if !past(*at) => signal.motion(now, side),
+            Self::Delay { signal, by } if past(*by) => signal.motion(Clock { t: t - by, ..now }, side),
+            Self::Hold { .. } | Self::Delay { .. } => linear(0.0),
             Self::Table(rows) => {
-                let above = rows.partition_point(|row| row.0 <= t);
+                let above = rows.partition_point(|row| past(row.0));
                 match (above.checked_sub(1).map(|k| rows[k]), rows.get(above)) {
-                    (Some(a), Some(b)) => (b.1 - a.1) / (b.0 - a.0),
-                    _ => 0.0,
+                    (Some(a), Some(b)) => linear((b.1 - a.1) / (b.0 - a.0)),
+                    _ => linear(0.0),
                 }
             }
-            Self::Continued { before, from, .. } if t < *from => *before,
-            Self::Continued { after, to, .. } if t >= *to => *after,
-            Self::Continued { signal, .. } => signal.rate(now),
-            Self::Product(factors) => {
-                let others = |k: usize| factors.iter().enumerate().filter(move |(other, _)| *other != k);
-                let term = |(k, s): (usize, &Self)| s.rate(now) * others(k).map(|(_, s)| s.at(now)).product::<f64>();
-                factors.iter().enumerate().map(term).sum()
+            Self::Continued { before, from, .. } if !past(*from) => linear(*before),
+            Self::Continued { after, to, .. } if past(*to) => linear(*after),
+            Self::Continued { signal, .. } => signal.motion(now, side),
+            Self::Product(factors) => factors.iter().map(|s| s.motion(now, side)).fold([1.0, 0.0, 0.0], product),
+            Self::Sum(terms) => {
+                let add = |[a, b, c]: [f64; 3], [x, y, z]: [f64; 3]| [a + x, b + y, c + z];
+                terms.iter().map(|s| s.motion(now, side)).fold([0.0; 3], add)
             }
-            Self::Sum(terms) => terms.iter().map(|s| s.rate(now)).sum(),
             Self::Turn { angle, cosine, sine } => {
-                let (sin, cos) = angle.at(now).sin_cos();
-                (sine * cos - cosine * sin) * angle.rate(now)
+                let [angle, rate, acceleration] = angle.motion(now, side);
+                let (sin, cos) = angle.sin_cos();
+                let (along, inwards) = (sine * cos - cosine * sin, -sine * sin - cosine * cos);
+                [self.at(now), along * rate, inwards * rate * rate + along * acceleration]
             }
-            Self::Formula(formula) => formula.rate(t).unwrap_or_else(|| {
-                let step = DIFFERENCE[0].max(DIFFERENCE[1] * t.abs());
-                let [now, next, last] = [0.0, 1.0, 2.0].map(|k| formula.at(t + k * step));
-                (4.0 * next - 3.0 * now - last) / (2.0 * step)
-            }),
+            Self::Formula(formula) => {
+                let [rate, acceleration] = of_formula(formula, t, side);
+                [self.at(now), rate, acceleration]
+            }
             Self::Input(k) => {
-                let ramp = now.inputs.get(*k).filter(|ramp| (ramp.start..ramp.end).contains(&t));
-                ramp.map_or(0.0, |ramp| (ramp.to - ramp.from) / (ramp.end - ramp.start))
+                let ramp = now.inputs.get(*k).filter(|ramp| past(ramp.start) && !past(ramp.end));
+                linear(ramp.map_or(0.0, |ramp| (ramp.to - ramp.from) / (ramp.end - ramp.start)))
             }
         }
     }
@@ -71,16 +128,28 @@ impl Signal {
 
     /// Whether there is a rate at a time, against the largest one from then until another time.
     pub fn moves_at(&self, from: f64, to: f64) -> bool {
-        let rate = |share: f64| self.rate(Clock::from(from + share * (to - from))).abs();
-        let largest = (1..=RATES).map(|k| rate(f64::from(k) / f64::from(RATES + 1))).fold(0.0, f64::max);
-        rate(0.0) > NO_RATE * largest
+        self.rate(Clock::from(from)).abs() > NO_RATE * self.largest_rate(from, to)
     }
 
-    /// Whether the rate may jump between two times, these not included. Formulas are taken for smooth, inputs for not.
+    /// Whether the rate jumps at a time, against the largest one from then until another time.
+    pub fn jumps_at(&self, from: f64, to: f64) -> bool {
+        let now = Clock::from(from);
+        let [before, after] = [self.rate_before(now), self.rate(now)];
+        (after - before).abs() > NO_RATE * self.largest_rate(from, to).max(before.abs())
+    }
+
+    /// Of the rates between two times, these not included.
+    fn largest_rate(&self, from: f64, to: f64) -> f64 {
+        let rate = |k: u32| self.rate(Clock::from(from + f64::from(k) / f64::from(RATES + 1) * (to - from))).abs();
+        (1..=RATES).map(rate).fold(0.0, f64::max)
+    }
+
+    /// Whether the rate may jump between two times, these not included. Inputs are not taken for smooth, formulas where no kink is found.
     pub fn has_corner(&self, from: f64, to: f64) -> bool {
         let inside = |t: f64| from < t && t < to;
         match self {
-            Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } | Self::Formula(_) => false,
+            Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } => false,
+            Self::Formula(formula) => has_kink(formula, from, to),
             Self::Ramp { from: low, to: high, start, end } => low != high && (inside(*start) || inside(*end)),
             Self::Hold { signal, at } => inside(*at) || signal.has_corner(from, to.min(*at)),
             Self::Delay { signal, by } => inside(*by) || signal.has_corner(from - by, to - by),
@@ -93,6 +162,57 @@ impl Signal {
             Self::Input(_) => true,
         }
     }
+}
+
+/// Length of the differences by which a formula has rates \[s\].
+fn difference(t: f64) -> f64 {
+    DIFFERENCE[0].max(DIFFERENCE[1] * t.abs())
+}
+
+/// Whether the rate of a formula jumps between two times, these not included: how far the secant of an interval is from the rates at its ends falls with the length of
+/// the interval where the formula is smooth, and does not where it has a kink. Each of several intervals is halved again and again to where that is largest.
+fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
+    let shortest = INTERVAL * difference(to);
+    if to - from < 2.0 * shortest || formula.rate(0.5 * (from + to)).is_some() {
+        return false;
+    }
+    let bend = |[a, b]: [f64; 2]| {
+        let secant = (formula.at(b) - formula.at(a)) / (b - a);
+        let [after, before] = [(a, Side::After), (b, Side::Before)].map(|(t, side)| of_formula(formula, t, side)[0]);
+        (secant - after).abs().max((secant - before).abs())
+    };
+    let sharper = |[a, b]: [f64; 2]| {
+        let middle = 0.5 * (a + b);
+        let halves = [[a, middle], [middle, b]];
+        if bend(halves[0]) >= bend(halves[1]) { halves[0] } else { halves[1] }
+    };
+    let count = ((to - from) / (2.0 * shortest)).min(f64::from(RATES)) as u32;
+    let point = |k: u32| from + f64::from(k) / f64::from(count) * (to - from);
+    let signal = Signal::Formula(formula.clone());
+    let least = NO_RATE * signal.largest_rate(from, to);
+    let within = (0..count).any(|k| {
+        let mut interval = [point(k), point(k + 1)];
+        while interval[1] - interval[0] > 2.0 * shortest {
+            interval = sharper(interval);
+        }
+        let short = sharper(sharper(sharper(interval)));
+        bend(short) > least.max(0.25 * bend(interval))
+    });
+    within || (1..count).any(|k| signal.jumps_at(point(k), to))
+}
+
+/// ds/dt and d²s/dt² of a formula on one side of a time.
+fn of_formula(formula: &Formula, t: f64, side: Side) -> [f64; 2] {
+    let step = side.step(difference(t));
+    let first = |[now, next, last]: [f64; 3]| (4.0 * next - 3.0 * now - last) / (2.0 * step);
+    let places = [0.0, 1.0, 2.0].map(|k| t + k * step);
+    if let [Some(now), Some(next), Some(last)] = places.map(|t| formula.rate(t)) {
+        return [now, first([now, next, last])];
+    }
+    let long = SECOND * step;
+    let [now, one, two, three] = [0.0, 1.0, 2.0, 3.0].map(|k| formula.at(t + k * long));
+    let second = (2.0 * now - 5.0 * one + 4.0 * two - three) / (long * long);
+    [formula.rate(t).unwrap_or_else(|| first(places.map(|t| formula.at(t)))), second]
 }
 
 #[cfg(test)]
@@ -126,14 +246,33 @@ mod tests {
                 let step = 1e-5;
                 let difference = (signal.at(at(t + step)) - signal.at(at(t - step))) / (2.0 * step);
                 assert!((signal.rate(at(t)) - difference).abs() < 1e-6, "{signal:?} at {t}");
+                assert_eq!(signal.rate(at(t)), signal.rate_before(at(t)), "{signal:?} at {t}");
+                let difference = (signal.rate(at(t + step)) - signal.rate(at(t - step))) / (2.0 * step);
+                assert!((signal.acceleration(at(t)) - difference).abs() < 1e-5, "{signal:?} at {t}");
             }
             for corner in [0.8, 1.0, 1.5, 1.6, 1.8, 2.0] {
                 assert!(
                     (signal.rate(at(corner)) - signal.rate(at(corner + 1e-9))).abs() < 1e-6,
                     "{signal:?} at {corner}"
                 );
+                let before = signal.rate(at(corner - 1e-9));
+                assert!((signal.rate_before(at(corner)) - before).abs() < 1e-6, "{signal:?} before {corner}");
+                let after = signal.acceleration(at(corner + 1e-9));
+                assert!((signal.acceleration(at(corner)) - after).abs() < 1e-5, "{signal:?} after {corner}");
             }
         }
+    }
+
+    /// With a kink there is no derivative in closed form, and differences to one side do not see the other.
+    #[test]
+    fn kinks_of_formulas_have_rates_on_both_sides() {
+        let signal = Signal::Formula(Formula::new("3 * max(t - 1, 0)^2 + max(t - 1, 0)", 1.0).expect("a formula"));
+        let now = Clock::from(1.0);
+        for (found, exact) in [(signal.rate_before(now), 0.0), (signal.rate(now), 1.0), (signal.acceleration(now), 6.0)]
+        {
+            assert!((found - exact).abs() < 1e-6, "{found} in place of {exact}");
+        }
+        assert!(signal.jumps_at(1.0, 2.0) && !signal.jumps_at(0.5, 0.9) && !signal.jumps_at(1.5, 2.0));
     }
 
     #[test]
@@ -144,6 +283,11 @@ mod tests {
         assert_eq!((ramp.last_change(), whole.last_change()), (Some(2.0), None));
         let table = Signal::Table(vec![(0.0, 1.0), (2.0, 3.0), (4.0, 3.0)]);
         assert_eq!(table.last_change(), Some(2.0));
+        assert!(
+            [0.0, 2.0].iter().all(|t| ramp.jumps_at(*t, t + 1.0))
+                && !ramp.jumps_at(1.0, 3.0)
+                && !whole.jumps_at(1.0, 2.0)
+        );
         assert!(ramp.moves_at(1.0, 2.0) && !ramp.moves_at(2.0, 3.0) && !Signal::Constant(1.0).moves_at(0.0, 1.0));
     }
 
@@ -160,5 +304,12 @@ mod tests {
         assert_eq!(corners(&Signal::Table(vec![(1.5, 0.0), (9.0, 1.0)])), [false, true, true, false, false]);
         assert_eq!(corners(&Signal::Table(vec![(1.5, 1.0), (9.0, 1.0)])), [false; 5]);
         assert_eq!(corners(&Signal::Product(vec![Signal::Constant(1.0), Signal::Input(0)])), [true; 5]);
+        let formula = |text: &str| Signal::Formula(Formula::new(text, 1.0).expect("a formula"));
+        for kinked in ["10 * max(t - 1.7, 0)", "abs(t - 1.7)", "sin(3 * t) + 0.2 * min(t, 1.7)", "3 * max(t, 1.7)^2"] {
+            assert_eq!(corners(&formula(kinked)), [false, true, true, false, false], "{kinked}");
+        }
+        for smooth in ["sin(30 * t)", "abs(5 + sin(30 * t))", "max(t - 1.7, 0)^3", "max(t^2, -1)", "max(0.3, 0.4)"] {
+            assert_eq!(corners(&formula(smooth)), [false; 5], "{smooth}");
+        }
     }
 }

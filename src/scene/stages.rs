@@ -165,16 +165,22 @@ pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Resul
 }
 
 /// Refuses corners in motions that are given in a stage with an undamped rule, which finds their rates by v = 2 (x − xₙ)/Δt − vₙ: a jump of the rate
-/// rings from step to step for ever, and in the acceleration it grows with them. A stage that follows a static one begins with such a jump where a node moves.
+/// rings from step to step for ever, and in the acceleration it grows with them. A stage that follows a static one begins with such a jump where a node moves, and
+/// one that follows a dynamic one where the rate jumps between them.
 fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneError> {
     for (k, (span, stage)) in builder.spans.iter().zip(stages).enumerate() {
         let is_forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
         if is_forced || !span.integrator.rings_with_constraints() {
             continue;
         }
-        let after_rest = k > 0 && builder.spans[k - 1].integrator.is_static();
+        let before = k.checked_sub(1).map(|k| builder.spans[k].integrator);
         let jumps = |signal: &Signal| {
-            signal.has_corner(span.start, span.end) || after_rest && signal.moves_at(span.start, span.end)
+            let at_start = match before {
+                None => false,
+                Some(rule) if rule.is_static() => signal.moves_at(span.start, span.end),
+                Some(_) => signal.jumps_at(span.start, span.end),
+            };
+            at_start || signal.has_corner(span.start, span.end)
         };
         if let Some(by) = builder.moved_by(jumps) {
             let name = span.integrator.name();

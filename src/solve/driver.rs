@@ -7,6 +7,7 @@ use super::cut_steps::CutSteps;
 use super::diagnosis;
 use super::limit::Reached;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
+use super::span_start::SpanStart;
 use super::start::initial_acceleration_by;
 use super::step_settings::StepSettings;
 use super::step_solver::StepSolver;
@@ -69,8 +70,9 @@ impl<'a> Driver<'a> {
         let mut position = from.unwrap_or_default();
         while let Some(span) = spans.get(position.span) {
             if position.step == 0 && !resumed {
-                self.begin(span, state)?;
-                observer.span_begins(span, state);
+                let start = SpanStart { span, before: position.span.checked_sub(1).map(|k| &spans[k]) };
+                self.begin(&start, state)?;
+                observer.span_begins(&start, state);
             }
             let mut strategy = strategy(span, self.cuts);
             while position.step < span.steps() {
@@ -91,13 +93,18 @@ impl<'a> Driver<'a> {
     }
 
     /// Makes `state` the first one of a span.
-    fn begin(&mut self, span: &TimeSpan, state: &mut State) -> ControlFlow<Status> {
+    fn begin(&mut self, start: &SpanStart, state: &mut State) -> ControlFlow<Status> {
+        if start.goes_on() {
+            return ControlFlow::Continue(());
+        }
+        let (span, system) = (start.span, self.steps.system);
+        start.give(system, &start.given_rates(system, state.clock()), state);
         if span.integrator.needs_initial_acceleration() {
-            match initial_acceleration_by(self.steps.solver.linear.method.clone(), self.steps.system, state) {
+            match initial_acceleration_by(self.steps.solver.linear.method.clone(), system, state) {
                 Ok(a) => state.a = a,
                 Err(why) if why.is_of_memory() => return ControlFlow::Break(Status::stopped(state.t, why, false)),
                 Err(why @ Failure::Eval(_)) => {
-                    return ControlFlow::Break(diagnosis::stopped(self.steps.system, state, state.t, why));
+                    return ControlFlow::Break(diagnosis::stopped(system, state, state.t, why));
                 }
                 Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why, by_force: false }),
             }

@@ -17,8 +17,8 @@ pub enum Integrator {
     /// Implicit Euler with corrections by contact, `corrected_steps`, for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
-    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, and at impacts
-    /// of rigid bodies, where it begins anew
+    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, of motions that are given with their
+    /// accelerations, and at impacts of rigid bodies, where it begins anew
     Bdf2,
     /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q,
     /// (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ + α_f aₙ, equilibrium and constraints hold exactly at tₙ₊₁.
@@ -116,13 +116,28 @@ impl Integrator {
         }
     }
 
-    /// Sets the memory of the integrator at `state`, its first state.
+    /// Sets the memory of the integrator at `state`, its first state: the accelerations, where the rule begins with any; those that are not known are zero for
+    /// BDF2 and implicit Euler.
     pub fn begin(self, state: &mut State) {
         state.dt = 0.0;
-        state.memory = if self.alpha().is_some() { state.a.clone() } else { Vec::new() };
+        state.memory = if self.is_static() { Vec::new() } else { state.a.clone() };
         if self.is_static() {
             state.v.fill(0.0);
             state.a.fill(0.0);
+        }
+    }
+
+    /// Whether a rule of several steps begins at a state, with no step before it to go on from.
+    pub(super) fn begins_at(self, state: &State) -> bool {
+        self == Self::Bdf2 && state.memory.len() != 2 * state.x.len()
+    }
+
+    /// The velocity v = ṡ + c Δt² s⃛ that an undamped rule keeps of a motion x = s(t) that is given, c: from ṡ itself on it rings about that velocity for ever, and
+    /// its acceleration rings with an amplitude that grows by ⅓ Δt |s⃛| in every step. Others forget where they began.
+    pub(super) fn offset(self) -> f64 {
+        match self.alpha() {
+            Some(Alpha { beta, .. }) if self.rings_with_constraints() => 1.0 / 6.0 - beta,
+            _ => 0.0,
         }
     }
 
@@ -140,7 +155,7 @@ impl Integrator {
         }
         match self {
             Self::Static | Self::ArcLength { .. } => Rates::default(),
-            Self::Bdf2 if !past.memory.is_empty() => {
+            Self::Bdf2 if !self.begins_at(past) => {
                 let w = dt / past.dt;
                 let c = (1.0 + 2.0 * w) / (1.0 + w) / dt;
                 Rates { cv: c, ca: c * c }
@@ -166,7 +181,7 @@ impl Integrator {
                 v.fill(0.0);
                 a.fill(0.0);
             }
-            Self::Bdf2 if !past.memory.is_empty() => {
+            Self::Bdf2 if !self.begins_at(past) => {
                 let w = dt / past.dt;
                 let (c, c0, c1) = ((1.0 + 2.0 * w) / (1.0 + w) / dt, (1.0 + w) / dt, w * w / (1.0 + w) / dt);
                 let (x1, v1) = past.memory.split_at(n);
@@ -176,9 +191,12 @@ impl Integrator {
                 }
             }
             _ => {
+                // With an acceleration that is known at the start, that of the step: BDF2 gets v at its end, implicit Euler keeps v of its middle.
+                let (of_v, of_a) = if self == Self::Bdf2 { (0.5 * dt, 0.0) } else { (0.0, 0.5) };
                 for i in 0..n {
-                    v[i] = (x[i] - past.x[i]) / dt;
-                    a[i] = (v[i] - past.v[i]) / dt;
+                    let known = past.memory.get(i).copied().unwrap_or(0.0);
+                    v[i] = (x[i] - past.x[i]) / dt + of_v * known;
+                    a[i] = (v[i] - past.v[i]) / dt + of_a * known;
                 }
             }
         }
@@ -201,7 +219,7 @@ impl Integrator {
         let dt = next.t - past.t;
         let (share, now, before) = match self.alpha() {
             Some(Alpha { am, af, beta, .. }) => (beta + 0.5 * (am - af) - 1.0 / 6.0, &next.memory, Some(&past.memory)),
-            None if self == Self::Bdf2 && !past.memory.is_empty() => {
+            None if self == Self::Bdf2 && !self.begins_at(past) => {
                 let w = dt / past.dt;
                 ((1.0 + w).powi(2) / (6.0 * w * (1.0 + 2.0 * w)), &next.a, Some(&past.a))
             }
@@ -220,14 +238,13 @@ impl Integrator {
     pub fn finish(self, past: &State, dt: f64, next: &mut State) {
         next.dt = dt;
         let State { x, memory, .. } = next;
+        memory.clear();
         if let Some(Alpha { beta, .. }) = self.alpha() {
-            memory.clear();
             memory.extend((0..x.len()).map(|i| {
                 let predicted = past.x[i] + dt * past.v[i] + dt * dt * (0.5 - beta) * past.memory[i];
                 (x[i] - predicted) / (beta * dt * dt)
             }));
         } else if self == Self::Bdf2 {
-            memory.clear();
             memory.extend(past.x.iter().chain(&past.v));
         }
     }
@@ -300,6 +317,7 @@ mod tests {
             let shift = integrator.alpha().map_or(0.0, |alpha| alpha.am - alpha.af);
             let memory = match integrator {
                 Integrator::Bdf2 => vec![x(t0 - before), v(t0 - before)],
+                Integrator::ImplicitEuler { .. } => Vec::new(),
                 _ => vec![a(t0 + shift * dt)],
             };
             let past = State {

@@ -10,7 +10,7 @@
 //! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact::correction` with `contact::gauss_seidel`, or `arc_length::path` | the iterations; `newton::convergence` holds the acceptance test, `equations` the error it sees, `newton::globalisation` the length along a direction |
 //! | Linear system | [`LinearSystem`] in `linear::system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`linear::lagged_factor`), the constraints (`linear::multipliers`), skew parts (`linear::tangent`) |
 //!
-//! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
+//! [`SpanStart`] says how a span goes on from the one before it. [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
 //! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters, [`adjoints`] those of functionals of a state by
 //! what is left in its equations.
 
@@ -30,6 +30,7 @@ mod observer;
 mod prediction;
 mod second_field;
 mod sensitivity;
+mod span_start;
 mod start;
 mod status;
 mod step;
@@ -58,6 +59,7 @@ pub use prediction::{PastPoint, Prediction};
 pub use second_field::set_second_field;
 pub use sensitivity::Differentiator;
 pub use sensitivity::adjoint::{Adjoint, adjoints};
+pub use span_start::SpanStart;
 pub use start::{initial_acceleration, initial_acceleration_by};
 pub use status::{Culprit, Status};
 pub use step::Step;

@@ -1,6 +1,6 @@
 //! The interface through which a caller follows a run: records, decides about inputs, stops.
 
-use super::{DriverMemory, Integrator, Status, TimeSpan};
+use super::{DriverMemory, Integrator, SpanStart, Status};
 use crate::system::{Assembled, State};
 use std::ops::ControlFlow;
 
@@ -44,7 +44,7 @@ pub struct GridPoint<'a> {
 /// A closure `|step: &AcceptedStep| -> bool` is an observer too; it stops the run by returning false. `()` ignores everything.
 pub trait StepObserver {
     /// A span begins at `state`.
-    fn span_begins(&mut self, _span: &TimeSpan, _state: &State) {}
+    fn span_begins(&mut self, _start: &SpanStart, _state: &State) {}
 
     /// The run is at a point of the time grid. The inputs of the state may be set here; to break ends the run with this status.
     fn grid_point(&mut self, _point: &GridPoint, _state: &mut State) -> ControlFlow<Status> {

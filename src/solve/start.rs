@@ -7,15 +7,17 @@ use crate::system::{Assembled, At, Rates, State, System, Want};
 /// A derivative ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits next to the stiffness.
 const STEEP: f64 = 1e12;
 
-/// Solves M a = −r(x, v, 0, λ) on the free dofs.
+/// Solves M a = −r(x, v, 0, λ) on the free dofs, with the accelerations that the prescribed ones have in the state.
 pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, Failure> {
     initial_acceleration_by(Method::default(), system, state)
 }
 
 /// The same, with this choice between direct and iterative linear solvers.
 pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -> Result<Vec<f64>, Failure> {
-    let zero = vec![0.0; state.x.len()];
-    Start::new(method, system, state, &zero)?.solve(system, None)
+    let mut given = vec![0.0; state.x.len()];
+    system.prescribed.iter().for_each(|p| given[p.dof as usize] = state.a[p.dof as usize]);
+    system.ties.complete(&mut given);
+    Start::new(method, system, state, &given)?.solve(system, None, given)
 }
 
 /// The start of a stage: r, K = ∂r/∂x, and M.
@@ -48,14 +50,14 @@ impl Start {
         Ok(Self { sums, mass, factor })
     }
 
-    /// M⁻¹(−r) on the free dofs \[unknowns\], zero elsewhere; of the residual of the state where none is given \[equations\].
-    pub fn solve(&mut self, system: &System, residual: Option<Vec<f64>>) -> Result<Vec<f64>, Failure> {
+    /// M⁻¹(−r) on the free dofs \[unknowns\], `given` elsewhere; of the residual of the state where none is given \[equations\].
+    pub fn solve(&mut self, system: &System, residual: Option<Vec<f64>>, given: Vec<f64>) -> Result<Vec<f64>, Failure> {
         let mut force = residual.unwrap_or_else(|| system.restrict(&self.sums.r));
         for (e, force) in force.iter_mut().enumerate() {
             *force = if system.dofs.is_scalar(e) { 0.0 } else { -*force };
         }
         self.factor.solve(&self.mass, &mut force).map_err(Failure::Linear)?;
-        let mut a = vec![0.0; system.dofs.equation.len()];
+        let mut a = given;
         system.expand(&force, &mut a);
         Ok(a)
     }

@@ -32,14 +32,14 @@ impl<'a> StepSolver<'a> {
         state: &State,
         t: f64,
     ) -> Result<(State, Solution), Failure> {
-        let hits = self.hits(integrator, state, t);
+        let (hits, begins) = (self.hits(integrator, state, t), integrator.begins_at(state));
         let mut anew = None;
-        if hits && !state.memory.is_empty() {
+        if hits && !begins {
             let mut past = state.clone();
             integrator.forget(&mut past);
             anew = self.solve_by(integrator, &past, t).ok();
         }
-        let ends_anew = anew.is_some() || state.memory.is_empty();
+        let ends_anew = anew.is_some() || begins;
         let (mut next, solution) = match anew {
             Some((next, solution)) => (next, Solution { anew: true, ..solution }),
             None => self.solve_by(integrator, state, t)?,

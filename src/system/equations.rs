@@ -179,6 +179,11 @@ impl System {
         self.forces().any(|e| e.intensity(from) != e.intensity(to))
     }
 
+    /// Whether anything has mass.
+    pub fn has_mass(&self) -> bool {
+        self.effects.iter().any(|effect| effect.role() == EnergyRole::Kinetic)
+    }
+
     /// Whether a force, pressure, tension or displacement that is given is not zero at a time.
     pub fn acts_at(&self, now: Clock) -> bool {
         self.forces().any(|e| e.intensity(now) != 0.0) || self.prescribed.iter().any(|p| p.signal.at(now) != 0.0)

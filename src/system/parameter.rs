@@ -3,6 +3,8 @@
 use super::derivative::{add_history, add_residual};
 use super::{Assembled, At, ConstraintKind, EvalError, ParameterDerivative, System, Want};
 use crate::math::difference::{by_best_step, derivatives, disagreement};
+use crate::math::statistics::larger;
+use std::convert::Infallible;
 use std::sync::Arc;
 
 /// Change of a gap over a change of θ by its own size below which its error is not relative to it \[of the scale of the constraint\]: that of a rigid part
@@ -85,6 +87,14 @@ impl<'a> Parameter<'a> {
         Ok(changes)
     }
 
+    /// The change of `count` values that a system has whatever its state, for each of its derivatives; each half of them is of one kind.
+    pub fn of_system(&self, count: usize, values: &dyn Fn(&System) -> Vec<f64>) -> Vec<Vec<f64>> {
+        match &self.difference {
+            None => vec![vec![0.0; count]],
+            Some(difference) => difference.of_system(values).into(),
+        }
+    }
+
     /// Whether nothing changes in a body at rest: there the exact derivatives, of laws, are zero.
     pub fn is_idle_at_rest(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<bool, EvalError> {
         match &mut self.difference {
@@ -152,6 +162,19 @@ impl<'a> SystemDifference<'a> {
         };
         let found = by_best_step(derive, error).expect("variants for some step")?;
         Ok(found.map(|all| EquationChange::from_flat(all, system)))
+    }
+
+    fn of_system(&self, values: &dyn Fn(&System) -> Vec<f64>) -> [Vec<f64>; 2] {
+        let derive = |step: usize| {
+            let (h, systems) = self.variants.systems(step)?;
+            Some(derivatives(h, |place| Ok::<_, Infallible>(values(&systems[place]))))
+        };
+        let error = |[a, b]: &[Vec<f64>; 2]| {
+            let half = a.len() / 2;
+            larger(disagreement(&a[..half], &b[..half]), disagreement(&a[half..], &b[half..]))
+        };
+        let Ok(found) = by_best_step(derive, error).expect("variants for some step");
+        found
     }
 
     fn history(&mut self, system: &System, at: &At) -> Result<[Vec<f64>; 2], EvalError> {

@@ -14,7 +14,7 @@ pub struct State {
     pub a: Vec<f64>,
     /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
     pub lambda: Vec<f64>,
-    /// Further variables of the integrator (BDF2: last x and v; generalised-α: algorithmic acceleration)
+    /// Further variables of the integrator (BDF2: last x and v; generalised-α: algorithmic acceleration; at a start the known accelerations)
     pub memory: Vec<f64>,
     /// Last accepted step \[s\], 0 at the start
     pub dt: f64,

@@ -414,6 +414,27 @@ drive = { kind = "pressure", signal = { kind = "ramp", from = "0 Pa", to = "150 
     }
 }
 
+/// A motion with an acceleration where stages begin: after rest, by the rule of the stage before, and by another one.
+#[test]
+fn a_motion_that_begins_with_an_acceleration() {
+    let moved = r#"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "yz"
+displacement = { kind = "raised_cosine", amplitude = "1.5 mm", frequency = "12 Hz" }
+"#;
+    for stages in [vec![("\"bdf2\"", 1), ("\"bdf2\"", 1), (ALPHA, 2)], vec![("\"implicit_euler\"", 1), ("\"bdf2\"", 2)]]
+    {
+        Beam { constraints: moved.into(), ..Beam::new(&stages) }.check(&[
+            "constraint.prescribed.displacement.amplitude",
+            "constraint.prescribed.displacement.frequency",
+            "effect.inertia.density",
+            "mesh.grid.size.0",
+        ]);
+    }
+}
+
 /// A stretch that is there from the start on, in formulations with pressures: those of the start, and the accelerations that follow from them, have
 /// derivatives too.
 #[test]

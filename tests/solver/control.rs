@@ -601,6 +601,27 @@ fn a_formula_without_a_value_is_an_error_with_partial_results() {
     assert_eq!(result.rows.len(), result.signals.len());
 }
 
+/// The formula before an event has no value after it, and the one that follows none before: each is looked at only where it is in force.
+#[test]
+fn a_formula_needs_a_value_only_while_it_is_in_force() {
+    let own = r#"{ kind = "expression", formula = "0.1 * t + 0 * sqrt(0.45 - t) + 0 * xmax_z_m", unit = "N" }"#;
+    let other = r#"{ kind = "expression", formula = "0.02 + 0 * ln(t) + 0 * xmax_z_m", unit = "N" }"#;
+    let event = |to: &str| {
+        format!(
+            "[[event]]\nname = \"go\"\nwhen = {{ kind = \"at\", t = \"0.4 s\" }}\n\
+             then = [{{ kind = \"switch\", signal = \"cable_imposed_tension_N\", to = {to} }}]\n"
+        )
+    };
+    let drive = format!("{{ kind = \"tension\", signal = {own} }}");
+    let result = run(&pulled(&drive, &event(other)));
+    assert_eq!((&result.status, &result.failure), (&Status::Converged, &None));
+    let tension: Vec<f64> = result.signals.iter().map(|row| row[0]).collect();
+    assert!((tension[4] - 0.04).abs() < 1e-15 && tension[5..].iter().all(|t| *t == 0.02), "{tension:?}");
+    // What is in force and has no value ends the run still
+    let result = run(&pulled(&drive, ""));
+    assert!(matches!(result.failure, Some(ControlError::NotFinite { .. })), "{:?}", result.failure);
+}
+
 /// A cut step sees a part of the change: the input is linear within a step.
 #[test]
 fn a_jump_is_spread_over_the_parts_of_a_cut_step() {

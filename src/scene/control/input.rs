@@ -55,7 +55,18 @@ pub struct Input {
     pub source: Source,
 }
 
-/// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list.
+impl Input {
+    /// Whether it, input `k` of all, is a part of what is followed at present: a part of a signal that events replace is none before its event, and after another one.
+    fn is_in_force(&self, k: usize, inputs: &[Self], memory: &ControlMemory) -> bool {
+        inputs.iter().zip(&memory.programs).filter(|(input, _)| input.signal == self.signal).all(|(input, program)| {
+            let Source::Switched { own, others } = &input.source else { return true };
+            program.other.map_or(own, |i| &others[i].signal).reads(k)
+        })
+    }
+}
+
+/// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list. A formula that is not in force has no value
+/// there, and needs none.
 pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
     let mut ahead: Vec<Ramp> = Vec::with_capacity(inputs.len());
     for (k, input) in inputs.iter().enumerate() {
@@ -72,6 +83,7 @@ pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f
                     }
                 }
             }
+            Source::Formula { .. } if !input.is_in_force(k, inputs, memory) => 0.0,
             Source::Formula { formula, event, variables } => {
                 let since = event.and_then(|e| memory.events[e].last).unwrap_or(0.0);
                 let variable = |v: &Variable| match v {

@@ -4,7 +4,7 @@ use super::checkpoint::{Checkpoint, Snapshot};
 use super::options::{OnRow, PARTIAL, Progress, RunOptions, Saved};
 use crate::scene::build::Scene;
 use crate::scene::control::{ControlError, Opening, Orders};
-use crate::solve::{AcceptedStep, GridPoint, Status, Step, StepObserver, TimeSpan};
+use crate::solve::{AcceptedStep, GridPoint, SpanStart, Status, Step, StepObserver};
 use crate::system::State;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -165,11 +165,11 @@ fn not_finite(scene: &Scene, row: &[f64], signals: &[f64]) -> Option<String> {
 }
 
 impl StepObserver for RunRecorder<'_, '_> {
-    fn span_begins(&mut self, span: &TimeSpan, state: &State) {
+    fn span_begins(&mut self, start: &SpanStart, state: &State) {
         let balance = &mut self.checkpoint.balance;
         balance.growth.begin(balance.energies);
         if let Some(sensitivities) = &mut self.options.sensitivities {
-            sensitivities.begin(span.integrator, state);
+            sensitivities.begin(start, state);
         }
     }
 

@@ -173,7 +173,7 @@ fn place(system: &System, state: &mut State) {
 /// of the prescribed nodes alone would only mislead the prediction of the next step.
 pub(super) fn place_in_motion(system: &System, state: &mut State) {
     place(system, state);
-    if system.effects.iter().all(|effect| effect.role() != EnergyRole::Kinetic) {
+    if !system.has_mass() {
         return;
     }
     for p in &system.prescribed {

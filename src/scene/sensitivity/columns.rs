@@ -7,7 +7,7 @@ use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::scene::build::Scene;
 use crate::scene::record::column::largest_of_unit;
 use crate::scene::record::extreme_rows::{ExtremeRow, ExtremeRows};
-use crate::solve::{AcceptedStep, Failure, Integrator};
+use crate::solve::{AcceptedStep, Failure, SpanStart};
 use crate::system::State;
 
 /// Derivatives of the rows of a [`Run`](crate::scene::Run) by some keys of its scene.
@@ -192,9 +192,9 @@ impl<'a> SensitivityRecorder<'a> {
     }
 
     /// A stage begins at `state`.
-    pub(in crate::scene) fn begin(&mut self, integrator: Integrator, state: &State) {
+    pub(in crate::scene) fn begin(&mut self, start: &SpanStart, state: &State) {
         if self.sensitivities.stopped.is_none() {
-            self.timed(state.t, |sensitivity| sensitivity.solver.begin(integrator, state).map(|()| None));
+            self.timed(state.t, |sensitivity| sensitivity.solver.begin(start, state).map(|()| None));
         }
     }
 

@@ -98,7 +98,7 @@ impl<'a> StepSolver<'a> {
                 .peekable();
             moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
         };
-        let anew = state.memory.is_empty();
+        let anew = integrator.begins_at(state);
         // By BDF2 the acceleration of a step with an impact is that of the impact, and points away from the obstacle.
         let accelerated = if anew && integrator == Integrator::Bdf2 { 0.0 } else { 0.5 };
         let approach = self.approach(integrator, state, t, (AHEAD, accelerated));
@@ -210,7 +210,7 @@ impl<'p> Component<'p> {
         for (&node, share) in self.point.nodes.iter().zip(self.shares) {
             (0..3).for_each(|i| against[3 * node as usize + i] -= share * self.direction[i]);
         }
-        let mut response = mass.solve(system, Some(system.restrict(&against)))?;
+        let mut response = mass.solve(system, Some(system.restrict(&against)), vec![0.0; n])?;
         bodies.iter().for_each(|body| body.make_rigid(&mut response));
         Ok(response)
     }

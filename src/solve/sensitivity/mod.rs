@@ -21,7 +21,7 @@ use super::linear::multipliers::Schur;
 use super::linear::tangent;
 use super::second_field::SecondField;
 use super::start::{Start, before};
-use super::{Failure, Integrator, Step};
+use super::{Failure, SpanStart, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
 use crate::system::{
@@ -81,15 +81,21 @@ impl<'a> Differentiator<'a> {
     }
 
     /// A stage begins at `state`, whose acceleration is that of the start: M a′ is what is left of the change of r.
-    pub fn begin(&mut self, integrator: Integrator, state: &State) -> Result<(), Failure> {
-        let system = self.system;
+    pub fn begin(&mut self, start: &SpanStart, state: &State) -> Result<(), Failure> {
+        if start.goes_on() {
+            return Ok(());
+        }
+        let (system, integrator) = (self.system, start.span.integrator);
+        let rates = |system: &System| start.given_rates(system, state.clock());
+        let given = self.parameters.iter().flat_map(|p| p.of_system(2 * system.prescribed.len(), &rates));
+        self.changes.iter_mut().zip(given).for_each(|(change, given)| start.give(system, &given, change));
         if integrator.needs_initial_acceleration() {
-            let mut start = Start::new(self.method.clone(), system, state, &state.a)?;
+            let mut mass = Start::new(self.method.clone(), system, state, &state.a)?;
             let at = before(state, &state.a, Rates::default());
             let own = equation_changes(&mut self.parameters, system, &at, &state.lambda)?;
             for (change, EquationChange { residual, .. }) in self.changes.iter_mut().zip(own) {
-                let sum = change_of_residual(system, &start.sums, (&at, &state.lambda), change, residual)?;
-                change.a = start.solve(system, Some(sum))?;
+                let sum = change_of_residual(system, &mass.sums, (&at, &state.lambda), change, residual)?;
+                change.a = mass.solve(system, Some(sum), std::mem::take(&mut change.a))?;
             }
         }
         self.changes.iter_mut().for_each(|change| integrator.begin(change));
@@ -104,6 +110,7 @@ impl<'a> Differentiator<'a> {
             return Err(Failure::Landing);
         }
         if step.past.memory.is_empty() {
+            // The rule began anew
             self.changes.iter_mut().for_each(|change| change.memory.clear());
         }
         if self.rests(&at, next)? {
@@ -202,7 +209,7 @@ fn equation_changes(
     Ok(out)
 }
 
-/// \[equations\] the change of the residual at the start of a stage by the change of its state, its acceleration apart, next to that at a fixed state \[unknowns\].
+/// \[equations\] the change of the residual at the start of a stage by the change of its state, whose acceleration is that of the prescribed dofs, next to that at a fixed state \[unknowns\].
 /// `sums` are those of the state, with the tangent.
 fn change_of_residual(
     system: &System,
@@ -211,9 +218,8 @@ fn change_of_residual(
     change: &State,
     mut residual: Vec<f64>,
 ) -> Result<Vec<f64>, Failure> {
-    let State { x, v, history, lambda: rates, .. } = change;
-    let still = vec![0.0; x.len()];
-    let direction = Perturbation { x, v, a: &still, old: x, history };
+    let State { x, v, a, history, lambda: rates, .. } = change;
+    let direction = Perturbation { x, v, a, old: x, history };
     add_residual_derivative(system, at, &direction, &mut residual).map_err(Failure::Eval)?;
     let held = held(system, x);
     let along = [(&held[..], &vec![0.0; rates.len()][..])];
