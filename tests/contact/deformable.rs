@@ -429,6 +429,29 @@ fn the_normal_force_is_that_of_both_surfaces() {
     assert!(force > 0.1 && (normal / force - 1.0).abs() < 1e-3, "{normal} {force}");
 }
 
+/// Surfaces that begin within `distance` are noted with the force of the first row, which is along z; beyond it nothing is noted.
+#[test]
+fn a_start_within_the_reach_is_noted() {
+    let start = |apart: &str| {
+        let rest = "[[constraint]]\nkind = \"fixed\"\nregion = \"lower.zmin\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"upper.zmax\"\n\
+                    [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let plates = contact(0.0, "distance = \"0.1 mm\"\nmodulus = \"1 kPa\"")
+            .replace("upper.skin", "upper.zmin")
+            .replace("lower.skin", "lower.zmax");
+        let scene = blocks([2, 2, 2], [3, 3, 2], apart, "tet4", &[ELASTIC, &plates, rest].concat());
+        let force = column(&common::run(&scene), "between_force_z_N")[0];
+        let notes = scene.notes.into_iter().filter(|note| note.contains("reach of the barrier"));
+        (notes.collect::<Vec<String>>(), force)
+    };
+    let (notes, force) = start("10.05 mm");
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    assert!(note.starts_with("between: ") && note.contains("gap 0.0500 mm, distance 0.1000 mm"), "{note}");
+    let said = note.split("a force of ").nth(1).and_then(|n| n.strip_suffix(" N")).expect("a force");
+    let said: f64 = said.parse().expect("a number");
+    assert!(force > 0.0 && (said / force - 1.0).abs() < 1e-3, "{said} N for {force} N");
+    assert_eq!(start("10.11 mm").0, Vec::<String>::new());
+}
+
 /// A rigid part in the upper block, 5 mm above its lower side: it holds no node that is in contact. One that reaches this side is refused. A load of 1 N
 /// on it is carried by the contact.
 #[test]

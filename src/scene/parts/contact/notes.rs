@@ -1,25 +1,43 @@
 //! Notes on the start of a contact, and on what the points of a rigid body do not see.
 
 use crate::effect::contact::NormalForces;
+use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::{RIM, RigidBody};
+use crate::system::Caches;
 
-/// Notes that a contact with a barrier begins under pressure.
+/// Notes that the points of a contact with a barrier begin under pressure.
 pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
     let start = start(builder);
     let (contact, reach) = (pressing.contact(), pressing.reach());
     let Some((_, gap)) = contact.deepest(&start).filter(|(_, gap)| *gap < reach) else { return };
-    let force: f64 =
-        (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&start, b)).map(|press| press.force).sum();
-    builder.notes.push(format!(
-        "{}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
-        contact.name,
+    let presses = (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&start, b));
+    builder.notes.push(begins_within(&contact.name, [gap, reach], presses.map(|press| press.force).sum()));
+}
+
+/// Notes that deformable surfaces begin under pressure.
+pub(super) fn note_start_of_surfaces(builder: &mut Builder, pressing: &PressedSurfaces, reach: f64) {
+    let start = start(builder);
+    let surfaces = &pressing.surfaces;
+    let gap = surfaces.gap(&start);
+    if gap < reach {
+        let terms = surfaces.terms(&start, &mut Caches::default());
+        let presses = terms.iter().filter_map(|term| pressing.normal_force(&start, term));
+        let force = presses.map(|press| press.force).sum();
+        builder.notes.push(begins_within(&surfaces.name, [gap, reach], force));
+    }
+}
+
+/// That a contact of this name has this gap in the reach of its barrier \[m\], and the force \[N\].
+fn begins_within(name: &str, [gap, reach]: [f64; 2], force: f64) -> String {
+    format!(
+        "{name}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
         gap * 1e3,
         reach * 1e3
-    ));
+    )
 }
 
 /// Distances between contact points below which a whole obstacle is seen too roughly: a ball as wide as this is pressed in by an eighth of its
