@@ -15,7 +15,7 @@ use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
-use crate::scene::parts::contact::scales::ContactScales;
+use crate::scene::parts::contact::scales::{ContactScales, modulus_at, stiffest};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
@@ -74,11 +74,6 @@ fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[Con
     Err(builder.content(place, fact, "keep one of the two; its force is that of the whole contact"))
 }
 
-/// Young's modulus of the stiffest law \[Pa\], 0 without one.
-fn stiffest(builder: &Builder) -> f64 {
-    builder.gathered.laws.iter().map(|l| l.law.small_strain().e).fold(0.0, f64::max)
-}
-
 /// A contact with its effects, the pressing one first.
 fn build_contact(
     builder: &mut Builder,
@@ -95,7 +90,9 @@ fn build_contact(
     let sides = deformable_sides(builder, place, spec, bodies)?;
     check_turned(builder, &sides)?;
     let cell = cell_size(builder, &sides);
-    let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
+    let stiffness = sides.iter().filter_map(|facets| modulus_at(builder, facets)).reduce(f64::max);
+    let stiffness = stiffness.unwrap_or_else(|| stiffest(builder));
+    let scales = ContactScales::new(builder, place, spec, (cell, stiffness))?;
     let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
     let named =
         |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of, history: 0..0 };
