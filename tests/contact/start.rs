@@ -270,6 +270,31 @@ dt = "1 s"
     assert!(!notes(40, "25").iter().any(is_any), "{:?}", notes(40, "25"));
 }
 
+/// A block of 100 × 100 × 10 mm whose cells are 1 mm wide at one corner and 19 mm at the other: a ball of 20 mm is narrow against these, and not against those.
+#[test]
+fn an_obstacle_is_compared_with_the_facets_that_are_nearest_to_it() {
+    let mut mesh = block(10, 10, 1, 0.1, 0.1, 0.01, Order::Linear);
+    mesh.points.iter_mut().for_each(|at| (at.x, at.y) = (at.x * at.x / 0.1, at.y * at.y / 0.1));
+    for (corner, noted) in [(0, false), (100, true)] {
+        let text = format!(
+            r#"{CUBE}
+[[contact]]
+name = "ball"
+region = "zmax"
+obstacle = {{ kind = "sphere", center = ["{corner} mm", "{corner} mm", "21 mm"], radius = "10 mm" }}
+response = "multiplier"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        let notes = scene(mesh.clone(), &text).notes;
+        assert_eq!(notes.iter().any(|note| note.contains("is narrow against")), noted, "{corner}: {notes:?}");
+    }
+}
+
 /// A cylinder has balls inside that roll where it is as long as it is wide; a shorter one rolls on the points of its rims.
 #[test]
 fn a_flat_cylinder_is_noted_as_a_prism() {

@@ -2,6 +2,7 @@
 
 use crate::effect::contact::NormalForces;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
+use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
@@ -44,7 +45,10 @@ fn begins_within(name: &str, [gap, reach]: [f64; 2], force: f64) -> String {
 /// width before three of them feel it.
 const SEEN: f64 = 2.0;
 
-/// Notes that an obstacle is narrow against the facets that press on it: between their points it meets nothing.
+/// Share of the width of an obstacle to which it is pressed in where its facets are judged: those that it reaches then \[–\].
+const PRESSED_IN: f64 = 0.125;
+
+/// Notes that an obstacle is narrow against the facets that are nearest to it: between their points it meets nothing.
 pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], pressing: &dyn NormalForces) {
     let contact = pressing.contact();
     let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
@@ -52,27 +56,52 @@ pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], p
     widths.as_mut_slice().sort_by(f64::total_cmp);
     let mesh = &builder.body.mesh;
     let parts = if mesh.order == Order::Quadratic { 2.0 } else { 1.0 };
-    let spacing = longest_edge(mesh, facets) / parts;
-    if widths[1] < SEEN * spacing {
+    let is_seen = |spacing: f64| widths[1] >= SEEN * spacing / parts;
+    if is_seen(facets.iter().map(|&f| longest_edge(mesh, f)).fold(0.0, f64::max)) {
+        return;
+    }
+    let nearest = nearest(mesh, facets, contact.distance(&start(builder)), PRESSED_IN * widths[1]);
+    let spacing = mean_edge(mesh, &nearest);
+    if !is_seen(spacing) {
         builder.notes.push(format!(
-            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean of its area: it sinks in between them \
-             without a force; refine the mesh there",
+            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean of the area that is nearest to it: it sinks in \
+             between them without a force; refine the mesh there",
             contact.name,
             widths[1] * 1e3,
-            spacing * 1e3
+            spacing / parts * 1e3
         ));
     }
 }
 
+/// The facets that are at most so much `farther` from an obstacle than the nearest one \[m\], by the distances of their corners and of middles between these.
+fn nearest(mesh: &TetMesh, facets: &[u32], distance: impl Fn(&Vec3) -> f64, farther: f64) -> Vec<u32> {
+    let gap = |&f: &u32| {
+        let [a, b, c] = corners(mesh, f);
+        let places = [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0];
+        places.iter().map(&distance).fold(f64::INFINITY, f64::min)
+    };
+    let gaps: Vec<f64> = facets.iter().map(gap).collect();
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    facets.iter().zip(gaps).filter(|(_, gap)| *gap <= least + farther).map(|(&f, _)| f).collect()
+}
+
 /// The longest edge of a facet in the mean over their area \[m\]: many small facets do not hide large ones.
-fn longest_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
-    let corner = |f: u32, k: usize| mesh.points[mesh.facet(f as usize)[k % 3] as usize];
-    let longest = |f: u32| (0..3).map(|k| (corner(f, k + 1) - corner(f, k)).norm()).fold(0.0, f64::max);
+fn mean_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
     let (sum, area) = facets.iter().fold((0.0, 0.0), |(sum, all), &f| {
         let area = mesh.facet_area(f as usize);
-        (sum + area * longest(f), all + area)
+        (sum + area * longest_edge(mesh, f), all + area)
     });
     sum / area
+}
+
+/// \[m\]
+fn longest_edge(mesh: &TetMesh, facet: u32) -> f64 {
+    let [a, b, c] = corners(mesh, facet);
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
+}
+
+fn corners(mesh: &TetMesh, facet: u32) -> [Vec3; 3] {
+    [0, 1, 2].map(|k| mesh.points[mesh.facet(facet as usize)[k] as usize])
 }
 
 /// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.
