@@ -38,7 +38,7 @@ pub mod wrinkling;
 pub use cable::{Cable, CableLength, CableTension, Guide};
 pub use cable_friction::Pull;
 pub use cavity::{Cavity, CavityPressure, CavityVolume, VolumeField};
-pub use cavity_rim::{CavityRim, middle_of_edges};
+pub use cavity_rim::{CavityRim, flux_through_cones, middle_of_edges};
 pub use cell::CellPoints;
 pub use constitution::{Constitution, PressureField};
 pub use contact::Contact;

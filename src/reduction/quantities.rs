@@ -94,7 +94,7 @@ pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: 
         let presses =
             |(effect, _): (&dyn Effect, &dyn PolynomialLoad)| std::ptr::eq(effect.blocks(), cavity.cavity.facets());
         let Some(load) = effects_of_loads(scene).position(presses) else { continue };
-        let rest = cavity.cavity.volume(&scene.system.rest().x);
+        let rest = cavity.volume(&scene.system.rest().x);
         add(format!("{}_pressure_Pa", cavity.name), ReducedReading::Intensity(load));
         add(format!("{}_volume_m3", cavity.name), ReducedReading::Volume { load, rest });
     }

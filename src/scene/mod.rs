@@ -109,6 +109,7 @@ pub use notes::beyond_data::beyond_data_notes;
 pub use notes::collapse::CollapsedCavity;
 pub(crate) use notes::cut_regions::CutRegions;
 pub use notes::feedback::growing_feedback;
+pub use notes::friction::friction_at_limit;
 pub(crate) use notes::mesh_limits::wall;
 pub use notes::mesh_limits::{limits_of_mesh, limits_of_scene};
 pub use notes::sunk::SunkenFacet;

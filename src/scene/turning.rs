@@ -11,7 +11,7 @@ use super::text::quantity::Length;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::solve::Integrator;
+use crate::solve::{Integrator, TimeSpan};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
@@ -31,6 +31,10 @@ pub struct TurningSpec {
 /// 180° but for rounding \[rad\]
 const HALF_TURN: f64 = PI * (1.0 - 1e-9);
 
+/// The largest angle of a step of what is in contact, 20° but for rounding \[rad\]: within a step its nodes go on chords, and it is smaller in between by
+/// 1 − cos(Δθ/2), 1.5 %.
+const MOST_IN_CONTACT: f64 = PI / 9.0 * (1.0 + 1e-9);
+
 /// A rotation whose angle is a function of time.
 pub(super) struct Turning {
     /// Unit vector along the axis
@@ -38,7 +42,7 @@ pub(super) struct Turning {
     /// \[m\]
     about: Vec3,
     /// \[rad\]
-    angle: Signal,
+    pub(super) angle: Signal,
 }
 
 impl TurningSpec {
@@ -54,23 +58,58 @@ impl TurningSpec {
 
 /// Refuses a half turn or more within one step. The angle of a controller is known after the run only, see [`half_turns`].
 fn check_steps(builder: &Builder, place: &str, angle: &Signal) -> Result<(), SceneError> {
-    if angle.has_inputs() {
+    let Some(StepTurn { span, at, by }) = turns(builder, angle).find(|step| step.by >= HALF_TURN) else {
         return Ok(());
+    };
+    let fact = format!(
+        "the angle changes by {:.0}° within the step at t = {at:.6} s, and from 180° on a step cannot tell in which direction it turned",
+        by.to_degrees(),
+    );
+    Err(builder.content(place, fact, slower(span.dt * 0.25 * PI / by)))
+}
+
+/// Refuses steps by which an obstacle, or facets in contact, turn too far. The angle of a controller is not known here.
+pub(super) fn check_in_contact(builder: &Builder, place: &str, angle: &Signal) -> Result<(), SceneError> {
+    let limit = format!(
+        "what is in contact turns by at most {:.0}° in a step: within it, it goes straight and might pass the other side",
+        MOST_IN_CONTACT.to_degrees()
+    );
+    let first = builder.spans.first().filter(|first| first.integrator.is_static() && !angle.has_inputs());
+    let start = first.map_or(0.0, |first| angle.at(first.point(0)).abs());
+    if start > MOST_IN_CONTACT {
+        let fact =
+            format!("a static stage turns it by {:.0}° from its given place at once; {limit}", start.to_degrees());
+        return Err(builder.content(place, fact, "let the angle begin at 0"));
     }
-    let spans = builder.spans.iter().filter(|span| !matches!(span.integrator, Integrator::ArcLength { .. }));
-    for span in spans {
-        let change = |k: usize| (angle.at(span.point(k + 1)) - angle.at(span.point(k))).abs();
-        if let Some(k) = (0..span.steps()).find(|&k| change(k) >= HALF_TURN) {
-            let (by, dt) = (change(k), span.dt * 0.25 * PI / change(k));
-            let fact = format!(
-                "the angle changes by {:.0}° within the step at t = {:.6} s, and from 180° on a step cannot tell in which direction it turned",
-                by.to_degrees(),
-                span.point(k)
-            );
-            return Err(builder.content(place, fact, format!("let it turn more slowly, or take a dt of {dt:.2e} s")));
-        }
-    }
-    Ok(())
+    let Some(StepTurn { span, at, by }) = turns(builder, angle).find(|step| step.by > MOST_IN_CONTACT) else {
+        return Ok(());
+    };
+    let fact = format!("the angle changes by {:.0}° within the step at t = {at:.6} s; {limit}", by.to_degrees());
+    Err(builder.content(place, fact, slower(span.dt * 0.75 * MOST_IN_CONTACT / by)))
+}
+
+/// How far an angle turns within one step.
+struct StepTurn<'a> {
+    span: &'a TimeSpan,
+    /// Its start \[s\]
+    at: f64,
+    /// \[rad\]
+    by: f64,
+}
+
+/// The steps of an angle in their order; none of one that is decided during the run.
+fn turns<'a>(builder: &'a Builder, angle: &'a Signal) -> impl Iterator<Item = StepTurn<'a>> {
+    let is_timed =
+        move |span: &&TimeSpan| !angle.has_inputs() && !matches!(span.integrator, Integrator::ArcLength { .. });
+    builder.spans.iter().filter(is_timed).flat_map(move |span| {
+        let change = move |k: usize| (angle.at(span.point(k + 1)) - angle.at(span.point(k))).abs();
+        (0..span.steps()).map(move |k| StepTurn { span, at: span.point(k), by: change(k) })
+    })
+}
+
+/// A remedy with the length of a step \[s\].
+fn slower(dt: f64) -> String {
+    format!("let it turn more slowly, or take a dt of {dt:.2e} s")
 }
 
 /// A note for each turn that a controller changed by 180° or more from one row to the next: [rows × signals] `values` of `signals`.

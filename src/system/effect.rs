@@ -204,6 +204,8 @@ pub trait TransientCoupling {
     fn blocks_at<'a>(&'a self, at: &At, caches: &mut Caches) -> Box<dyn TransientBlocks + 'a>;
     /// Lists of nodes that may be coupled soon. They depend on x alone, so that a resumed run has the same sparsity pattern.
     fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>>;
+    /// Whether blocks with this node exist at some state.
+    fn may_have(&self, node: u32) -> bool;
 }
 
 /// Blocks that exist at one state.

@@ -253,17 +253,26 @@ fn forces_do_not_depend_on_the_origin() {
 }
 
 fn load(text: &str) -> Scene {
+    try_load(text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The same, or why it is refused.
+fn try_load(text: &str) -> Result<Scene, String> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("writable");
-    let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
-    Scene::build(&file, spec, text, Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
+    let (spec, text) = read_scene(&file, &[]).map_err(|e| e.to_string())?;
+    let body = Body::load(&file, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?;
+    Scene::build(&file, spec, text, Arc::new(body)).map_err(|e| e.to_string())
 }
 
 /// Two blocks of 10 mm, `apart` above each other, with different meshes.
 fn blocks(lower: [usize; 3], upper: [usize; 3], apart: &str, element: &str, rest: &str) -> Scene {
-    load(&format!(
+    load(&text_of_blocks(lower, upper, apart, element, rest))
+}
+
+fn text_of_blocks(lower: [usize; 3], upper: [usize; 3], apart: &str, element: &str, rest: &str) -> String {
+    format!(
         r#"
 [mesh]
 element = "{element}"
@@ -280,7 +289,7 @@ E = "100 kPa"
 nu = 0.3
 {rest}
 "#
-    ))
+    )
 }
 
 const ELASTIC: &str = "[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n";
@@ -418,6 +427,79 @@ fn the_normal_force_is_that_of_both_surfaces() {
     assert_eq!(run.status, Status::Converged);
     let (force, normal) = (last(&run, "between_force_z_N"), last(&run, "between_normal_z_N"));
     assert!(force > 0.1 && (normal / force - 1.0).abs() < 1e-3, "{normal} {force}");
+}
+
+/// Surfaces that begin within `distance` are noted with the force of the first row, which is along z; beyond it nothing is noted.
+#[test]
+fn a_start_within_the_reach_is_noted() {
+    let start = |apart: &str| {
+        let rest = "[[constraint]]\nkind = \"fixed\"\nregion = \"lower.zmin\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"upper.zmax\"\n\
+                    [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+        let plates = contact(0.0, "distance = \"0.1 mm\"\nmodulus = \"1 kPa\"")
+            .replace("upper.skin", "upper.zmin")
+            .replace("lower.skin", "lower.zmax");
+        let scene = blocks([2, 2, 2], [3, 3, 2], apart, "tet4", &[ELASTIC, &plates, rest].concat());
+        let force = column(&common::run(&scene), "between_force_z_N")[0];
+        let notes = scene.notes.into_iter().filter(|note| note.contains("reach of the barrier"));
+        (notes.collect::<Vec<String>>(), force)
+    };
+    let (notes, force) = start("10.05 mm");
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    assert!(note.starts_with("between: ") && note.contains("gap 0.0500 mm, distance 0.1000 mm"), "{note}");
+    let said = note.split("a force of ").nth(1).and_then(|n| n.strip_suffix(" N")).expect("a force");
+    let said: f64 = said.parse().expect("a number");
+    assert!(force > 0.0 && (said / force - 1.0).abs() < 1e-3, "{said} N for {force} N");
+    assert_eq!(start("10.11 mm").0, Vec::<String>::new());
+}
+
+/// A rigid part in the upper block, 5 mm above its lower side: it holds no node that is in contact. One that reaches this side is refused. A load of 1 N
+/// on it is carried by the contact.
+#[test]
+fn a_body_with_a_rigid_part_rests_on_another() {
+    let with_part = |from: &str| {
+        let rest = format!(
+            r#"{ELASTIC}
+[mesh.regions.part]
+kind = "box"
+min = ["-1 mm", "-1 mm", "{from}"]
+max = ["11 mm", "11 mm", "30 mm"]
+pick = "cells"
+rule = "all"
+[[constraint]]
+kind = "fixed"
+region = "lower.zmin"
+[[constraint]]
+kind = "fixed"
+region = "upper.zmin"
+components = "xy"
+[[constraint]]
+kind = "rigid"
+region = "part"
+[[effect]]
+kind = "traction"
+region = "upper.zmax"
+direction = [0, 0, -1]
+traction = {{ kind = "ramp", from = "0 kPa", to = "10 kPa", end = "1 s" }}
+{}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+[numerics]
+max_iterations = 200
+"#,
+            contact(0.3, "distance = \"0.1 mm\"")
+                .replace("upper.skin", "upper.zmin")
+                .replace("lower.skin", "lower.zmax")
+        );
+        try_load(&text_of_blocks([2, 2, 2], [3, 3, 4], "10.09 mm", "tet4", &rest))
+    };
+    let run = common::run(&with_part("14 mm").unwrap_or_else(|e| panic!("{e}")));
+    assert_eq!(run.status, Status::Converged);
+    let force = last(&run, "between_force_z_N");
+    assert!((force - 1.0).abs() < 1e-5, "{force} N");
+    let told = with_part("10 mm").err().expect("refused");
+    assert!(told.contains("acts on the nodes of a rigid part (between)"), "{told}");
 }
 
 /// A block whose partner is a thousand times stiffer, and ten thousand times, feels what a rigid floor is: the difference of the

@@ -1,9 +1,11 @@
 //! Obstacles that turn and move.
 
-use crate::common::{largest, run};
+use crate::common::{column, largest, run, try_scene};
 use crate::setup::{RESPONSES, last, soft_block};
 use durometer::math::statistics::larger;
 use durometer::math::tensor::Vec3;
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
 use durometer::solve::Status;
 use nalgebra::{Rotation3, Unit};
 
@@ -81,4 +83,55 @@ displacement = {{ kind = "ramp", from = "0 mm", to = "1.1 mm", end = "1 s" }}
         println!("{response}: friction {tangential} N of {normal} N, {ratio} of the limit");
         assert!((0.89..1.12).contains(&ratio), "{response}: {ratio}");
     }
+}
+
+/// A lever of 50 mm turns by 90° past a soft post that is in its way at 60°: in one step its nodes would go straight, and it would be 35 mm long in between.
+#[test]
+fn a_lever_that_turns_does_not_pass_a_post() {
+    let lever = |angle: &str, dt: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "lever"
+region = "ymax"
+obstacle = {{ kind = "box", min = ["-30 mm", "-29 mm", "10 mm"], max = ["-28 mm", "21 mm", "40 mm"] }}
+motion = {{ turn = {{ axis = [0, 0, 1], about = ["-29 mm", "-29 mm", "0 mm"], angle = {angle} }} }}
+response = "barrier"
+friction = 0
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "{dt}"
+[numerics]
+max_iterations = 200
+"#
+        );
+        try_scene(block(2, 2, 4, 0.006, 0.006, 0.02, Order::Linear), &text)
+    };
+    let turned = r#"{ kind = "ramp", from = "0 deg", to = "-90 deg", end = "1 s" }"#;
+    for (angle, dt, says) in [
+        (turned, "1 s", "the angle changes by 90° within the step at t = 0.000000 s"),
+        (turned, "0.25 s", "take a dt of 1.67e-1 s"),
+        (r#""-90 deg""#, "0.1 s", "turns it by 90° from its given place at once"),
+    ] {
+        let told = lever(angle, dt).err().expect("refused");
+        assert!(told.contains(says), "{told}");
+    }
+    let run = run(&lever(turned, "0.1 s").unwrap_or_else(|e| panic!("{e}")));
+    assert_eq!(run.status, Status::Converged);
+    let force = column(&run, "lever_force_y_N").into_iter().fold(0.0, |most: f64, f| larger(most, f.abs()));
+    assert!(force > 0.1, "{force} N");
 }

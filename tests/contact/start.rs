@@ -87,6 +87,67 @@ modulus = "1 MPa"
     assert_eq!(notes("penalty", "0.1 mm"), Vec::<String>::new(), "a penalty acts from the surface on");
 }
 
+/// A block of rubber with a hard part of 200 GPa on one side: the modulus of a contact is that of the law behind most of its area, on two equal halves the larger.
+#[test]
+fn the_modulus_is_that_of_the_law_at_the_region() {
+    let modulus = |region: &str, hard: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[mesh.regions.hard]
+kind = "box"
+min = ["-1 mm", "-1 mm", "-1 mm"]
+max = ["{hard}", "11 mm", "11 mm"]
+pick = "cells"
+rule = "centroid"
+[mesh.regions.soft]
+kind = "complement"
+of = ["hard"]
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[laws.metal]
+law = "neo_hookean"
+E = "200 GPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "soft"
+law = "rubber"
+[[effect]]
+kind = "elastic"
+region = "hard"
+law = "metal"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[contact]]
+region = "{region}"
+obstacle = {{ kind = "box", min = ["-30 mm", "-30 mm", "-30 mm"], max = ["-20 mm", "-20 mm", "-20 mm"] }}
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        scene(block(4, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text).contacts[0].scales.modulus
+    };
+    for (region, hard, wanted) in [
+        ("zmin", "2.5 mm", 1e5),
+        ("xmax", "7.5 mm", 1e5),
+        ("zmin", "5 mm", 2e11),
+        ("zmin", "7.5 mm", 2e11),
+        ("xmin", "2.5 mm", 2e11),
+    ] {
+        let found = modulus(region, hard);
+        assert!((found / wanted - 1.0).abs() < 1e-12, "{region} {hard}: {found} Pa for {wanted} Pa");
+    }
+}
+
 /// Scales that are not given are those of the scene: Young's modulus is 100 kPa, the diagonal of the cube 17.32 mm.
 #[test]
 fn the_scales_of_a_contact_are_said() {
@@ -207,6 +268,31 @@ dt = "1 s"
     assert!(notes(40, "5.5").iter().any(is_narrow), "{:?}", notes(40, "5.5"));
     let is_any = |note: &String| note.contains("is narrow against");
     assert!(!notes(40, "25").iter().any(is_any), "{:?}", notes(40, "25"));
+}
+
+/// A block of 100 × 100 × 10 mm whose cells are 1 mm wide at one corner and 19 mm at the other: a ball of 20 mm is narrow against these, and not against those.
+#[test]
+fn an_obstacle_is_compared_with_the_facets_that_are_nearest_to_it() {
+    let mut mesh = block(10, 10, 1, 0.1, 0.1, 0.01, Order::Linear);
+    mesh.points.iter_mut().for_each(|at| (at.x, at.y) = (at.x * at.x / 0.1, at.y * at.y / 0.1));
+    for (corner, noted) in [(0, false), (100, true)] {
+        let text = format!(
+            r#"{CUBE}
+[[contact]]
+name = "ball"
+region = "zmax"
+obstacle = {{ kind = "sphere", center = ["{corner} mm", "{corner} mm", "21 mm"], radius = "10 mm" }}
+response = "multiplier"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        let notes = scene(mesh.clone(), &text).notes;
+        assert_eq!(notes.iter().any(|note| note.contains("is narrow against")), noted, "{corner}: {notes:?}");
+    }
 }
 
 /// A cylinder has balls inside that roll where it is as long as it is wide; a shorter one rolls on the points of its rims.

@@ -65,7 +65,7 @@ region = "zmax"
 
 /// The patch test: under a uniform stress the points carry p ∫ N_a dA at the nodes, whatever the mesh. Penalty and multiplier
 /// reach it to the tolerance of the equilibrium (1e-8 of the sum of all forces, some hundred times that of one point); the
-/// barrier on tet10 has guards at the corners with a millionth of the area, which bend the facets a little.
+/// barrier on tet10 has guards at the corners with a millionth of the area, which bend the facets a little. The area in contact is that of the face.
 #[test]
 fn a_uniform_pressure_comes_out_uniform() {
     for order in ORDERS {
@@ -85,6 +85,9 @@ fn a_uniform_pressure_comes_out_uniform() {
             assert!(worst < bound, "{order:?} {response}: {worst:.1e}");
             let balance = last(&run, "floor_force_z_N") / -last(&run, "zmax_reaction_z_N") - 1.0;
             assert!(balance.abs() < 1e-6, "{order:?} {response}: {balance:.1e}");
+            // All of the face presses; guards add six millionths of it.
+            let share = last(&run, "floor_area_m2") / area;
+            assert!((share - 1.0).abs() < 1e-5, "{order:?} {response}: {share}");
         }
     }
 }

@@ -13,7 +13,7 @@ use durometer::math::statistics::larger;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::{Checkpoint, Run, RunOptions, Scene};
+use durometer::scene::{Checkpoint, Run, RunOptions, Scene, friction_at_limit};
 use durometer::solve::Status;
 use durometer::system::friction::HISTORY;
 use durometer::system::{At, BlockValues, Effect, HistoryVariables, Rates};
@@ -305,4 +305,59 @@ fn a_restart_has_the_bits_of_the_whole_run() {
         assert!(again.status == Status::Converged && bits(&again) == bits(&whole), "{response}");
         assert!(last(&again, "floor_force_x_N") == last(&whole, "floor_force_x_N"), "{response}");
     }
+}
+
+/// A block with nothing but friction to hold it, under a push that reaches μ N at 1.6 s: in statics the run ends there, and the note says why. Before, friction has
+/// more to give.
+#[test]
+fn friction_at_its_limit_is_noted() {
+    let pushed = |duration: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "50 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "gravity"
+name = "weight"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "10 m/s^2", end = "1 s" }}
+[[effect]]
+kind = "gravity"
+name = "push"
+region = "body"
+density = "1000 kg/m^3"
+direction = [1, 0, 0]
+acceleration = {{ kind = "ramp", from = "0 m/s^2", to = "5 m/s^2", start = "1 s", end = "2 s" }}
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["5 mm", "5 mm", "0 mm"], normal = [0, 0, 1] }}
+response = "multiplier"
+friction = 0.3
+[[stage]]
+integrator = "static"
+duration = "{duration}"
+dt = "0.13 s"
+[numerics]
+max_iterations = 100
+"#
+        );
+        let scene = scene(block(2, 2, 1, 0.01, 0.01, 0.005, Order::Linear), &text);
+        let run = run(&scene);
+        (run.status == Status::Converged, friction_at_limit(&scene, &run.last))
+    };
+    assert_eq!(pushed("1.3 s"), (true, Vec::new()));
+    let (converged, notes) = pushed("2 s");
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    assert!(!converged && note.starts_with("floor: at t = 1.") && note.contains("(9)"), "{note}");
 }

@@ -336,6 +336,11 @@ region = "ymin"
     let by_pressure = format!(
         r#"{{ kind = "pressure", signal = {{ kind = "ramp", from = "0 Pa", to = "{pressure} Pa", end = "1 s" }} }}"#
     );
+    // Ends that are held are closed by caps, which end in the planes x = 0 and y = 0.
+    let ends = ["zmin", "zmax"].map(|r| held(r, "xyz")).concat();
+    let capped = common::scene(mesh.clone(), &text(&ends, &by_pressure));
+    let volume = capped.cavities[0].volume(&vec![0.0; 3 * mesh.points.len()]) / quarter;
+    assert!((volume - 1.0).abs() < 1e-4, "{volume}");
     for drive in [by_volume, by_pressure] {
         let scene = common::scene(mesh.clone(), &text(&planes.concat(), &drive));
         assert!(scene.notes.iter().any(|n| n.contains("from the axis along z")), "{:?}", scene.notes);
@@ -446,6 +451,79 @@ fn a_rim_that_is_moved_along_several_planes_holds_no_volume() {
     assert!(of(&sides, volume).is_ok());
     let said = of(&format!("{sides}{moved}"), volume).err().expect("refused");
     assert!(said.contains("is open, and its rim is free, or moved, at (") && said.contains("no volume"), "{said}");
+}
+
+/// A rim that is held across a plane through the body, as that of a part of its upper side: no plane of symmetry closes the volume there.
+#[test]
+fn a_rim_slides_only_where_the_body_ends() {
+    let half = r#"
+[mesh.regions.left]
+kind = "box"
+min = ["-1 mm", "-1 mm", "59 mm"]
+max = ["20.1 mm", "51 mm", "61 mm"]
+pick = "facets"
+rule = "all"
+[mesh.regions.across]
+kind = "plane"
+point = ["20 mm", "0 mm", "0 mm"]
+normal = [1, 0, 0]
+tolerance = "0.01 mm"
+"#;
+    let volume = r#"{ kind = "volume", signal = { kind = "ramp", from = "0 ml", to = "2 ml", end = "1 s" } }"#;
+    let sides = ["xmin", "ymin", "ymax"].map(|side| held(side, "xyz")).concat() + &held("across", "x");
+    let of = |length: f64, cells: usize| {
+        let text = pressed(&sides, volume, &soft()).replace("region = \"zmax\"", "region = \"left\"") + half;
+        let builder = SceneBuilder::parse(&text).unwrap_or_else(|e| panic!("{e}"));
+        builder.mesh(block(cells, 3, 3, length, 0.05, 0.06, Order::Linear)).build().map_err(|e| e.to_string())
+    };
+    assert!(of(0.02, 2).is_ok(), "{:?}", of(0.02, 2).err());
+    let said = of(0.04, 4).err().expect("refused");
+    assert!(said.contains("is open, and its rim is free, or moved, at (20, "), "{said}");
+}
+
+/// A tube of 24 mm that is held at both ends, or at one while the other slides in its plane: the volume is that of its bore of 16 sides, 8 r² sin 22.5° l.
+#[test]
+fn the_volume_of_a_cavity_with_two_openings_is_that_between_them() {
+    let enclosed = 8.0 * 9.0 * (PI / 8.0).sin() * 24.0;
+    for (end, closed) in [("xyz", "caps across what is held of the rim are part of it (220.4"), ("z", "(220.4")] {
+        let text = format!(
+            r#"
+[mesh]
+grid = {{ kind = "tube", inner = "3 mm", outer = "6 mm", length = "24 mm", divisions = [1, 16, 4] }}
+[laws.rubber]
+law = "neo_hookean"
+E = "400 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[constraint]]
+kind = "fixed"
+region = "zmax"
+components = "{end}"
+[[constraint]]
+kind = "cavity"
+region = "inner"
+drive = {{ kind = "volume", signal = {{ kind = "ramp", from = "0 ml", to = "0.1 ml", end = "1 s" }} }}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+"#
+        );
+        let scene = SceneBuilder::parse(&text).and_then(SceneBuilder::build).unwrap_or_else(|e| panic!("{e}"));
+        assert!(scene.notes.iter().any(|note| note.contains(closed)), "{:?}", scene.notes);
+        let run = common::run(&scene);
+        assert_eq!(run.status, Status::Converged, "{end}");
+        let volumes = common::column(&run, "cavity_volume_m3");
+        let (first, last) = (volumes[0] * 1e9, volumes[volumes.len() - 1] * 1e9);
+        assert!((first / enclosed - 1.0).abs() < 1e-9, "{end}: {first} mm³ of {enclosed} mm³");
+        assert!((last - first - 100.0).abs() < 1e-4, "{end}: {first} mm³, {last} mm³");
+    }
 }
 
 /// Derivatives of the reactions of a rim that slides in four planes, and so changes what they carry.

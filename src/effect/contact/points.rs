@@ -79,8 +79,8 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Surface
     out
 }
 
-/// Every node with a part of the areas of its facets: a third each on tet4; 1/12 at a corner and 1/4 at a mid-edge on tet10,
-/// those of the four triangles between the six nodes.
+/// Every node with a part of the areas of its facets, ∫ N_a dA of flat ones: a third each on tet4; none at a corner and a third at a mid-edge on tet10. So the
+/// nodes on which a uniform pressure has a force have all of the area.
 fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
     let mut areas = BTreeMap::new();
     let rule = quadrature::tri(4);
@@ -88,11 +88,7 @@ fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
         let parts = rule.points.iter().zip(&rule.weights).map(|(&xi, w)| w * mesh.facet_normal(f as usize, xi).norm());
         let area: f64 = parts.sum();
         for (a, &node) in mesh.facet(f as usize).iter().enumerate() {
-            let share = match (mesh.order, a < 3) {
-                (Order::Linear, _) => 1.0 / 3.0,
-                (Order::Quadratic, true) => 1.0 / 12.0,
-                (Order::Quadratic, false) => 0.25,
-            };
+            let share = if mesh.order == Order::Quadratic && a < 3 { 0.0 } else { 1.0 / 3.0 };
             *areas.entry(node).or_insert(0.0) += share * area;
         }
     }

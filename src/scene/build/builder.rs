@@ -70,6 +70,18 @@ pub(in crate::scene) struct Gathered {
     pub(in crate::scene) recorders: Vec<Box<dyn Recorder>>,
     /// For their reactions
     pub(in crate::scene) rims: HeldRims,
+    /// Regions that turn
+    pub(in crate::scene) turned: Vec<Turned>,
+}
+
+/// A region whose rotation is prescribed.
+pub(in crate::scene) struct Turned {
+    /// The constraint
+    pub(in crate::scene) place: String,
+    /// Ascending
+    pub(in crate::scene) nodes: Vec<u32>,
+    /// \[rad\]
+    pub(in crate::scene) angle: Signal,
 }
 
 /// The law of an elastic effect.

@@ -45,7 +45,7 @@ pub(super) fn note_cut(builder: &mut Builder, name: &str, key: &str, radius: f64
     if !cut.is_empty() {
         builder.notes.push(format!(
             "{name}: patches that are cut by a plane on which one component is held: {}; their weights are not those of half of a whole patch, and where this is a plane of \
-             symmetry, forces are not exactly half of those of the whole body; take {key} = \"point\" to compare with it, or model it whole",
+             symmetry, forces differ from half of those of the whole body, by about a tenth; with {key} = \"point\" they are half: take it in both, or model it whole",
             few(&cut)
         ));
     }

@@ -30,7 +30,7 @@ const LEAST_LENGTH: f64 = 0.1;
 pub(in crate::scene) enum Followed {
     /// All that depends on the key
     All,
-    /// The parts that the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of the stiffest law unless it is given
+    /// The parts that the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of a law unless it is given
     FollowingLaws,
 }
 

@@ -17,8 +17,8 @@ pub(in crate::scene) fn is_exact(scene: &Scene, constant: &LawConstant) -> bool 
     !matches!(law, Some(Ok(law)) if !law.is_differentiated_exactly())
 }
 
-/// Whether more than the effects of [`law_terms`] depends on laws: contacts without a modulus of their own and rigid bodies take that of the
-/// stiffest law.
+/// Whether more than the effects of [`law_terms`] depends on laws: contacts without a modulus of their own and rigid bodies take that of a
+/// law.
 pub(super) fn others_follow_laws(scene: &Scene) -> bool {
     !scene.spec.rigids.is_empty() || scene.spec.contacts.iter().any(|contact| contact.modulus.is_none())
 }

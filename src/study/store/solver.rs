@@ -3,7 +3,8 @@
 use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::scene::{
-    LinearWork, Run, Scene, beyond_data_notes, growing_feedback, half_turns, lost_volumes, wrinkle_notes,
+    LinearWork, Run, Scene, beyond_data_notes, friction_at_limit, growing_feedback, half_turns, lost_volumes,
+    wrinkle_notes,
 };
 use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
@@ -272,6 +273,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     out.extend(half_turns(&scene.signals, &run.signals));
     if run.status != Status::Converged {
         out.extend(growing_feedback(&scene.signals, &run.signals));
+        out.extend(friction_at_limit(scene, &run.last));
     }
     out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);

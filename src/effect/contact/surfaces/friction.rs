@@ -131,6 +131,10 @@ impl TransientCoupling for SurfaceFriction {
     fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
         self.pressing.surfaces.coupled_nodes(x, caches)
     }
+
+    fn may_have(&self, node: u32) -> bool {
+        self.pressing.surfaces.have(node)
+    }
 }
 
 impl TransientBlocks for FrictionTerms<'_> {

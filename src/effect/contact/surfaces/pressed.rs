@@ -187,6 +187,10 @@ impl TransientCoupling for PressedSurfaces {
     fn candidates(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
         self.surfaces.coupled_nodes(x, caches)
     }
+
+    fn may_have(&self, node: u32) -> bool {
+        self.surfaces.have(node)
+    }
 }
 
 impl TransientBlocks for BarrierTerms<'_> {

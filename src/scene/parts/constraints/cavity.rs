@@ -1,5 +1,6 @@
 //! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them; or a closed skin.
 
+use super::cavity_rim::{Planes, caps, is_in_planes, rim_planes};
 use super::cavity_wall::{Wall, wall};
 use crate::scene::build::drive::Drive;
 
@@ -91,6 +92,8 @@ pub struct NamedCavity {
     pub drive: Drive,
     /// Facets of its wall, ascending; none of a skin that lies on none
     pub(super) facets: Vec<u32>,
+    /// Volume between the cones that it counts from and caps across what is held of its rim \[m³\]
+    caps: f64,
     /// Whether its volume is that of a space with walls all round: the wall is closed, or cut by planes of symmetry
     pub(in crate::scene) encloses: bool,
 }
@@ -122,8 +125,10 @@ pub(in crate::scene) fn build_cavity(
             format!("the surface \"{surface}\" encloses {:.4} mm^3: the body is inside of it", Decimals(rest * 1e9));
         return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
     }
+    let across = |planes| caps(builder, mesh, &rim, (planes, &field, wall.area(mesh)));
+    let caps = planes.as_ref().map_or(0.0, across);
     if !rim.is_empty() {
-        builder.notes.push(format!("{name} is open: its volume {}", counted(&field)));
+        builder.notes.push(format!("{name} is open: its volume {}{}", counted(&field), capped(caps)));
     }
     if planes.is_none() {
         let note = "has a free rim: the tangent is not symmetric, and the stability of equilibria is not judged";
@@ -159,7 +164,7 @@ pub(in crate::scene) fn build_cavity(
     let mut facets = if let Wall::Facets(facets) = wall { facets } else { Vec::new() };
     facets.sort_unstable();
     let encloses = rest > 0.0 && planes.is_some_and(|planes| is_in_planes(mesh, &rim, &planes));
-    Ok(NamedCavity { name: name.clone(), cavity, drive, facets, encloses })
+    Ok(NamedCavity { name: name.clone(), cavity, drive, facets, caps, encloses })
 }
 
 /// Refuses a wall that an earlier cavity has too: the two pressures would add up there.
@@ -216,50 +221,6 @@ fn check_growth(builder: &Builder, place: &str, growth: &Signal, rest: f64) -> R
         Decimals(rest * 1e6)
     );
     Err(builder.content(place, fact, "take out less: its walls would pass through each other"))
-}
-
-/// Levels of the planes x, y, z = const in which a rim slides \[m\].
-type Planes = [Vec<f64>; 3];
-
-/// The planes in which a rim slides that is not held; where it is free, or moved along several of them, which no volume is known of.
-fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Planes, Vec3> {
-    let held = |node: u32, k: u32| builder.motion(3 * node + k);
-    let is_moved = |node: u32| (0..3).any(|k| held(node, k).is_some_and(|motion| *motion != Signal::Constant(0.0)));
-    let moved = rim.iter().flatten().find(|node| is_moved(**node)).map(|node| mesh.points[*node as usize]);
-    let rounding = 1e-9 * mesh.diagonal();
-    let mut planes = Planes::default();
-    for edge in rim {
-        if edge.iter().all(|&node| builder.is_held(node)) {
-            continue;
-        }
-        let in_plane = |k: &usize| {
-            let level = mesh.points[edge[0] as usize][*k];
-            let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= rounding);
-            flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
-        };
-        let at = mesh.points[edge[0] as usize];
-        let is_known = |k: usize| planes[k].iter().any(|level| (level - at[k]).abs() <= rounding);
-        // An edge along two planes needs one of them: a known one, or one that adds no parallel plane.
-        let plane = (0..3).filter(in_plane).min_by_key(|&k| if is_known(k) { 0 } else { 1 + planes[k].len() });
-        let k = plane.ok_or(at)?;
-        if !is_known(k) {
-            planes[k].push(at[k]);
-        }
-    }
-    match moved {
-        Some(at) if planes.iter().map(Vec::len).sum::<usize>() > 1 => Err(at),
-        _ => Ok(planes),
-    }
-}
-
-/// Whether all of the rim lies in these planes; a closed wall has none.
-fn is_in_planes(mesh: &TetMesh, rim: &[Vec<u32>], planes: &Planes) -> bool {
-    let rounding = 1e-9 * mesh.diagonal();
-    let is_on = |node: &u32| {
-        let at = mesh.points[*node as usize];
-        (0..3).any(|k| planes[k].iter().any(|level| (level - at[k]).abs() <= rounding))
-    };
-    rim.iter().flatten().all(is_on)
 }
 
 /// May this surface be driven so? The planes of its rim, none where the rim is free.
@@ -328,6 +289,22 @@ fn counted(field: &VolumeField) -> String {
     }
 }
 
+/// The share of caps in the volume of an open cavity \[m³\], for a note.
+fn capped(caps: f64) -> String {
+    if caps == 0.0 {
+        String::new()
+    } else {
+        format!(", and caps across what is held of the rim are part of it ({:.4} mm^3)", caps * 1e9)
+    }
+}
+
+impl NamedCavity {
+    /// Its volume \[m³\] at displacement x, with the caps.
+    pub fn volume(&self, x: &[f64]) -> f64 {
+        self.cavity.volume(x) + self.caps
+    }
+}
+
 impl Recorder for NamedCavity {
     /// Columns: pressure and volume.
     fn columns(&self) -> Vec<String> {
@@ -335,7 +312,7 @@ impl Recorder for NamedCavity {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        vec![self.drive.value(now.state), self.cavity.volume(&now.state.x)]
+        vec![self.drive.value(now.state), self.volume(&now.state.x)]
     }
 
     fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {

@@ -3,6 +3,7 @@
 
 mod cable;
 mod cavity;
+mod cavity_rim;
 mod cavity_wall;
 mod cell_groups;
 mod fixed;

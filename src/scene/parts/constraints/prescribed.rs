@@ -3,7 +3,7 @@
 use super::part::{ConstraintPart, Motion, Moved};
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
-use crate::scene::build::builder::Builder;
+use crate::scene::build::builder::{Builder, Turned};
 use crate::scene::error::SceneError;
 use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::signal::SignalSpec;
@@ -75,7 +75,12 @@ impl PrescribedSpec {
             (Some(turning), None) => turning.displacement(at, i),
             (Some(turning), Some(shift)) => Signal::Sum(vec![turning.displacement(at, i), shift.clone()]),
             (None, shift) => shift.cloned().unwrap_or(Signal::Constant(0.0)),
-        })
+        })?;
+        if let Some(turning) = turning {
+            let nodes = builder.body.mesh.nodes_of(builder.region(place, region)?);
+            builder.gathered.turned.push(Turned { place: place.into(), nodes, angle: turning.angle });
+        }
+        Ok(())
     }
 }
 

@@ -128,7 +128,8 @@ pub(in crate::scene) fn check_tied(builder: &Builder, has_start: bool) -> Result
         let selects = c.active.is_some() || c.skew.is_some() || c.step_limit.is_some() || c.contact_points.is_some();
         let blocks = effect.blocks();
         let is_tied = || (0..blocks.len()).any(|b| blocks.nodes(b).iter().any(|node| builder.tied.contains_key(node)));
-        if c.transient.is_some() || selects && is_tied() {
+        let may_be_tied = c.transient.is_some_and(|coupling| builder.tied.keys().any(|&node| coupling.may_have(node)));
+        if may_be_tied || selects && is_tied() {
             let fact = format!(
                 "contact, or a pressure with a free rim, acts on the nodes of a rigid part ({})",
                 effect.name()

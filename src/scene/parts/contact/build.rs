@@ -15,11 +15,12 @@ use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
-use crate::scene::parts::contact::scales::ContactScales;
+use crate::scene::parts::contact::scales::{ContactScales, modulus_at, stiffest};
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
+use crate::scene::turning::check_in_contact;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.
@@ -73,11 +74,6 @@ fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[Con
     Err(builder.content(place, fact, "keep one of the two; its force is that of the whole contact"))
 }
 
-/// Young's modulus of the stiffest law \[Pa\], 0 without one.
-fn stiffest(builder: &Builder) -> f64 {
-    builder.gathered.laws.iter().map(|l| l.law.small_strain().e).fold(0.0, f64::max)
-}
-
 /// A contact with its effects, the pressing one first.
 fn build_contact(
     builder: &mut Builder,
@@ -91,8 +87,12 @@ fn build_contact(
         return Err(builder.content(place, fact, "a coefficient of friction is not negative"));
     }
     check_sides(builder, place, spec, bodies)?;
-    let cell = cell_size(builder, place, spec, bodies)?;
-    let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
+    let sides = deformable_sides(builder, place, spec, bodies)?;
+    check_turned(builder, &sides)?;
+    let cell = cell_size(builder, &sides);
+    let stiffness = sides.iter().filter_map(|facets| modulus_at(builder, facets)).reduce(f64::max);
+    let stiffness = stiffness.unwrap_or_else(|| stiffest(builder));
+    let scales = ContactScales::new(builder, place, spec, (cell, stiffness))?;
     let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
     let named =
         |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of, history: 0..0 };
@@ -170,21 +170,37 @@ fn check_sides(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[Rig
     Ok(())
 }
 
-/// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all cells where rigid bodies meet
-/// obstacles.
-fn cell_size(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[RigidBody]) -> Result<f64, SceneError> {
-    let mesh = &builder.body.mesh;
+/// The facets of each deformable side of a contact: of its region, and of a region that is its obstacle.
+fn deformable_sides(
+    builder: &Builder,
+    place: &str,
+    spec: &ContactSpec,
+    bodies: &[RigidBody],
+) -> Result<Vec<Vec<u32>>, SceneError> {
     let other = match &spec.obstacle {
         ShapeSpec::Region { region } => Some(region),
         _ => None,
     };
     let own = Some(&spec.region).filter(|name| bodies.iter().all(|b| b.name != **name));
-    let mut least: Option<f64> = None;
-    for name in own.into_iter().chain(other) {
-        let size = size_at(mesh, builder.contact_facets(place, name)?);
-        least = Some(least.map_or(size, |least| least.min(size)));
+    own.into_iter().chain(other).map(|name| Ok(builder.contact_facets(place, name)?.to_vec())).collect()
+}
+
+/// Refuses facets in contact all of whose nodes turn too far in a step.
+fn check_turned(builder: &Builder, sides: &[Vec<u32>]) -> Result<(), SceneError> {
+    let mesh = &builder.body.mesh;
+    for turned in &builder.gathered.turned {
+        let turns = |f: &u32| mesh.facet(*f as usize).iter().all(|node| turned.nodes.binary_search(node).is_ok());
+        if sides.iter().flatten().any(turns) {
+            check_in_contact(builder, &turned.place, &turned.angle)?;
+        }
     }
-    Ok(least.unwrap_or_else(|| mesh.h()))
+    Ok(())
+}
+
+/// Mean size of the cells where a contact acts \[m\]: of those at its facets, on the finer side of two, of all cells where rigid bodies meet obstacles.
+fn cell_size(builder: &Builder, sides: &[Vec<u32>]) -> f64 {
+    let mesh = &builder.body.mesh;
+    sides.iter().map(|facets| size_at(mesh, facets)).reduce(f64::min).unwrap_or_else(|| mesh.h())
 }
 
 /// (V/N)^{1/3} of the cells at facets \[m\].

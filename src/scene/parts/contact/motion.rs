@@ -2,7 +2,7 @@
 //!
 //! A point X goes to P + R(θ)(X − P) + s e, with R(θ) of [`turning`](crate::scene::turning). The four nodes that carry the
 //! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller in
-//! between: cos(Δθ/2) of its size.
+//! between: cos(Δθ/2) of its size. The angle of a step is therefore limited.
 
 use crate::effect::contact::placement::AffineFrame;
 use crate::math::signal::{Clock, Signal};
@@ -12,7 +12,7 @@ use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::parts::contact::spec::MotionSpec;
-use crate::scene::turning::unit_vector;
+use crate::scene::turning::{check_in_contact, unit_vector};
 
 /// The four nodes that carry an obstacle along its motion.
 pub(in crate::scene) fn carry(
@@ -45,6 +45,9 @@ pub(in crate::scene) fn carry(
         }
     };
     let turn = motion.turn.as_ref().map(|turn| turn.build(builder, place, format!("{name}_angle_rad"))).transpose()?;
+    if let Some(turn) = &turn {
+        check_in_contact(builder, place, &turn.angle)?;
+    }
     let frame = AffineFrame { nodes, center, length: builder.body.mesh.diagonal() };
     for (node, at) in nodes.into_iter().zip(frame.rest()) {
         for i in 0..3 {

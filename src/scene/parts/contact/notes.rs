@@ -1,32 +1,54 @@
 //! Notes on the start of a contact, and on what the points of a rigid body do not see.
 
 use crate::effect::contact::NormalForces;
+use crate::effect::contact::surfaces::pressed::PressedSurfaces;
+use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::{RIM, RigidBody};
+use crate::system::Caches;
 
-/// Notes that a contact with a barrier begins under pressure.
+/// Notes that the points of a contact with a barrier begin under pressure.
 pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
     let start = start(builder);
     let (contact, reach) = (pressing.contact(), pressing.reach());
     let Some((_, gap)) = contact.deepest(&start).filter(|(_, gap)| *gap < reach) else { return };
-    let force: f64 =
-        (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&start, b)).map(|press| press.force).sum();
-    builder.notes.push(format!(
-        "{}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
-        contact.name,
+    let presses = (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&start, b));
+    builder.notes.push(begins_within(&contact.name, [gap, reach], presses.map(|press| press.force).sum()));
+}
+
+/// Notes that deformable surfaces begin under pressure.
+pub(super) fn note_start_of_surfaces(builder: &mut Builder, pressing: &PressedSurfaces, reach: f64) {
+    let start = start(builder);
+    let surfaces = &pressing.surfaces;
+    let gap = surfaces.gap(&start);
+    if gap < reach {
+        let terms = surfaces.terms(&start, &mut Caches::default());
+        let presses = terms.iter().filter_map(|term| pressing.normal_force(&start, term));
+        let force = presses.map(|press| press.force).sum();
+        builder.notes.push(begins_within(&surfaces.name, [gap, reach], force));
+    }
+}
+
+/// That a contact of this name has this gap in the reach of its barrier \[m\], and the force \[N\].
+fn begins_within(name: &str, [gap, reach]: [f64; 2], force: f64) -> String {
+    format!(
+        "{name}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
         gap * 1e3,
         reach * 1e3
-    ));
+    )
 }
 
 /// Distances between contact points below which a whole obstacle is seen too roughly: a ball as wide as this is pressed in by an eighth of its
 /// width before three of them feel it.
 const SEEN: f64 = 2.0;
 
-/// Notes that an obstacle is narrow against the facets that press on it: between their points it meets nothing.
+/// Share of the width of an obstacle to which it is pressed in where its facets are judged: those that it reaches then \[–\].
+const PRESSED_IN: f64 = 0.125;
+
+/// Notes that an obstacle is narrow against the facets that are nearest to it: between their points it meets nothing.
 pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], pressing: &dyn NormalForces) {
     let contact = pressing.contact();
     let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
@@ -34,27 +56,52 @@ pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], p
     widths.as_mut_slice().sort_by(f64::total_cmp);
     let mesh = &builder.body.mesh;
     let parts = if mesh.order == Order::Quadratic { 2.0 } else { 1.0 };
-    let spacing = longest_edge(mesh, facets) / parts;
-    if widths[1] < SEEN * spacing {
+    let is_seen = |spacing: f64| widths[1] >= SEEN * spacing / parts;
+    if is_seen(facets.iter().map(|&f| longest_edge(mesh, f)).fold(0.0, f64::max)) {
+        return;
+    }
+    let nearest = nearest(mesh, facets, contact.distance(&start(builder)), PRESSED_IN * widths[1]);
+    let spacing = mean_edge(mesh, &nearest);
+    if !is_seen(spacing) {
         builder.notes.push(format!(
-            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean of its area: it sinks in between them \
-             without a force; refine the mesh there",
+            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean of the area that is nearest to it: it sinks in \
+             between them without a force; refine the mesh there",
             contact.name,
             widths[1] * 1e3,
-            spacing * 1e3
+            spacing / parts * 1e3
         ));
     }
 }
 
+/// The facets that are at most so much `farther` from an obstacle than the nearest one \[m\], by the distances of their corners and of middles between these.
+fn nearest(mesh: &TetMesh, facets: &[u32], distance: impl Fn(&Vec3) -> f64, farther: f64) -> Vec<u32> {
+    let gap = |&f: &u32| {
+        let [a, b, c] = corners(mesh, f);
+        let places = [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0];
+        places.iter().map(&distance).fold(f64::INFINITY, f64::min)
+    };
+    let gaps: Vec<f64> = facets.iter().map(gap).collect();
+    let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    facets.iter().zip(gaps).filter(|(_, gap)| *gap <= least + farther).map(|(&f, _)| f).collect()
+}
+
 /// The longest edge of a facet in the mean over their area \[m\]: many small facets do not hide large ones.
-fn longest_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
-    let corner = |f: u32, k: usize| mesh.points[mesh.facet(f as usize)[k % 3] as usize];
-    let longest = |f: u32| (0..3).map(|k| (corner(f, k + 1) - corner(f, k)).norm()).fold(0.0, f64::max);
+fn mean_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
     let (sum, area) = facets.iter().fold((0.0, 0.0), |(sum, all), &f| {
         let area = mesh.facet_area(f as usize);
-        (sum + area * longest(f), all + area)
+        (sum + area * longest_edge(mesh, f), all + area)
     });
     sum / area
+}
+
+/// \[m\]
+fn longest_edge(mesh: &TetMesh, facet: u32) -> f64 {
+    let [a, b, c] = corners(mesh, facet);
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
+}
+
+fn corners(mesh: &TetMesh, facet: u32) -> [Vec3; 3] {
+    [0, 1, 2].map(|k| mesh.points[mesh.facet(facet as usize)[k] as usize])
 }
 
 /// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.

@@ -12,7 +12,8 @@ use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::ResponseSpec;
 use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::record::recorder::{Moment, Recorder};
-use crate::system::{At, BlockValues, Caches, Effect, Want};
+use crate::system::friction::HISTORY;
+use crate::system::{At, BlockValues, Caches, Effect, State, Want};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
@@ -39,6 +40,11 @@ pub(in crate::scene) enum ContactSides {
     /// Deformable surfaces
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
+
+/// Share of the largest force of a contact below which a point does not press \[–\].
+const PRESSES: f64 = 1e-9;
+/// Share of its largest elastic slip from which on a point has 99 % of its friction \[–\].
+const AT_LIMIT: f64 = 0.9;
 
 /// State of a contact at one moment: its inputs of every column.
 struct Sums {
@@ -112,6 +118,21 @@ impl NamedContact {
         }
     }
 
+    /// The number of points that press on an obstacle, where friction is at its limit at all of them.
+    pub(in crate::scene) fn at_limit_of_friction(&self, state: &State) -> Option<usize> {
+        let ContactSides::Points { pressing, friction: Some(_), .. } = &self.of else { return None };
+        let slips = &state.history[self.history.clone()];
+        let slip = |b: usize, number: usize| {
+            Vec3::from_column_slice(&slips[HISTORY * (pressing.slips() * b + number)..][..HISTORY]).norm()
+        };
+        let of_point = |b: usize| pressing.normal_forces(&state.x, b).into_iter().map(move |press| (b, press));
+        let presses: Vec<_> = (0..pressing.contact().points.len()).flat_map(of_point).collect();
+        let least = PRESSES * presses.iter().map(|(_, press)| press.force).fold(0.0, f64::max);
+        let pressed = presses.iter().filter(|(_, press)| press.force > least);
+        let slips: Vec<f64> = pressed.map(|(b, press)| slip(*b, press.slip)).collect();
+        (!slips.is_empty() && slips.iter().all(|slip| *slip > AT_LIMIT)).then_some(slips.len())
+    }
+
     /// The points that meet an obstacle; none of deformable surfaces
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
@@ -167,7 +188,7 @@ impl NamedContact {
             }
             ContactSides::Surfaces { pressing, .. } => (&pressing.surfaces.first().points, pressing.surfaces.gap(x)),
         };
-        let least = 1e-9 * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
+        let least = PRESSES * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
         // An empty sum is −0.
         let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;

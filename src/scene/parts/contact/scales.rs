@@ -2,6 +2,7 @@
 
 use crate::effect::contact::friction::Coulomb;
 use crate::math::units::shown;
+use crate::mesh::boundary::facet_cells;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
@@ -17,12 +18,12 @@ pub struct ContactScales {
 }
 
 impl ContactScales {
-    /// Those of a contact at cells of the size `cell` \[m\], on a scene whose stiffest law has this modulus \[Pa\], 0 without one.
+    /// Those of a contact at cells of the size `cell` \[m\] and of this modulus \[Pa\], 0 without a law.
     pub(in crate::scene) fn new(
         builder: &Builder,
         place: &str,
         spec: &ContactSpec,
-        (cell, stiffest): (f64, f64),
+        (cell, stiffness): (f64, f64),
     ) -> Result<Self, SceneError> {
         let or = |key: &str, given: Option<f64>, otherwise: f64| match given {
             None => Ok(otherwise),
@@ -30,11 +31,11 @@ impl ContactScales {
             Some(value) => Err(builder.content(place, format!("{key} = {value} (SI)"), "it must be positive")),
         };
         let distance = or("distance", spec.distance.map(|l| l.0), 0.01 * cell)?;
-        if stiffest == 0.0 && spec.modulus.is_none() {
+        if stiffness == 0.0 && spec.modulus.is_none() {
             let fact = "no law of the scene gives the pressure that the response is scaled with";
             return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
         }
-        let modulus = or("modulus", spec.modulus.map(|m| m.0), stiffest)?;
+        let modulus = or("modulus", spec.modulus.map(|m| m.0), stiffness)?;
         let size = builder.body.mesh.diagonal();
         let stick_velocity = or("stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
         let slip = or("slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
@@ -57,4 +58,33 @@ impl ContactScales {
         }
         words
     }
+}
+
+/// Young's modulus of the stiffest law \[Pa\], 0 without one.
+pub(super) fn stiffest(builder: &Builder) -> f64 {
+    builder.gathered.laws.iter().map(|l| l.law.small_strain().e).fold(0.0, f64::max)
+}
+
+/// Young's modulus \[Pa\] that half of the area of facets has behind it, or a larger one; none where no law is there.
+pub(super) fn modulus_at(builder: &Builder, facets: &[u32]) -> Option<f64> {
+    let mesh = &builder.body.mesh;
+    let mut of_cell = vec![0.0_f64; mesh.cell_count()];
+    for law in &builder.gathered.laws {
+        let e = law.law.small_strain().e;
+        for &cell in builder.regions.get(&law.region).iter().flat_map(|region| &region.cells) {
+            of_cell[cell as usize] = of_cell[cell as usize].max(e);
+        }
+    }
+    let behind = facet_cells(mesh);
+    let own = |&f: &u32| (of_cell[behind[f as usize].0 as usize], mesh.facet_area(f as usize));
+    let mut facets: Vec<(f64, f64)> = facets.iter().map(own).filter(|(e, _)| *e > 0.0).collect();
+    facets.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // Two halves are equal but for rounding.
+    let half = (0.5 - 1e-9) * facets.iter().map(|(_, area)| area).sum::<f64>();
+    let mut so_far = 0.0;
+    let reaches_half = |(_, area): &(f64, f64)| {
+        so_far += area;
+        so_far >= half
+    };
+    facets.into_iter().find(reaches_half).map(|(e, _)| e)
 }

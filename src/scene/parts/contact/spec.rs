@@ -26,7 +26,7 @@ pub struct ContactSpec {
     pub friction: f64,
     /// Length in which the response acts; a hundredth of the mean size of the cells at the region if absent
     pub distance: Option<Length>,
-    /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
+    /// Pressure that the response is scaled with; Young's modulus of the law at the region if absent
     pub modulus: Option<Modulus>,
     /// Largest elastic slip of a point that sticks, over the length of a dynamic step; a thousandth of the size of the body per second if absent, and then at most `slip`
     pub stick_velocity: Option<Speed>,

@@ -9,6 +9,7 @@ use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::parts::contact::notes::note_start_of_surfaces;
 use crate::scene::parts::contact::record::ContactSides;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use std::sync::Arc;
@@ -37,6 +38,7 @@ pub(in crate::scene) fn build_surfaces(
     check_surfaces(builder, place, &surfaces, barrier.distance)?;
     let pressing = Arc::new(PressedSurfaces::new(surfaces, barrier));
     builder.effects.push(Box::new(pressing.clone()));
+    note_start_of_surfaces(builder, &pressing, barrier.distance);
     let friction = (law.coefficient > 0.0).then(|| {
         let friction = Arc::new(SurfaceFriction::new(format!("{}_friction", spec.name), pressing.clone(), law));
         builder.effects.push(Box::new(friction.clone()));
