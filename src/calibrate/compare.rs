@@ -106,19 +106,20 @@ fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Co
     let stability = certificate(model, &whole.values, whole.modulus, largest);
     let misfit = misfit(&setting, &whole.values, &choice.fitted);
     let ends = Mode::ALL.map(|m| {
-        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.stretch.ln());
+        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.reach().ln());
         own.fold([0.0_f64, 0.0], |[a, b], e| [a.min(e), b.max(e)])
     });
     let held = |s: &Sample| {
         let [low, high] = ends[s.mode as usize];
-        s.stretch.ln() > KEPT * high || s.stretch.ln() < KEPT * low
+        let amount = s.reach().ln();
+        amount > KEPT * high || amount < KEPT * low
     };
     let hold_out = predict(&given, &choice.fitted, &choice.fitted, &held);
     let cross_mode = if choice.modes.len() > 1 {
         let one = |m: &Mode| predict(&given, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
         choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
     } else {
-        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.stretch)) && s.is_informative();
+        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.reach())) && s.is_informative();
         let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
         predict(&given, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
     };

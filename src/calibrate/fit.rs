@@ -61,7 +61,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let choice = choose(&experiment, options)?;
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
     let Choice { modes, range, fitted, stretch } = choice;
-    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let mut answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |s: &Sample| model.at(&answer.values, s);
@@ -235,7 +235,7 @@ pub(super) fn without_slack<'a>(
         // The range is one of the stretch without slack
         let inside = |s: &&Sample| {
             let real = offset::removed(&[**s], &found.offsets)[0];
-            choice.modes.contains(&s.mode) && choice.range.contains(real.stretch) && s.is_informative()
+            choice.modes.contains(&s.mode) && choice.range.contains(real.reach()) && s.is_informative()
         };
         let next: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
         if next == rows {
@@ -320,7 +320,7 @@ pub(super) struct Choice {
 pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
-    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
     check_rows(experiment, &modes, range, &fitted)?;
     let stretch = extent(fitted.iter().map(|s| s.stretch));
@@ -369,7 +369,7 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
     if rows >= ROWS {
         return check_strain(experiment, fitted);
     }
-    let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(|s| s.stretch);
+    let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(Sample::reach);
     let [data_from, data_to] = extent(own);
     let (from, to) = if range == StretchRange::ALL { (data_from, data_to) } else { (range.from, range.to) };
     Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })

@@ -25,6 +25,12 @@ impl Sample {
         self.stretch != 1.0 || self.second != 1.0
     }
 
+    /// The stretch \[–\] in the plane of the test that is farthest from rest, by |ln λ|: the same of both directions of a biaxial state, of which a range takes both or neither.
+    pub fn reach(&self) -> f64 {
+        let amount = |l: f64| (l.ln().abs(), l);
+        if amount(self.second) > amount(self.stretch) { self.second } else { self.stretch }
+    }
+
     /// Principal stretches \[–\] where the free directions follow this Poisson's ratio, ½ of incompressible materials: loaded, second, free.
     pub fn stretches(&self, nu: f64) -> [f64; 3] {
         self.mode.stretches_with(nu, self.stretch, self.second)

@@ -161,7 +161,7 @@ fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
 /// Data points outside the range at which the law is not defined.
 fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
     let not_defined = |s: &&Sample| !model.at(&answer.values, s).is_finite();
-    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(|s| s.stretch).collect();
+    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(Sample::reach).collect();
     let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })
 }
