@@ -37,6 +37,17 @@ impl Sample {
     }
 }
 
+/// Part of the largest |ln λ| on one side of rest from which on data points are on the other side, too: less is noise or the zero of the machine \[–\]
+const SIDE: f64 = 0.05;
+
+/// Whether samples are in compression, and whether they are in tension; those near rest count for neither.
+pub fn sides<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> [bool; 2] {
+    let amounts = samples.into_iter().map(|s| s.reach().ln());
+    let [low, high] = amounts.fold([0.0_f64; 2], |[low, high], e| [low.min(e), high.max(e)]);
+    let least = SIDE * high.max(-low);
+    [-low > least, high > least]
+}
+
 /// The record of the machine in one row, unchanged, where the table has it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct RawRow {
