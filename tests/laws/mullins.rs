@@ -2,8 +2,8 @@
 
 use crate::common;
 use crate::common::{Random, body, column, example, newton, run, scene, surface};
-use durometer::calibrate::softening::{SofteningFitError, fit_softening};
-use durometer::calibrate::{Bounded, FitRequest, Mode};
+use durometer::calibrate::softening::{SofteningFit, SofteningFitError, fit_softening};
+use durometer::calibrate::{Bounded, FitRequest, FitResult, Mode, StretchRange};
 use durometer::effect::{Elastic, Mullins};
 use durometer::material::{Law, Softening, Want};
 use durometer::math::signal::Signal;
@@ -474,6 +474,28 @@ fn a_permanent_set_is_not_hidden_in_the_softening() {
     assert_eq!(text["softening"].as_table().map(toml::Table::len), Some(3), "a scene reads r, m and beta");
     let (_, none) = fit_softening(&request("no-set", &cyclic_table(&[1.3, 1.6, 1.9], 0.0, 1))).expect("a fit");
     assert!(!none.has_set && none.to_string().contains("no permanent set is shown"), "{none}");
+}
+
+/// A range leaves out the cycles beyond it, and a mode the rows of the others: the constants are those of a table without them.
+#[test]
+fn range_and_mode_choose_the_softened_rows_too() {
+    let constants = |(law, f): &(FitResult, SofteningFit)| {
+        (law.rows, law.parameters[0].value, f.rows, f.r, f.m, f.beta, f.misfit, f.largest_energy)
+    };
+    let fit = |request: &FitRequest| constants(&fit_softening(request).expect("a fit"));
+    let rows = cyclic_table(&[1.3, 1.6, 1.9], 300.0, 1);
+    let beyond = rows.iter().position(|r| r[0] > 1.61).expect("a third cycle");
+    let mut ranged = request("ranged", &rows);
+    ranged.options.range = Some(StretchRange { from: 0.5, to: 1.605 });
+    assert_eq!(fit(&ranged), fit(&request("within", &rows[..beyond])));
+
+    // The same numbers, as a planar test that is softer by a third, in rows of another mode
+    let lines =
+        |mode: &str, by: f64| rows.iter().map(|r| format!("{mode},{},{}\n", r[0], by * r[1])).collect::<String>();
+    let both = common::folder("mullins").join("modes.csv");
+    let text = format!("mode,stretch,nominal stress [Pa]\n{}{}", lines("uniaxial", 1.0), lines("planar", 0.75));
+    std::fs::write(&both, text).expect("written");
+    assert_eq!(fit(&FitRequest { data: both, ..request("chosen", &rows) }), fit(&request("alone", &rows)));
 }
 
 #[test]
