@@ -50,6 +50,22 @@ impl Experiment {
     }
 }
 
+impl Experiment {
+    /// Every data point of a cyclic test in the order of time, but those of holds at the ends of its loadings and those after a rupture.
+    pub fn prepare_cycles(mut self) -> Result<Self, FitError> {
+        let groups = Group::all(&self);
+        let (every, mut log) = order::by_time(&self, &groups, true)?;
+        let table = Table { of: &self, groups, every };
+        let (held, holds) = table.holds_of_cycles();
+        let whole: Vec<Sample> = table.every.iter().filter(|s| !held.contains(&s.line)).copied().collect();
+        let (samples, ruptured) = table.before_rupture(&whole);
+        log.extend(holds.into_iter().chain(ruptured));
+        self.samples = samples;
+        self.audit.0.extend(log);
+        Ok(self)
+    }
+}
+
 /// Data points under another treatment than the one that is taken, before their corrections.
 struct Variant<'a> {
     treatment: Treatment,
@@ -168,17 +184,23 @@ impl Table<'_> {
             let (own, taken) = (group.of(&self.every), group.of(loading));
             let start = taken.first().and_then(|first| own.iter().position(|s| s.line == first.line));
             let Some(hold) = start.and_then(|k| hold::at_the_end(&own, k..k + taken.len())) else { continue };
-            let lines: Vec<u64> = own[hold.rows].iter().map(|s| s.line).collect();
-            gone.extend(lines.iter().copied());
-            let message = format!(
-                "{} data points of a hold at the peak: the stress relaxes by {:.1} % at constant stretch, which is no loading (`durometer prony` fits \
-                 relaxation; --cycle all takes them)",
-                group.name,
-                100.0 * hold.relaxed
-            );
-            log.push(AuditEntry::new(AuditKind::LeftOut, message, lines));
+            log.push(hold_entry(group, &own, &[hold], "; --cycle all takes them"));
         }
+        gone.extend(log.iter().flat_map(|entry| entry.lines.iter().copied()));
         (gone, log)
+    }
+
+    /// The same of every loading.
+    fn holds_of_cycles(&self) -> (HashSet<u64>, Vec<AuditEntry>) {
+        let of = |group: &Group| {
+            let own = group.of(&self.every);
+            let loadings = cycle::loadings(&own.iter().collect::<Vec<_>>());
+            let loadings = loadings.unwrap_or_else(|| vec![Range { start: 0, end: own.len() }]);
+            let holds: Vec<hold::Hold> = loadings.into_iter().filter_map(|l| hold::at_the_end(&own, l)).collect();
+            (!holds.is_empty()).then(|| hold_entry(group, &own, &holds, ""))
+        };
+        let log: Vec<AuditEntry> = self.groups.iter().filter(|g| g.mode != Mode::Biaxial).filter_map(of).collect();
+        (log.iter().flat_map(|entry| entry.lines.iter().copied()).collect(), log)
     }
 
     /// The data points before the rupture of each piece.
@@ -264,4 +286,16 @@ impl Table<'_> {
         log.push(AuditEntry::new(AuditKind::LeftOut, message, others));
         log
     }
+}
+
+/// Entry on the data points of holds.
+fn hold_entry(group: &Group, own: &[Sample], holds: &[hold::Hold], remedy: &str) -> AuditEntry {
+    let lines = holds.iter().flat_map(|hold| own[hold.rows.clone()].iter().map(|s| s.line)).collect();
+    let relaxed = holds.iter().map(|hold| hold.relaxed).fold(0.0, f64::max);
+    let message = format!(
+        "{} data points of a hold at the peak: the stress relaxes by {:.1} % at constant stretch, which is no loading (`durometer prony` fits relaxation{remedy})",
+        group.name,
+        100.0 * relaxed
+    );
+    AuditEntry::new(AuditKind::LeftOut, message, lines)
 }
