@@ -9,7 +9,7 @@
 
 use super::constant_format::stretch_text;
 use super::fit::{choose, headline, read, slack_estimates, without_slack};
-use super::judgement::certificate::{certificate, lost};
+use super::judgement::certificate::{Reach, certificate, lost};
 use super::judgement::determined::undetermined;
 use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
@@ -102,8 +102,8 @@ fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Co
     let given = choice.setting(options, model)?;
     let setting = LawSetting { slack: slack.offsets, ..given.clone() };
     let whole = solve(&setting, &choice.fitted, None)?;
-    let largest = choice.stretch[1].max(1.0 / choice.stretch[0]);
-    let stability = certificate(model, &whole.values, whole.modulus, largest);
+    let reach = Reach::of(&choice.fitted, model.nu);
+    let stability = certificate(model, &whole.values, whole.modulus, reach.largest());
     let misfit = misfit(&setting, &whole.values, &choice.fitted);
     let ends = Mode::ALL.map(|m| {
         let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.reach().ln());
@@ -134,7 +134,7 @@ fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Co
         hold_out,
         cross_mode,
         score,
-        lost: lost(&stability, choice.stretch),
+        lost: lost(&stability, reach),
         undetermined: undetermined(&constants, &either_sign(&whole, model), &whole, model),
         slack: slack_estimates(&setting, &choice.fitted, &whole, &experiment, options),
     })

@@ -1,6 +1,6 @@
 //! From a request to a result: choose data points, fit, judge.
 
-use super::judgement::certificate::certificate;
+use super::judgement::certificate::{Reach, certificate};
 use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, NORMAL, Stated};
 use super::judgement::mirrored::open_signs;
@@ -75,6 +75,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         answer.pattern = pattern_beyond(&setting, &fitted, &answer, &stated.columns);
     }
     let measurement = stated.contributions;
+    let largest = Reach::of(&experiment.samples, model.nu).largest();
     let title = format!("{} fitted to {}", model.label(), experiment.file);
     let curves = FitCurves::new(title, model, &answer.values, &experiment.samples, &all, is_fitted, stretch);
     let mut result = FitResult {
@@ -107,7 +108,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         unidentified: answer.identified.directions.clone(),
         open_signs: vec![],
         undetermined: vec![],
-        stability: certificate(model, &answer.values, answer.modulus, largest_stretch(&experiment, model)),
+        stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
         poisson,
         volumetric,
@@ -135,12 +136,6 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
 /// The data points at which the law is finite: one of finite chains is not defined at every stretch outside the range.
 fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<Sample> {
     experiment.samples.iter().filter(|s| s.is_informative() && stress(s).is_finite()).copied().collect()
-}
-
-/// The largest principal stretch of the data, or the reciprocal of the smallest one.
-fn largest_stretch(experiment: &Experiment, model: Model) -> f64 {
-    let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
-    experiment.samples.iter().map(principal).fold(1.0, f64::max)
 }
 
 /// The fit with the constants that the data leave open: those without a sign, and all others.
