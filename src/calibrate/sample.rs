@@ -38,7 +38,7 @@ impl Sample {
 }
 
 /// Part of the largest |ln λ| on one side of rest from which on data points are on the other side, too: less is noise or the zero of the machine \[–\]
-const SIDE: f64 = 0.05;
+const SIDE: f64 = 0.1;
 
 /// Whether samples are in compression, and whether they are in tension; those near rest count for neither.
 pub fn sides<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> [bool; 2] {

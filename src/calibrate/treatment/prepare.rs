@@ -19,7 +19,7 @@ impl Experiment {
         let asked = self.card.as_ref().map_or_else(|| asked.clone(), |c| asked.or(&c.preparation));
         let groups = Group::all(&self);
         let (every, mut log) = order::by_time(&self, &groups, asked.cycle.is_some())?;
-        let table = Table { of: &self, groups, every };
+        let table = Table::new(&self, groups, every);
         let corrections = Corrections { zero: asked.zero, toe: asked.toe.as_deref() };
         let mut loading = table.loading(asked.cycle.unwrap_or(Cycle::FirstLoading))?;
         log.append(&mut loading.log);
@@ -55,7 +55,7 @@ impl Experiment {
     pub fn prepare_cycles(mut self) -> Result<Self, FitError> {
         let groups = Group::all(&self);
         let (every, mut log) = order::by_time(&self, &groups, true)?;
-        let table = Table { of: &self, groups, every };
+        let table = Table::new(&self, groups, every);
         let (held, holds) = table.holds_of_cycles();
         let whole: Vec<Sample> = table.every.iter().filter(|s| !held.contains(&s.line)).copied().collect();
         let (samples, ruptured) = table.before_rupture(&whole);
@@ -92,10 +92,17 @@ struct Loading {
 struct Table<'a> {
     of: &'a Experiment,
     groups: Vec<Group>,
+    /// The groups by the sides of rest
+    sides: Vec<Group>,
     every: Vec<Sample>,
 }
 
-impl Table<'_> {
+impl<'t> Table<'t> {
+    fn new(of: &'t Experiment, groups: Vec<Group>, every: Vec<Sample>) -> Self {
+        let sides = groups.iter().flat_map(|group| group.by_side(&every)).collect();
+        Self { of, groups, sides, every }
+    }
+
     fn loading(&self, cycle: Cycle) -> Result<Loading, FitError> {
         let all = self.of_cycle(cycle)?;
         let (held, mut log) = self.holds(&all, cycle);
@@ -180,7 +187,7 @@ impl Table<'_> {
     fn holds(&self, loading: &[Sample], cycle: Cycle) -> (HashSet<u64>, Vec<AuditEntry>) {
         let (mut gone, mut log) = (HashSet::new(), vec![]);
         // Directions of a biaxial test are held at different stretches
-        for group in self.groups.iter().filter(|g| cycle != Cycle::All && g.mode != Mode::Biaxial) {
+        for group in self.sides.iter().filter(|g| cycle != Cycle::All && g.mode != Mode::Biaxial) {
             let (own, taken) = (group.of(&self.every), group.of(loading));
             let start = taken.first().and_then(|first| own.iter().position(|s| s.line == first.line));
             let Some(hold) = start.and_then(|k| hold::at_the_end(&own, k..k + taken.len())) else { continue };
@@ -199,14 +206,14 @@ impl Table<'_> {
             let holds: Vec<hold::Hold> = loadings.into_iter().filter_map(|l| hold::at_the_end(&own, l)).collect();
             (!holds.is_empty()).then(|| hold_entry(group, &own, &holds, ""))
         };
-        let log: Vec<AuditEntry> = self.groups.iter().filter(|g| g.mode != Mode::Biaxial).filter_map(of).collect();
+        let log: Vec<AuditEntry> = self.sides.iter().filter(|g| g.mode != Mode::Biaxial).filter_map(of).collect();
         (log.iter().flat_map(|entry| entry.lines.iter().copied()).collect(), log)
     }
 
     /// The data points before the rupture of each piece.
     fn before_rupture(&self, rows: &[Sample]) -> (Vec<Sample>, Vec<AuditEntry>) {
         let (mut kept, mut log) = (vec![], vec![]);
-        for group in &self.groups {
+        for group in &self.sides {
             let own = group.of(rows);
             let whole = if group.mode == Mode::Biaxial { own.len() } else { rupture::before(&own) };
             let gone: Vec<u64> = own[whole..].iter().map(|s| s.line).collect();
@@ -239,13 +246,13 @@ impl Table<'_> {
             };
             Some(AuditEntry::new(AuditKind::Slack, format!("{}: {words}", group.name), vec![]))
         };
-        self.groups.iter().filter_map(doubt).collect()
+        self.sides.iter().filter_map(doubt).collect()
     }
 
     /// The data points of one loading of each group that has several branches.
     fn of_cycle(&self, cycle: Cycle) -> Result<Vec<Sample>, FitError> {
         let mut found = vec![];
-        for group in &self.groups {
+        for group in &self.sides {
             let places = group.places(&self.every);
             let own: Vec<&Sample> = places.iter().map(|k| &self.every[*k]).collect();
             // Directions of a biaxial test reverse at different times
@@ -261,7 +268,7 @@ impl Table<'_> {
     /// Stretches that jump back, and the data points of other branches than the loading that is taken.
     fn other_branches(&self, taken: &Loading, asked: Option<Cycle>) -> Vec<AuditEntry> {
         let (mut counts, mut log) = (vec![], vec![]);
-        for group in &self.groups {
+        for group in &self.sides {
             let own = group.of(&self.every);
             if let Some(loadings) = cycle::loadings(&own.iter().collect::<Vec<_>>()) {
                 counts.push(format!("{} of {}", loadings.len(), group.name));
