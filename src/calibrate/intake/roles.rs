@@ -390,7 +390,7 @@ impl Reader<'_> {
 }
 
 /// `sigma` of `sigma (kPa)` or `sigma [kPa]`.
-fn without_unit(cell: &str) -> &str {
+pub(super) fn without_unit(cell: &str) -> &str {
     cell.split(['(', '[']).next().unwrap_or_default().trim()
 }
 
