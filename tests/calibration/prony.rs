@@ -675,6 +675,18 @@ fn a_scene_relaxes_as_the_fitted_series_says() {
     assert!(difference < 2e-3, "{difference:e}");
 }
 
+/// Errors of 1 % of a creep test grow with what was measured, the strain.
+#[test]
+fn errors_of_creep_are_those_of_strains() {
+    let mut random = Random::seed(11);
+    let row = |t: f64| vec![t, (0.1 + 1.0 - (-t / 5.0).exp()) * (1.0 + 0.01 * random.normal())];
+    let data = table("creep-words", "time [s];strain [%]", spaced(0.01, 100.0, 200).into_iter().map(row));
+    let request = RelaxationRequest { ramp: Some(0.0), ..RelaxationRequest::new(data, TestKind::Creep) };
+    let fit = fit_relaxation(&request).expect("a fit");
+    let said = fit.to_string();
+    assert!(!said.contains("stresses") && said.contains("large strains"), "{said}");
+}
+
 /// The sign and the unit of a history are those of its law: columns that are called compressive are turned, a force and stresses against the strain are refused. The
 /// material is Neo-Hookean with μ = 30 kPa in the long term, held at λ = 0.6, and loses half of its first stress.
 #[test]
