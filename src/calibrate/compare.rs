@@ -2,14 +2,14 @@
 //!
 //! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
-//! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others. The misfit of the fit itself falls with every constant and
+//! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others, and after all of them those of which a prediction cannot be had. The misfit of the fit itself falls with every constant and
 //! decides only between laws that are alike in all of this.
 //!
 //! Each law has the slack of its own fit: the strains of its data points are those without it, also of the data points left out. The stresses, over which the misfits are taken, are the same for all.
 
 use super::constant_format::stretch_text;
 use super::fit::{choose, headline, read, slack_estimates, without_slack};
-use super::judgement::certificate::{certificate, lost};
+use super::judgement::certificate::{Reach, certificate, lost};
 use super::judgement::determined::undetermined;
 use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
@@ -102,23 +102,24 @@ fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Co
     let given = choice.setting(options, model)?;
     let setting = LawSetting { slack: slack.offsets, ..given.clone() };
     let whole = solve(&setting, &choice.fitted, None)?;
-    let largest = choice.stretch[1].max(1.0 / choice.stretch[0]);
-    let stability = certificate(model, &whole.values, whole.modulus, largest);
+    let reach = Reach::of(&choice.fitted, model.nu);
+    let stability = certificate(model, &whole.values, whole.modulus, reach.largest());
     let misfit = misfit(&setting, &whole.values, &choice.fitted);
     let ends = Mode::ALL.map(|m| {
-        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.stretch.ln());
+        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.reach().ln());
         own.fold([0.0_f64, 0.0], |[a, b], e| [a.min(e), b.max(e)])
     });
     let held = |s: &Sample| {
         let [low, high] = ends[s.mode as usize];
-        s.stretch.ln() > KEPT * high || s.stretch.ln() < KEPT * low
+        let amount = s.reach().ln();
+        amount > KEPT * high || amount < KEPT * low
     };
     let hold_out = predict(&given, &choice.fitted, &choice.fitted, &held);
     let cross_mode = if choice.modes.len() > 1 {
         let one = |m: &Mode| predict(&given, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
         choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
     } else {
-        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.stretch)) && s.is_informative();
+        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.reach())) && s.is_informative();
         let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
         predict(&given, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
     };
@@ -133,7 +134,7 @@ fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Co
         hold_out,
         cross_mode,
         score,
-        lost: lost(&stability, choice.stretch),
+        lost: lost(&stability, reach),
         undetermined: undetermined(&constants, &either_sign(&whole, model), &whole, model),
         slack: slack_estimates(&setting, &choice.fitted, &whole, &experiment, options),
     })
@@ -156,13 +157,22 @@ fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dy
 }
 
 impl Compared {
-    /// The place in the order: laws that are not stable where they were fitted after the stable ones, those with constants that are not determined after the determined
-    /// ones, laws without a prediction last. Misfits count as they are printed, so that a law with no larger number in any column is not behind another one.
+    /// The place in the order: laws that are not stable where they were fitted after the stable ones, those without one of the predictions after those that have it, those with
+    /// constants that are not determined after the determined ones. Misfits count as they are printed, so that a law with no larger number in any column is not behind another one.
     fn rank(&self) -> impl Ord + use<> {
         let shown = |misfit: Option<f64>| misfit.map_or(u32::MAX, |m| (1e3 * m.min(LARGEST)).round() as u32);
         let other = [self.hold_out, self.cross_mode].into_iter().flatten().reduce(f64::min);
+        let missing = [self.hold_out, self.cross_mode].into_iter().filter(Option::is_none).count();
         let is_open = !self.undetermined.is_empty();
-        (!self.lost.is_empty(), is_open, shown(self.score), shown(other), self.constants, shown(Some(self.misfit)))
+        (
+            !self.lost.is_empty(),
+            missing,
+            is_open,
+            shown(self.score),
+            shown(other),
+            self.constants,
+            shown(Some(self.misfit)),
+        )
     }
 
     /// `yes`, or the modes and amounts at which stability ends
@@ -196,7 +206,7 @@ impl fmt::Display for Comparison {
             f,
             "worse prediction, then of the other one, then of the number of constants; laws whose constants are"
         )?;
-        writeln!(f, "not all determined after those, unstable laws last\n")?;
+        writeln!(f, "not all determined after those, then laws without one of the predictions, unstable laws last\n")?;
         writeln!(
             f,
             "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted; slack; constants that are open",

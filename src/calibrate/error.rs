@@ -62,7 +62,7 @@ pub enum FitError {
     #[error("{file}: column \"{column}\" {fact}: {remedy}")]
     Meaning { file: String, column: String, fact: String, remedy: String },
     #[error(
-        "{file}: {said}, but every data point is in tension; pass --positive compression where the \
+        "{file}: {said}, but the data points are in tension; pass --positive compression where the \
          machine counts it as positive, or --positive tension"
     )]
     Compression { file: String, said: String },

@@ -1,6 +1,6 @@
 //! From a request to a result: choose data points, fit, judge.
 
-use super::judgement::certificate::certificate;
+use super::judgement::certificate::{Reach, certificate};
 use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, NORMAL, Stated};
 use super::judgement::mirrored::open_signs;
@@ -61,7 +61,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let choice = choose(&experiment, options)?;
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
     let Choice { modes, range, fitted, stretch } = choice;
-    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let mut answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |s: &Sample| model.at(&answer.values, s);
@@ -75,6 +75,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         answer.pattern = pattern_beyond(&setting, &fitted, &answer, &stated.columns);
     }
     let measurement = stated.contributions;
+    let largest = Reach::of(&experiment.samples, model.nu).largest();
     let title = format!("{} fitted to {}", model.label(), experiment.file);
     let curves = FitCurves::new(title, model, &answer.values, &experiment.samples, &all, is_fitted, stretch);
     let mut result = FitResult {
@@ -107,7 +108,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         unidentified: answer.identified.directions.clone(),
         open_signs: vec![],
         undetermined: vec![],
-        stability: certificate(model, &answer.values, answer.modulus, largest_stretch(&experiment, model)),
+        stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
         poisson,
         volumetric,
@@ -135,12 +136,6 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
 /// The data points at which the law is finite: one of finite chains is not defined at every stretch outside the range.
 fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<Sample> {
     experiment.samples.iter().filter(|s| s.is_informative() && stress(s).is_finite()).copied().collect()
-}
-
-/// The largest principal stretch of the data, or the reciprocal of the smallest one.
-fn largest_stretch(experiment: &Experiment, model: Model) -> f64 {
-    let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
-    experiment.samples.iter().map(principal).fold(1.0, f64::max)
 }
 
 /// The fit with the constants that the data leave open: those without a sign, and all others.
@@ -235,7 +230,7 @@ pub(super) fn without_slack<'a>(
         // The range is one of the stretch without slack
         let inside = |s: &&Sample| {
             let real = offset::removed(&[**s], &found.offsets)[0];
-            choice.modes.contains(&s.mode) && choice.range.contains(real.stretch) && s.is_informative()
+            choice.modes.contains(&s.mode) && choice.range.contains(real.reach()) && s.is_informative()
         };
         let next: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
         if next == rows {
@@ -320,7 +315,7 @@ pub(super) struct Choice {
 pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
-    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
+    let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
     check_rows(experiment, &modes, range, &fitted)?;
     let stretch = extent(fitted.iter().map(|s| s.stretch));
@@ -369,7 +364,7 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
     if rows >= ROWS {
         return check_strain(experiment, fitted);
     }
-    let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(|s| s.stretch);
+    let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(Sample::reach);
     let [data_from, data_to] = extent(own);
     let (from, to) = if range == StretchRange::ALL { (data_from, data_to) } else { (range.from, range.to) };
     Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })

@@ -8,6 +8,8 @@
 //! says, or some rows are of another mode than uniaxial, there is no ν by this line, and it has to be given.
 
 use super::intake::accuracy::SharedError;
+use super::intake::card::Card;
+use super::intake::columns::Lateral;
 use super::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
 use super::{
     Bounded, ColumnError, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Poisson, Role,
@@ -24,20 +26,22 @@ pub fn of_request(request: &FitRequest, model: Model, experiment: &Experiment) -
     if !model.form.compressible || request.options.partner.is_some() {
         return Ok(of_options(&request.options, model)?.1);
     }
-    let choice = &request.columns;
-    let role = |role: Role, value: &Option<String>| value.clone().map(|v| (role, v));
+    let card = Card::find(request.card.as_deref(), &request.data)?;
+    let choice = Card::complete(card.as_ref(), &request.columns)?;
+    // As the fit reads them: with the card, of the test that was chosen, and with the sign that both columns give
+    let Lateral { strain, across, positive } = experiment.lateral.clone();
+    let roles = |strain: Option<String>, lateral: Option<String>| {
+        [(Role::Strain, strain), (Role::Lateral, lateral)]
+            .into_iter()
+            .filter_map(|(role, v)| Some((role, v?)))
+            .collect()
+    };
     let volume = VolumeRequest {
         more: request.more.clone(),
-        columns: [role(Role::Strain, &choice.strain), role(Role::Lateral, &choice.lateral)]
-            .into_iter()
-            .flatten()
-            .collect(),
-        units: [role(Role::Strain, &choice.strain_unit), role(Role::Lateral, &choice.lateral_unit)]
-            .into_iter()
-            .flatten()
-            .collect(),
+        columns: roles(strain.or(choice.strain), across.or(choice.lateral)),
+        units: roles(choice.strain_unit, choice.lateral_unit),
         range: request.options.range,
-        positive: choice.positive,
+        positive: positive.or(choice.positive),
         ..VolumeRequest::new(&request.data, VolumeTest::Lateral)
     };
     let law = model.name();

@@ -25,10 +25,27 @@ impl Sample {
         self.stretch != 1.0 || self.second != 1.0
     }
 
+    /// The stretch \[–\] in the plane of the test that is farthest from rest, by |ln λ|: the same of both directions of a biaxial state, of which a range takes both or neither.
+    pub fn reach(&self) -> f64 {
+        let amount = |l: f64| (l.ln().abs(), l);
+        if amount(self.second) > amount(self.stretch) { self.second } else { self.stretch }
+    }
+
     /// Principal stretches \[–\] where the free directions follow this Poisson's ratio, ½ of incompressible materials: loaded, second, free.
     pub fn stretches(&self, nu: f64) -> [f64; 3] {
         self.mode.stretches_with(nu, self.stretch, self.second)
     }
+}
+
+/// Part of the largest |ln λ| on one side of rest from which on data points are on the other side, too: less is noise or the zero of the machine \[–\]
+const SIDE: f64 = 0.1;
+
+/// Whether samples are in compression, and whether they are in tension; those near rest count for neither.
+pub fn sides<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> [bool; 2] {
+    let amounts = samples.into_iter().map(|s| s.reach().ln());
+    let [low, high] = amounts.fold([0.0_f64; 2], |[low, high], e| [low.min(e), high.max(e)]);
+    let least = SIDE * high.max(-low);
+    [-low > least, high > least]
 }
 
 /// The record of the machine in one row, unchanged, where the table has it.

@@ -197,7 +197,27 @@ fn asked_mode(word: &str) -> Result<AskedMode, UnknownMode> {
     Ok(AskedMode { mode: word.parse()?, compression: word.to_lowercase().contains("compression") })
 }
 
+impl Args {
+    /// Refuses flags of one law where all laws are compared.
+    fn check(&self) -> Result<(), String> {
+        let of_one_law = [
+            ("--softening", self.softening),
+            ("--terms", self.terms.is_some()),
+            ("--nu", self.nu.is_some()),
+            ("--kappa", self.kappa.is_some()),
+            ("--volumetric", self.volumetric.is_some()),
+        ];
+        match of_one_law.into_iter().find(|(_, is_given)| *is_given && self.law == "all") {
+            Some((flag, _)) => Err(format!(
+                "{flag} does not go with --law all, which compares every law with every number of its terms and writes none: name a law, or leave it out"
+            )),
+            None => Ok(()),
+        }
+    }
+}
+
 pub fn main(args: Args) -> CommandResult {
+    args.check()?;
     let csv = files::all_brought(&args.csv)?;
     let mut request = FitRequest::new(&csv[0], &args.law);
     request.more = csv[1..].to_vec();
@@ -239,9 +259,6 @@ pub fn main(args: Args) -> CommandResult {
     };
     let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("fit-{stem}-{}", args.law)));
-    if args.law == "all" && args.softening {
-        return Err("--softening does not go with --law all: name the law of the first loading".into());
-    }
     if args.law == "all" {
         let table = compare(&request)?;
         args.replace.check(&out, "fit", "all laws", &csv)?.write(|folder| {

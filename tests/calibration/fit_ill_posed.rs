@@ -3,7 +3,8 @@
 use crate::common::Random;
 use crate::common::made::{fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
-    FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, fit_experiment,
+    FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, compare_experiment,
+    fit_experiment,
 };
 use durometer::math::statistics::larger;
 
@@ -81,6 +82,24 @@ fn outliers_pull_at_squares_and_not_at_huber() {
     );
     let off = |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, larger);
     assert!(off(&huber) < 0.02 && off(&squares) > 0.1, "{} and {}", off(&huber), off(&squares));
+}
+
+/// Compression to λ = 0.4 has principal stretches of 0.4 and 0.4^-½ = 1.58. A law that loses its stability between 1.58 and 2.5 in equibiaxial tension is stable where it was fitted: no warning says
+/// otherwise, and a comparison does not rank it among the unstable ones.
+#[test]
+fn compression_reaches_its_principal_stretches() {
+    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let compressed = |values: &[f64]| table(samples(model, values, &[Mode::Uniaxial], [0.99, 0.4], 40, |p| p));
+    let o = options(model, &[Mode::Uniaxial]);
+    let values = [20e3, -1e3];
+    let r = fit_experiment(&compressed(&values), &o).expect("fits");
+    assert!((r.parameters[1].value / values[1] - 1.0).abs() < 1e-6, "nothing holds it back: {r}");
+    let above = r.stability.iter().find(|s| s.mode == Mode::Equibiaxial).and_then(|s| s.above).expect("softens");
+    let unstable = r.warnings.iter().any(|w| matches!(w, FitWarning::Unstable { .. }));
+    assert!(1.59 < above && above < 2.5 && !unstable, "{above}: {:?}", r.warnings);
+    let all = compare_experiment(&compressed(&values), &o).expect("compares");
+    let yeoh = all.laws.iter().find(|c| c.law == "yeoh" && c.terms == 2).expect("listed");
+    assert!(yeoh.lost.is_empty(), "{all}");
 }
 
 /// Reference case 21e: uniaxial data that give C01 < 0. The law is kept stable where it was fitted, the loss in equibiaxial tension is

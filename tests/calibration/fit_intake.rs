@@ -305,7 +305,15 @@ fn positive_compression_is_doubted() {
     assert_eq!(doubt("a.csv", &pulled), "");
     let asked = ColumnChoice { compression: true, ..ColumnChoice::default() };
     let message = read("a.csv", &compressed, &asked).expect_err("a contradiction").to_string();
-    assert!(message.contains("the mode is compression, but every data point is in tension"), "{message}");
+    assert!(message.contains("the mode is compression, but the data points are in tension"), "{message}");
+    // A first data point on the other side of rest, by noise, changes nothing
+    let noisy = compressed.replacen('\n', "\n-0.0002,0\n", 1);
+    assert!(doubt("a.csv", &noisy).contains("as compression, and within"), "{}", doubt("a.csv", &noisy));
+    let message = read("a.csv", &noisy, &asked).expect_err("a contradiction").to_string();
+    assert!(message.contains("the mode is compression"), "{message}");
+    let headed = "Test,ISO 7743 compression\n".to_string() + &noisy;
+    let message = read("a.csv", &headed, &plain).expect_err("a contradiction").to_string();
+    assert!(message.contains("the header speaks of compression"), "{message}");
     let rows = "mode,strain,stress (MPa)\ncompression,0.1,0.1\ncompression,0.2,0.2\n";
     let message =
         Experiment::parse("a.csv", rows.as_bytes(), None, &plain, None).expect_err("a contradiction").to_string();

@@ -39,6 +39,32 @@ fn table(header: &str, rows: impl IntoIterator<Item = (f64, f64)>) -> String {
     text
 }
 
+/// Tension and compression in one table are two loadings that are both fitted, in either order; where each is repeated, the first loading of each.
+#[test]
+fn tension_and_compression_have_loadings_of_their_own() {
+    let up: Vec<f64> = (1..=20).map(|k| 1.0 + 0.05 * f64::from(k)).collect();
+    let pressed: Vec<f64> = (1..=20).map(|k| 1.0 - 0.025 * f64::from(k)).collect();
+    let rows =
+        |stretches: &[f64]| table("stretch,stress (Pa)", stretches.iter().map(|l| (*l, stress(Mode::Uniaxial, *l))));
+    for order in [[&up[..], &pressed], [&pressed, &up]] {
+        let e = prepared(&rows(&order.concat()), &Preparation::default());
+        assert_eq!((e.samples.len(), log_of(&e, AuditKind::LeftOut)), (40, String::new()));
+        assert!(e.alternatives.is_empty() && (mu(&e) / MU - 1.0).abs() < 1e-12);
+    }
+    let back = |there: &[f64]| there.iter().rev().skip(1).copied().collect::<Vec<f64>>();
+    let cycle = [&up[..], &back(&up), &pressed, &back(&pressed)].concat();
+    let e = prepared(&rows(&[&cycle[..], &cycle].concat()), &Preparation::default());
+    let fitted: Vec<f64> = e.samples.iter().map(|s| s.stretch).collect();
+    // In the order of stretch, as data points without time
+    let by_stretch = [pressed.iter().rev().copied().collect(), up.clone()].concat();
+    assert_eq!(fitted, by_stretch);
+    let log = log_of(&e, AuditKind::LeftOut);
+    assert!(log.contains("2 of uniaxial in tension, 2 of uniaxial in compression"), "{log}");
+    // Data points near rest are no other side
+    let noisy: Vec<f64> = [0.999].into_iter().chain(up).collect();
+    assert_eq!(prepared(&rows(&noisy), &Preparation::default()).samples.len(), 21);
+}
+
 /// The same test written in four ways: nominal, true (σ = λP, e = ln λ), and as a machine records it (a piece of 33 × 6 × 3 mm, and a
 /// cylinder), each gives the constant back to rounding. The log names the conversion.
 #[test]

@@ -1,7 +1,9 @@
-//! Ranges that end earlier, in compression as in tension.
+//! Ranges that are fitted, those that end earlier, and data that are held out: in compression as in tension, and of biaxial states.
 
 use crate::common::made::table;
-use durometer::calibrate::{FitOptions, Mode, Sample, SlackChoice, fit_experiment};
+use durometer::calibrate::{
+    FitOptions, Mode, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment, fit_experiment,
+};
 
 /// A Mooney-Rivlin material under compression has the Neo-Hookean modulus 2(C₁₀ + C₀₁) near rest and a larger one in deep compression. A range that ends earlier has the shallow data points, whose constant is
 /// Σ gP/Σ g² over them, and shorter ranges point to the smaller values.
@@ -31,4 +33,49 @@ fn ranges_of_compression_end_at_their_deepest_data_point() {
     }
     let (mu, [low, high]) = (r.parameters[0].value, r.range_spread[0]);
     assert!(low <= mu && high == mu, "{low} to {high}, {mu}");
+}
+
+/// A biaxial state has two stresses, which a range and a hold-out take together: the state is as far as its larger stretch. Independent: the Neo-Hookean modulus is Σ gP/Σ g² over
+/// the states that are fitted, with g = λ − λ⁻³λ₂⁻².
+#[test]
+fn a_range_takes_both_stresses_of_a_biaxial_state() {
+    let g = |l: f64, other: f64| l - l.powi(-3) * other.powi(-2);
+    let stress = |l: f64, other: f64| {
+        let i1 = l * l + other * other + (l * other).powi(-2) - 3.0;
+        (60e3 + 2e3 * i1) * g(l, other)
+    };
+    let row = |(stretch, second): (f64, f64), line: u64| {
+        let stress = stress(stretch, second);
+        Sample { mode: Mode::Biaxial, stretch, second, stress, line, specimen: 0 }
+    };
+    let states = (0..26_u64).flat_map(|k| [1.0, 1.2].map(|second| (1.05 + 0.098 * k as f64, second)));
+    let samples: Vec<Sample> =
+        states.zip(2..).flat_map(|((a, b), line)| [row((a, b), line), row((b, a), line)]).collect();
+    let experiment = table(samples.clone());
+    let mut o = FitOptions::new("neo_hookean");
+    (o.modes, o.slack) = (vec![Mode::Biaxial], SlackChoice::No);
+    let modulus = |own: &[&Sample]| {
+        let sum = |f: &dyn Fn(&Sample) -> f64| own.iter().map(|s| f(s)).sum::<f64>();
+        sum(&|s| g(s.stretch, s.second) * s.stress) / sum(&|s| g(s.stretch, s.second).powi(2))
+    };
+    let largest = |s: &&Sample| s.stretch.max(s.second);
+
+    o.range = Some(StretchRange { from: 1.0, to: 1.5 });
+    let r = fit_experiment(&experiment, &o).expect("fits");
+    let inside: Vec<&Sample> = samples.iter().filter(|s| largest(s) <= 1.5).collect();
+    assert_eq!((r.rows, inside.len() % 2), (inside.len(), 0));
+    assert!((r.parameters[0].value / modulus(&inside) - 1.0).abs() < 1e-9, "{}", r.parameters[0].value);
+    let outside = r.predictions.iter().find(|p| p.kind == PredictionKind::OutsideRange).expect("states beyond");
+    assert_eq!(outside.misfit.rows, samples.len() - inside.len());
+    assert!(r.range_dependence.iter().all(|row| row.rows % 2 == 0), "{:?}", r.range_dependence);
+
+    o.range = None;
+    let table = compare_experiment(&experiment, &o).expect("compares");
+    let hold_out = table.laws.iter().find(|c| c.law == "neo_hookean").and_then(|c| c.hold_out).expect("data points");
+    let end = (2.0 / 3.0 * 3.5_f64.ln()).exp();
+    let (near, far): (Vec<&Sample>, Vec<&Sample>) = samples.iter().partition(|s| largest(s) <= end);
+    let mu = modulus(&near);
+    let left = far.iter().map(|s| (s.stress - mu * g(s.stretch, s.second)).powi(2)).sum::<f64>();
+    let size = far.iter().map(|s| s.stress.powi(2)).sum::<f64>();
+    assert!((hold_out / (left / size).sqrt() - 1.0).abs() < 1e-9, "{hold_out}, not {}", (left / size).sqrt());
 }

@@ -675,6 +675,59 @@ fn a_scene_relaxes_as_the_fitted_series_says() {
     assert!(difference < 2e-3, "{difference:e}");
 }
 
+/// Errors of 1 % of a creep test grow with what was measured, the strain.
+#[test]
+fn errors_of_creep_are_those_of_strains() {
+    let mut random = Random::seed(11);
+    let row = |t: f64| vec![t, (0.1 + 1.0 - (-t / 5.0).exp()) * (1.0 + 0.01 * random.normal())];
+    let data = table("creep-words", "time [s];strain [%]", spaced(0.01, 100.0, 200).into_iter().map(row));
+    let request = RelaxationRequest { ramp: Some(0.0), ..RelaxationRequest::new(data, TestKind::Creep) };
+    let fit = fit_relaxation(&request).expect("a fit");
+    let said = fit.to_string();
+    assert!(!said.contains("stresses") && said.contains("large strains"), "{said}");
+}
+
+/// The sign and the unit of a history are those of its law: columns that are called compressive are turned, a force and stresses against the strain are refused. The
+/// material is Neo-Hookean with μ = 30 kPa in the long term, held at λ = 0.6, and loses half of its first stress.
+#[test]
+fn a_history_has_the_sign_and_the_unit_of_its_law() {
+    let law = folder("signs").join("law.toml");
+    std::fs::write(&law, "law = \"yeoh\"\nC10 = \"15 kPa\"\n").expect("written");
+    let elastic = 30.0 * (0.6 - 0.6_f64.powi(-2));
+    // A step within 1 ms, then P(1 + exp(−t/1 s))
+    let row = |sign: f64| {
+        move |k: u32| {
+            let t = if k == 0 { 0.0 } else { 1e-3 * 1.15_f64.powi(k as i32 - 1) };
+            let held = if k == 0 { 0.0 } else { 1.0 };
+            vec![t, -40.0 * held * sign, held * elastic * (1.0 + (-t).exp()) * sign]
+        }
+    };
+    let request = |name: &str, header: &str, rows: Vec<Vec<f64>>| {
+        let data = table(name, header, rows.into_iter());
+        let history = RelaxationRequest::new(data, TestKind::History);
+        RelaxationRequest { law: Some(law.clone()), terms: TermChoice::Number(1), ..history }
+    };
+    let rows = |sign: f64| (0..70).map(row(sign)).collect::<Vec<_>>();
+    let plain = "time [s];strain [%];stress [kPa]";
+    let negative = fit_relaxation(&request("negative", plain, rows(1.0))).expect("a fit");
+    assert!((negative.long_term.value - 1.0).abs() < 1e-3, "{negative}");
+    for header in
+        ["time [s];Compressive strain [%];Compressive stress [kPa]", "time [s];strain [%];Compressive stress [kPa]"]
+    {
+        let turned = fit_relaxation(&request("positive", header, rows(-1.0))).expect("a fit");
+        assert_eq!((turned.long_term, turned.misfit), (negative.long_term, negative.misfit), "{header}");
+        assert!(turned.to_string().contains("\"Compressive stress [kPa]\" counts compression as positive"), "{turned}");
+    }
+    let refused = |name: &str, header: &str, rows: Vec<Vec<f64>>| {
+        fit_relaxation(&request(name, header, rows)).expect_err(header).to_string()
+    };
+    let force = refused("force", "time [s];strain [%];Force [N]", rows(1.0));
+    assert!(force.contains("\"Force [N]\" in \"N\" is no stress"), "{force}");
+    let mixed = rows(1.0).into_iter().map(|r| vec![r[0], r[1], -r[2]]).collect();
+    let against = refused("against", plain, mixed);
+    assert!(against.contains("\"stress [kPa]\" has the sign against \"strain [%]\""), "{against}");
+}
+
 /// An included file without the key, or none at all, is named with the effect.
 #[test]
 fn includes_of_an_effect_are_refused_with_their_place() {

@@ -196,6 +196,41 @@ fn a_true_stress_takes_the_lateral_strain() {
     assert!(message.contains("--lateral-unit %") && !message.contains("--unit"), "{message}");
 }
 
+/// The lateral strain is read as the fit reads strain and stress: with the columns of a card, in the test that was chosen, and with the sign that the name of the stress gives.
+#[test]
+fn the_lateral_strain_is_read_as_the_fit_reads_the_table() {
+    let plain = press("plain", ONE, NU, [0.0; 2], 1);
+    let expected = fitted(&plain);
+    let text = std::fs::read_to_string(&plain.data).expect("read");
+    let rows: Vec<&str> = text.lines().skip(1).collect();
+    let folder = common::folder("foam-read");
+    let written = |name: &str, head: &str, row: &dyn Fn(&str) -> String| {
+        let path = folder.join(name);
+        let rows: String = rows.iter().map(|line| row(line) + "\n").collect();
+        std::fs::write(&path, format!("{head}\n{rows}")).expect("written");
+        FitRequest { data: path, ..plain.clone() }
+    };
+    let same = |request: &FitRequest| {
+        let r = fitted(request);
+        let ratio = |r: &FitResult| r.poisson.as_ref().expect("measured").ratio;
+        assert_eq!(ratio(&r), ratio(&expected), "{r}");
+        assert!((r.parameters[0].value / expected.parameters[0].value - 1.0).abs() < 1e-9, "{r}");
+    };
+    same(&written("half.csv", "Strain [%],Compressive stress [kPa],lateral strain [%]", &String::from));
+    let card = "name = \"Foam\"\nfile = \"carded.csv\"\nstatus = \"own measurement\"\nmode = \"uniaxial\"\n[columns]\nstrain = \"e (%)\"\nstrain_kind = \"engineering\"\n\
+                stress = \"p (kPa)\"\nlateral = \"et\"\nlateral_unit = \"%\"\npositive = \"compression\"\n";
+    std::fs::write(folder.join("card.toml"), card).expect("written");
+    same(&written("carded.csv", "e (%),p (kPa),et", &String::from));
+    let names = |k: u32| format!("compressive strain {k} [%],compressive stress {k} [kPa],lateral strain {k} [%]");
+    let doubled = |line: &str| {
+        let x: Vec<f64> = line.split(',').map(|c| c.parse().expect("a number")).collect();
+        format!("{line},{},{},{}", 1.001 * x[0], 1.1 * x[1], 2.0 * x[2])
+    };
+    let mut side = written("side.csv", &[names(1), names(2)].join(","), &doubled);
+    side.columns.test = Some(1);
+    same(&side);
+}
+
 /// Poisson's ratio is never assumed, and what makes no sense is refused.
 #[test]
 fn a_foam_without_its_ratio_is_refused() {

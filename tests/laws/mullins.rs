@@ -2,8 +2,8 @@
 
 use crate::common;
 use crate::common::{Random, body, column, example, newton, run, scene, surface};
-use durometer::calibrate::softening::{SofteningFitError, fit_softening};
-use durometer::calibrate::{Bounded, FitRequest, Mode};
+use durometer::calibrate::softening::{SofteningFit, SofteningFitError, fit_softening};
+use durometer::calibrate::{AuditKind, Bounded, FitRequest, FitResult, Mode, StretchRange};
 use durometer::effect::{Elastic, Mullins};
 use durometer::material::{Law, Softening, Want};
 use durometer::math::signal::Signal;
@@ -474,6 +474,61 @@ fn a_permanent_set_is_not_hidden_in_the_softening() {
     assert_eq!(text["softening"].as_table().map(toml::Table::len), Some(3), "a scene reads r, m and beta");
     let (_, none) = fit_softening(&request("no-set", &cyclic_table(&[1.3, 1.6, 1.9], 0.0, 1))).expect("a fit");
     assert!(!none.has_set && none.to_string().contains("no permanent set is shown"), "{none}");
+}
+
+/// Numbers of law and softening by which two fits are the same.
+fn numbers((law, fit): &(FitResult, SofteningFit)) -> ([usize; 2], [f64; 6]) {
+    let constants = [law.parameters[0].value, fit.r.value, fit.m.value, fit.beta.value, fit.misfit, fit.largest_energy];
+    ([law.rows, fit.rows], constants)
+}
+
+/// Holds at the peaks, in which the stress relaxes, and rows after a rupture are left out with an entry in the log: the constants are those of a table without them.
+#[test]
+fn holds_and_rupture_are_no_softening() {
+    let rows = cyclic_table(&[1.3, 1.6, 1.9], 300.0, 1);
+    let plain = numbers(&fit_softening(&request("plain", &rows)).expect("a fit"));
+    let mut top = 1.0;
+    let with_hold = |[l, p]: &[f64; 2]| {
+        let is_peak = *l > top + 1e-9 && [1.3, 1.6, 1.9].iter().any(|peak| (l - peak).abs() < 1e-9);
+        top = larger(top, *l);
+        let held = |k: i32| [*l, p * (1.0 - 0.2 * (1.0 - (-0.1 * f64::from(k)).exp()))];
+        (0..if is_peak { 31 } else { 1 }).map(held).collect::<Vec<_>>()
+    };
+    let held: Vec<[f64; 2]> = rows.iter().flat_map(with_hold).collect();
+    assert_eq!(held.len(), rows.len() + 90);
+    let fit = fit_softening(&request("held", &held)).expect("a fit");
+    assert_eq!(numbers(&fit), plain);
+    let left_out: usize = fit.0.audit.of(AuditKind::LeftOut).map(|e| e.lines.len()).sum();
+    assert_eq!(left_out, 90);
+
+    let mut whole = cyclic_table(&[1.3, 1.6, 1.9, 2.2], 300.0, 1);
+    let end = whole.iter().position(|r| r[0] > 2.1999).expect("the last peak");
+    whole.truncate(end + 1);
+    let plain = numbers(&fit_softening(&request("whole", &whole)).expect("a fit"));
+    let broken: Vec<[f64; 2]> =
+        whole.iter().copied().chain((1..12).map(|k| [2.2 + 0.02 * f64::from(k), 20.0])).collect();
+    let fit = fit_softening(&request("broken", &broken)).expect("a fit");
+    assert_eq!(numbers(&fit), plain);
+    assert_eq!(fit.0.audit.of(AuditKind::Ruptured).map(|e| e.lines.len()).sum::<usize>(), 11);
+}
+
+/// A range leaves out the cycles beyond it, and a mode the rows of the others: the constants are those of a table without them.
+#[test]
+fn range_and_mode_choose_the_softened_rows_too() {
+    let fit = |request: &FitRequest| numbers(&fit_softening(request).expect("a fit"));
+    let rows = cyclic_table(&[1.3, 1.6, 1.9], 300.0, 1);
+    let beyond = rows.iter().position(|r| r[0] > 1.61).expect("a third cycle");
+    let mut ranged = request("ranged", &rows);
+    ranged.options.range = Some(StretchRange { from: 0.5, to: 1.605 });
+    assert_eq!(fit(&ranged), fit(&request("within", &rows[..beyond])));
+
+    // The same numbers, as a planar test that is softer by a third, in rows of another mode
+    let lines =
+        |mode: &str, by: f64| rows.iter().map(|r| format!("{mode},{},{}\n", r[0], by * r[1])).collect::<String>();
+    let both = common::folder("mullins").join("modes.csv");
+    let text = format!("mode,stretch,nominal stress [Pa]\n{}{}", lines("uniaxial", 1.0), lines("planar", 0.75));
+    std::fs::write(&both, text).expect("written");
+    assert_eq!(fit(&FitRequest { data: both, ..request("chosen", &rows) }), fit(&request("alone", &rows)));
 }
 
 #[test]

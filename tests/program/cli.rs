@@ -484,6 +484,10 @@ fn an_undetermined_fit_ends_with_code_3() {
     call(&[&other[..], &["--replace"]].concat(), 0);
     let all = ["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out];
     call(&all, 2);
+    for flag in [["--nu", "0.7"], ["--volumetric", "bogus"], ["--terms", "2"], ["--kappa", "2 GPa"]] {
+        let refused = program::call(ROOT, &[&all[..], &["--replace"], &flag].concat(), 2).1;
+        assert!(refused.contains(&format!("{} does not go with --law all", flag[0])), "{refused}");
+    }
     let all = call(&[&all[..], &["--replace"]].concat(), 0);
     assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
     assert!(!PathBuf::from(&out).join("law.toml").exists(), "of the fit before");

@@ -73,6 +73,11 @@ impl Card {
         Ok(ColumnChoice { dimensions, strain_measurement: self.strain_measurement.clone(), ..self.columns.clone() })
     }
 
+    /// A choice of columns, completed by a card where there is one.
+    pub fn complete(card: Option<&Self>, choice: &ColumnChoice) -> Result<ColumnChoice, FitError> {
+        card.map_or_else(|| Ok(choice.clone()), |card| Ok(choice.or(&card.choice()?)))
+    }
+
     /// The given card; else the `card.toml` next to the table, if it names this table.
     pub fn find(given: Option<&Path>, data: &Path) -> Result<Option<Self>, FitError> {
         if let Some(path) = given {

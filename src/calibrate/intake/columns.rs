@@ -2,7 +2,7 @@
 
 use super::dimensions::Dimensions;
 use super::names::{self, Ranked, SURE, StrainKind, StressKind};
-use super::roles::Role;
+use super::roles::{Role, without_unit};
 use super::table::{Decimal, Line, is_number};
 use crate::calibrate::{FitError, Mode};
 use crate::math::units::{self, Dimension};
@@ -123,6 +123,8 @@ pub struct Columns {
     pub force: Option<(usize, f64)>,
     /// Strain across the load, where a true stress needs it
     pub lateral: Option<Column<StrainKind>>,
+    /// The only column of strain across the load
+    pub across: Option<usize>,
     /// Assumptions for the audit log
     pub notes: Vec<String>,
 }
@@ -257,7 +259,40 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
     let specimen = (0..cells.len()).find(|&i| names::is_specimen(&cells[i]));
     let of_true = axes.iter().find(|(_, p)| p.kind == StressKind::True).filter(|_| choice.compressible);
     let lateral = of_true.map(|(_, p)| lateral_column(file, cells, &p.name, choice)).transpose()?;
-    Ok(Columns { displacement, force, axes, mode, time, specimen, lateral, notes })
+    let across = <[usize; 1]>::try_from(across_the_load(cells, choice)).ok().map(|[at]| at);
+    Ok(Columns { displacement, force, axes, mode, time, specimen, lateral, across, notes })
+}
+
+/// Strain along and across the load of a table, for who reads it by its contents.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Lateral {
+    /// Name or number of the column along the load, and of the one across it
+    pub strain: Option<String>,
+    pub across: Option<String>,
+    /// The load that the strain counts as positive
+    pub positive: Option<Sign>,
+}
+
+impl Lateral {
+    /// Names, or numbers, of columns under these names.
+    pub fn of(names: &[String], columns: &Columns) -> Self {
+        let strain = &columns.axes[0].0;
+        let positive = if strain.factor < 0.0 { Sign::Compression } else { Sign::Tension };
+        // A line of units may have completed a name
+        let call = |at: usize| {
+            let own = without_unit(&names[at]);
+            let is_alone =
+                !own.is_empty() && names.iter().filter(|n| without_unit(n).eq_ignore_ascii_case(own)).count() == 1;
+            if is_alone { own.to_string() } else { format!("#{}", at + 1) }
+        };
+        Self { strain: Some(call(strain.at)), across: columns.across.map(call), positive: Some(positive) }
+    }
+}
+
+/// Columns of the strain across the load.
+fn across_the_load(cells: &[String], choice: &ColumnChoice) -> Vec<usize> {
+    let by_name = || (0..cells.len()).filter(|i| Role::Lateral.names(&cells[*i])).collect();
+    choice.lateral.as_ref().map_or_else(by_name, |name| named(cells, name))
 }
 
 /// The column of the strain across the load, without which a true stress gives no nominal one of a law with a change of volume.
@@ -267,8 +302,7 @@ fn lateral_column(
     stress: &str,
     choice: &ColumnChoice,
 ) -> Result<Column<StrainKind>, FitError> {
-    let by_name = || (0..cells.len()).filter(|i| Role::Lateral.names(&cells[*i])).collect();
-    let found = choice.lateral.as_ref().map_or_else(by_name, |name| named(cells, name));
+    let found = across_the_load(cells, choice);
     let [at] = found[..] else {
         let candidates = found.iter().map(|i| numbered(cells, *i)).collect();
         return Err(FitError::TrueStress { file: file.into(), column: stress.into(), candidates });

@@ -1,6 +1,6 @@
 //! A table as typed samples. Nothing is changed silently: the audit log lists every change with its lines.
 
-use super::columns::{self, Columns};
+use super::columns::{self, Columns, Lateral};
 use super::parts::{self, Whole};
 use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
@@ -41,6 +41,8 @@ pub struct Experiment {
     /// Lines above the column names: first cell and the rest
     pub header: Vec<(String, String)>,
     pub card: Option<Card>,
+    /// Of several tables where it is the same in all
+    pub lateral: Lateral,
     /// Samples as they would be under another treatment
     pub alternatives: Vec<Alternative>,
     pub audit: Audit,
@@ -65,7 +67,7 @@ impl Experiment {
         mode: Option<Mode>,
     ) -> Result<Self, FitError> {
         let mut audit = Audit::default();
-        let choice = card.as_ref().map_or(Ok::<_, FitError>(choice.clone()), |c| Ok(choice.or(&c.choice()?)))?;
+        let choice = Card::complete(card.as_ref(), choice)?;
         let (text, encoding) = table::decode(bytes).map_err(|what| TableError::NotText { file: file.into(), what })?;
         if let Some(encoding) = encoding {
             audit.add(AuditKind::Intake, format!("the file is not UTF-8; it was read as {encoding}"), vec![]);
@@ -121,6 +123,7 @@ impl Experiment {
             pieces: vec![Piece { dimensions, accuracy, corrections: vec![] }; parts.len()],
             header,
             card,
+            lateral: Lateral::of(&names.cells, &columns),
             alternatives: vec![],
             audit,
         })
@@ -139,6 +142,7 @@ impl Experiment {
             pieces: vec![Piece::default()],
             header: vec![],
             card: None,
+            lateral: Lateral::default(),
             alternatives: vec![],
             audit: Audit::default(),
         }
@@ -156,6 +160,9 @@ impl Experiment {
         }
         for part in parts {
             let before = all.specimens.len();
+            if part.lateral != all.lateral {
+                all.lateral = Lateral::default();
+            }
             let entry = |e: AuditEntry| AuditEntry { message: format!("{}: {}", part.file, e.message), ..e };
             all.audit.0.extend(part.audit.0.into_iter().map(entry));
             all.single.extend(part.single);

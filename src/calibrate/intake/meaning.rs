@@ -14,6 +14,7 @@ use super::{
     columns::ColumnChoice,
 };
 use crate::calibrate::constant_format::stretch_text;
+use crate::calibrate::sample::sides;
 use crate::calibrate::{FitError, Mode, Sample};
 
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
@@ -209,8 +210,9 @@ impl Read<'_> {
         header: &[(String, String)],
         audit: &mut Audit,
     ) -> Result<(), FitError> {
-        let tension = self.samples.iter().all(|s| s.stretch >= 1.0 && s.mode != Mode::SimpleShear);
-        if !tension || choice.positive.is_some() {
+        let [compression, _] = sides(self.samples);
+        let sheared = self.samples.iter().any(|s| s.mode == Mode::SimpleShear);
+        if compression || sheared || choice.positive.is_some() {
             return Ok(());
         }
         let speaks = |text: &str| {
@@ -242,7 +244,7 @@ impl Read<'_> {
             return Ok(());
         };
         let message = format!(
-            "every strain is positive and was read as tension, but {why}: pass --positive compression if the machine counts compression as positive, --positive tension if not"
+            "the strains are positive and were read as tension, but {why}: pass --positive compression if the machine counts compression as positive, --positive tension if not"
         );
         audit.add(AuditKind::Doubt, message, vec![]);
         Ok(())

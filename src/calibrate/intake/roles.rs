@@ -149,6 +149,24 @@ pub struct ReadColumn {
     pub values: Vec<f64>,
 }
 
+impl ReadColumn {
+    /// Whether most of its numbers are positive.
+    pub fn is_positive(&self) -> bool {
+        self.values.iter().filter(|v| **v > 0.0).count() > self.values.len() / 2
+    }
+
+    /// Whether it is a stretch, which has no sign.
+    pub fn is_stretch(&self) -> bool {
+        names::strain(&self.name).is_some_and(|r| r.1 == StrainKind::Stretch)
+    }
+
+    /// Changes the sign of every number, with a note.
+    pub fn turn(&mut self, notes: &mut Vec<String>) {
+        self.values.iter_mut().for_each(|v| *v = -*v);
+        notes.push(format!("column \"{}\" counts compression as positive; its sign was changed", self.name));
+    }
+}
+
 /// A table that was read.
 pub struct ReadTable {
     /// Name of the file
@@ -372,7 +390,7 @@ impl Reader<'_> {
 }
 
 /// `sigma` of `sigma (kPa)` or `sigma [kPa]`.
-fn without_unit(cell: &str) -> &str {
+pub(super) fn without_unit(cell: &str) -> &str {
     cell.split(['(', '[']).next().unwrap_or_default().trim()
 }
 

@@ -4,7 +4,7 @@
 //! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
-use crate::calibrate::{Mode, Model};
+use crate::calibrate::{Mode, Model, Sample};
 use crate::material::{Law, LoadCase, StabilityLimit, material_stability};
 use serde::{Deserialize, Serialize};
 
@@ -61,14 +61,70 @@ pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
     CASES.into_iter().filter_map(one).collect()
 }
 
+/// How far data points go: no principal stretch of theirs is larger, and their λ in each mode.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Reach {
+    /// Largest principal stretch \[–\]: of compression that across the load
+    pub principal: f64,
+    /// Smallest and largest λ of each mode \[–\], 1 where it has none
+    own: [[f64; 2]; Mode::ALL.len()],
+}
+
+impl Reach {
+    /// The reach of data points whose free directions follow this Poisson's ratio.
+    pub fn of(samples: &[Sample], nu: f64) -> Self {
+        let mut found = Self { principal: 1.0, own: [[1.0; 2]; Mode::ALL.len()] };
+        for s in samples {
+            found.principal = s.stretches(nu).into_iter().fold(found.principal, f64::max);
+            let [low, high] = &mut found.own[s.mode as usize];
+            (*low, *high) = (low.min(s.stretch), high.max(s.stretch));
+        }
+        found
+    }
+
+    /// The largest principal stretch, or the reciprocal of the smallest λ.
+    pub fn largest(&self) -> f64 {
+        self.own.iter().map(|[low, _]| 1.0 / low).fold(self.principal, f64::max)
+    }
+
+    /// Amounts of a load case whose principal stretches are not larger than those of the data points, or that are theirs.
+    fn amounts(&self, case: LoadCase, mode: Mode) -> [f64; 2] {
+        let amount = |l: f64| if mode == Mode::SimpleShear { mode.strain(l) } else { l };
+        let ([low, high], [from, to]) = (range(case, self.principal), self.own[mode as usize].map(amount));
+        [low.min(from), high.max(to)]
+    }
+}
+
 /// Modes in which material stability ends within the principal stretches that the fitted data points reach, and where.
-pub fn lost(stability: &[StableRange], stretch: [f64; 2]) -> Vec<(Mode, f64)> {
-    let reach = stretch[1].max(1.0 / stretch[0]);
+pub fn lost(stability: &[StableRange], reach: Reach) -> Vec<(Mode, f64)> {
     let of = |r: &StableRange| {
-        let (case, _) = CASES.into_iter().find(|(_, mode)| *mode == r.mode)?;
-        let [low, high] = range(case, reach);
+        let (case, mode) = CASES.into_iter().find(|(_, mode)| *mode == r.mode)?;
+        let [low, high] = reach.amounts(case, mode);
         let above = r.above.filter(|a| *a <= high);
         above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
     };
     stability.iter().filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Compression to λ = 0.4 stretches by 0.4^-½ across the load. Independent: σ = 2W′(λ² − 1/λ) of W′ = C10 + 2C20(I₁ − 3) is largest at 0.4395 in compression and 2.015 in tension for
+    /// C10 = 20 kPa and C20 = −2 kPa, and at 0.295 and 2.56 for C20 = −1 kPa.
+    #[test]
+    fn compression_reaches_its_own_stretches() {
+        let row =
+            |stretch: f64| Sample { mode: Mode::Uniaxial, stretch, second: 1.0, stress: -1.0, line: 2, specimen: 0 };
+        let pressed = Reach::of(&[0.9, 0.6, 0.4].map(row), 0.5);
+        assert!((pressed.principal - 0.4_f64.powf(-0.5)).abs() < 1e-12 && pressed.largest() == 2.5, "{pressed:?}");
+        let yeoh = Model::new("yeoh", Some(2)).expect("registered");
+        let of = |c20: f64, reach: Reach| lost(&certificate(yeoh, &[20e3, c20], 40e3, reach.largest()), reach);
+        assert!(of(-1e3, pressed).is_empty());
+        let early = of(-2e3, pressed);
+        let at = early.iter().find(|(mode, _)| *mode == Mode::Uniaxial).map(|(_, at)| *at);
+        assert!(at.is_some_and(|at| (at - 0.4395).abs() < 1e-3), "{early:?}");
+        let pulled = Reach::of(&[1.2, 2.5].map(row), 0.5);
+        assert!((pulled.principal, pulled.largest()) == (2.5, 2.5) && !of(-1e3, pulled).is_empty());
+    }
 }

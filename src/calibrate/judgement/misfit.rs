@@ -10,6 +10,9 @@ pub struct Residual {
     pub mode: Mode,
     /// λ \[–\]
     pub stretch: f64,
+    /// [`Sample::reach`], by which ranges are judged \[–\]
+    #[serde(skip)]
+    pub reach: f64,
     /// Measured P \[Pa\]
     pub measured: f64,
     /// P of the law \[Pa\]
@@ -29,6 +32,7 @@ pub fn residuals(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Vec<Residu
             Residual {
                 mode: s.mode,
                 stretch: s.stretch,
+                reach: s.reach(),
                 measured: s.stress,
                 law: p,
                 residual: s.stress - p,
@@ -92,6 +96,7 @@ mod tests {
         let row = |measured: f64, law: f64| Residual {
             mode: Mode::Uniaxial,
             stretch: 2.0,
+            reach: 2.0,
             measured,
             law,
             residual: measured - law,

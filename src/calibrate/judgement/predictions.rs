@@ -9,7 +9,7 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
     let mut found = Vec::new();
     let mut add = |kind, mode, rows: Vec<Residual>| {
         if let Some(misfit) = Misfit::of(&rows) {
-            found.push(Prediction { kind, mode, stretch: extent(rows.iter().map(|r| r.stretch)), misfit });
+            found.push(Prediction { kind, mode, stretch: extent(rows.iter().map(|r| r.reach)), misfit });
         }
     };
     for mode in Mode::ALL {
@@ -17,9 +17,9 @@ pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec
             all.iter().filter(|r| r.mode == mode && keep(r)).copied().collect::<Vec<_>>()
         };
         if modes.contains(&mode) {
-            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.stretch)));
+            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.reach)));
         } else {
-            add(PredictionKind::OtherModeInRange, mode, pick(&|r| range.contains(r.stretch)));
+            add(PredictionKind::OtherModeInRange, mode, pick(&|r| range.contains(r.reach)));
             if range != StretchRange::ALL {
                 add(PredictionKind::OtherMode, mode, pick(&|_| true));
             }

@@ -63,15 +63,15 @@ impl<'a> Whole<'a> {
         if ranges == 0 {
             return vec![];
         }
-        let [low, high] = extent(self.fitted.iter().map(|s| s.stretch));
+        let [low, high] = extent(self.fitted.iter().map(Sample::reach));
         let has_other_end =
-            |s: &Sample| if amount(low) > amount(high) { s.stretch <= range.to } else { s.stretch >= range.from };
+            |s: &Sample| if amount(low) > amount(high) { s.reach() <= range.to } else { s.reach() >= range.from };
         let own = |s: &&Sample| modes.contains(&s.mode) && has_other_end(s) && s.is_informative();
         let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
-        samples.sort_by(|a, b| amount(a.stretch).total_cmp(&amount(b.stretch)));
+        samples.sort_by(|a, b| amount(a.reach()).total_cmp(&amount(b.reach())));
         let needed = self.setting.model.parameters().len() + 1;
         let last_of_stretch =
-            |&n: &usize| n == samples.len() || amount(samples[n].stretch) > amount(samples[n - 1].stretch);
+            |&n: &usize| n == samples.len() || amount(samples[n].reach()) > amount(samples[n - 1].reach());
         let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
         let step = ends.len().div_ceil(ranges).max(1);
         let chosen = ends.iter().rev().step_by(step).rev();
@@ -90,7 +90,7 @@ impl<'a> Whole<'a> {
         let found = solve_untested(&self.setting.of(part), part, self.answer).ok()?;
         let misfit = Misfit::of(&residuals(part, |s| self.setting.model.at(&found.values, s)))?;
         let row = RangeRow {
-            to: part.last()?.stretch,
+            to: part.last()?.reach(),
             rows: part.len(),
             parameters: found.identified.estimates.clone(),
             departs: vec![false; found.values.len()],
@@ -103,7 +103,7 @@ impl<'a> Whole<'a> {
 
     /// Whether the fitted range has all data points of another one, and more.
     fn is_longer(&self, row: &RangeRow) -> bool {
-        let [_, last] = extent(self.fitted.iter().map(|s| amount(s.stretch)));
+        let [_, last] = extent(self.fitted.iter().map(|s| amount(s.reach())));
         amount(row.to) <= last && row.rows < self.fitted.len()
     }
 
@@ -148,7 +148,7 @@ impl<'a> Comparison<'a> {
     /// Whether each constant of the range up to `to` differs by more than the errors explain.
     fn departs(&self, to: f64, found: &LawFit) -> Vec<bool> {
         let Whole { fitted, answer, .. } = self.whole;
-        let rows: Vec<usize> = (0..fitted.len()).filter(|i| amount(fitted[*i].stretch) <= amount(to)).collect();
+        let rows: Vec<usize> = (0..fitted.len()).filter(|i| amount(fitted[*i].reach()) <= amount(to)).collect();
         let plain = directions(&self.jacobian.select_rows(&rows)).plain();
         let pairs = found.identified.estimates.iter().zip(&answer.identified.estimates);
         let one = |(j, (part, all)): (usize, (&Estimate, &Estimate))| {

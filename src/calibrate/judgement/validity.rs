@@ -14,14 +14,13 @@ const LEFT_OUT: f64 = 0.1;
 pub fn validity(all: &[Residual], fitted: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
     let budget = FLOOR * FLOOR * fitted.iter().map(|r| r.measured.powi(2)).sum::<f64>();
     let side = |tension: bool| {
-        let on_side =
-            |r: &&Residual| modes.contains(&r.mode) && if tension { r.stretch > 1.0 } else { r.stretch < 1.0 };
+        let on_side = |r: &&Residual| modes.contains(&r.mode) && if tension { r.reach > 1.0 } else { r.reach < 1.0 };
         let mut rows: Vec<_> = all.iter().filter(on_side).collect();
-        rows.sort_by(|a, b| (a.stretch - 1.0).abs().total_cmp(&(b.stretch - 1.0).abs()));
+        rows.sort_by(|a, b| (a.reach - 1.0).abs().total_cmp(&(b.reach - 1.0).abs()));
         let most = (LEFT_OUT * rows.len() as f64) as usize;
         let after = |skipped: usize| {
             let (to, from) = range(&rows[skipped..], tolerance, budget)?;
-            let first = (skipped > 0).then_some(rows.get(skipped)?.stretch);
+            let first = (skipped > 0).then_some(rows.get(skipped)?.reach);
             Some((to, from.or(first)))
         };
         (0..=most).find_map(after)
@@ -46,8 +45,8 @@ fn range(rows: &[&Residual], tolerance: f64, budget: f64) -> Option<(f64, Option
     // A range beyond one where the fit was bad is not to be trusted
     let sums: Vec<(f64, f64)> = sums.take_while(|(r2, allowed)| *r2 <= allowed + budget).collect();
     let to = sums.iter().rposition(|(r2, allowed)| r2 <= allowed)?;
-    let from = sums[..to].iter().rposition(|(r2, allowed)| r2 > allowed).map(|k| rows[k + 1].stretch);
-    Some((rows[to].stretch, from))
+    let from = sums[..to].iter().rposition(|(r2, allowed)| r2 > allowed).map(|k| rows[k + 1].reach);
+    Some((rows[to].reach, from))
 }
 
 #[cfg(test)]
@@ -58,7 +57,15 @@ mod tests {
     fn tension(residuals: &[f64]) -> (Option<f64>, Option<f64>) {
         let row = |(k, residual): (usize, &f64)| {
             let (stretch, measured) = (1.0 + 0.05 * (k + 1) as f64, 1e4 * (k + 1) as f64);
-            Residual { mode: Mode::Uniaxial, stretch, measured, law: measured - residual, residual: *residual, line: 2 }
+            Residual {
+                mode: Mode::Uniaxial,
+                stretch,
+                reach: stretch,
+                measured,
+                law: measured - residual,
+                residual: *residual,
+                line: 2,
+            }
         };
         let all: Vec<Residual> = residuals.iter().enumerate().map(row).collect();
         let found = validity(&all, &all, &[Mode::Uniaxial], 0.1);

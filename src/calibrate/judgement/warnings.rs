@@ -1,6 +1,6 @@
 //! Which warnings a fit has.
 
-use super::certificate::lost;
+use super::certificate::{Reach, lost};
 use super::compressibility::UNNOTICED;
 use super::determined::limits;
 use super::estimate::Estimate;
@@ -45,7 +45,7 @@ pub fn warnings(
     found.extend(may_be_zero(result));
     found.extend(other_minimum(result, answer, model));
     found.extend(held(answer));
-    found.extend(unstable(result, model));
+    found.extend(unstable(result, model, fitted));
     let rms_relative = result.misfit.rms_relative;
     if rms_relative > tolerance {
         found.push(FitWarning::Misfit { rms_relative, tolerance });
@@ -151,17 +151,17 @@ fn held(answer: &LawFit) -> Vec<FitWarning> {
     Mode::ALL.into_iter().flat_map(|m| [(m, false), (m, true)]).filter_map(of).collect()
 }
 
-fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
-    let lost = lost(&result.stability, result.stretch);
-    let reach = result.stretch[1].max(1.0 / result.stretch[0]);
+fn unstable(result: &FitResult, model: Model, fitted: &[Sample]) -> Option<FitWarning> {
+    let reach = Reach::of(fitted, model.nu);
+    let lost = lost(&result.stability, reach);
     let linear = matches!(model.form.terms, FitTerms::Linear(_));
-    (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
+    (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach: reach.principal, linear })
 }
 
 /// Data points outside the range at which the law is not defined.
 fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
     let not_defined = |s: &&Sample| !model.at(&answer.values, s).is_finite();
-    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(|s| s.stretch).collect();
+    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(Sample::reach).collect();
     let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })
 }

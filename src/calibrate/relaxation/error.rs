@@ -67,6 +67,14 @@ pub enum RelaxationError {
     NotIsochoric { law: &'static str },
     #[error("the law is not defined at the stretch {} of line {line}: {reason}", stretch_text(*stretch))]
     LawStress { stretch: f64, line: u64, reason: String },
+    #[error(
+        "{file}: column \"{column}\" in \"{unit}\" is no stress, and that of the law is one in pascals: divide a force by the undeformed cross-section, or leave out --law"
+    )]
+    NoStress { file: String, column: String, unit: String },
+    #[error(
+        "{file}: column \"{stress}\" has the sign against \"{strain}\": the law has positive stresses in tension and negative ones in compression; turn the sign of one of them, or, where both count compression as positive, call them compressive"
+    )]
+    Against { file: String, strain: String, stress: String },
     #[error(transparent)]
     Column(#[from] ColumnError),
     #[error(transparent)]

@@ -58,7 +58,7 @@ fn text(fit: &RelaxationFit) -> String {
     p.insert("g_intervals".into(), fit.terms.iter().map(|t| ends(&t.g)).collect::<Vec<_>>().into());
     p.insert("tau_intervals_s".into(), fit.terms.iter().map(|t| ends(&t.tau)).collect::<Vec<_>>().into());
     p.insert("terms".into(), fit.chosen_by.clone().into());
-    p.insert("errors".into(), fit.errors.to_string().into());
+    p.insert("errors".into(), fit.errors.words(fit.experiment.responses()).into());
     p.insert("misfit".into(), fit.misfit.into());
     p.insert("determined".into(), fit.is_determined().into());
     p.insert("warnings".into(), fit.summary.messages.clone().into());

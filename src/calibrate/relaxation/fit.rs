@@ -137,8 +137,8 @@ fn put_into_words(fit: &mut RelaxationFit) {
         constants.push([format!("g{}", k + 1), term.g.words("–")]);
         constants.push([format!("tau{}", k + 1), term.tau.words("s")]);
     }
-    let mut method =
-        vec![format!("95 % intervals: {}; Student's t with {} degrees of freedom", fit.errors, fit.degrees)];
+    let errors = fit.errors.words(fit.experiment.responses());
+    let mut method = vec![format!("95 % intervals: {errors}; Student's t with {} degrees of freedom", fit.degrees)];
     method.push(format!("terms: {}", fit.chosen_by));
     if fit.criteria.len() > 1 {
         let least = fit.criteria.iter().copied().fold(f64::INFINITY, f64::min);

@@ -48,6 +48,15 @@ impl TestKind {
             Self::Dynamic => "dynamic",
         }
     }
+
+    /// The measured values whose errors are fitted, in words.
+    pub(super) fn responses(self) -> &'static str {
+        match self {
+            Self::Relaxation | Self::History => "stresses",
+            Self::Creep => "strains",
+            Self::Dynamic => "moduli",
+        }
+    }
 }
 
 impl std::str::FromStr for TestKind {

@@ -152,7 +152,7 @@ fn read_one(request: &RelaxationRequest, path: &Path) -> Result<Record, Relaxati
     let numbers = reader.order(&mut columns, lines, &mut notes)?;
     let record = match request.kind {
         TestKind::Dynamic => reader.dynamic(columns, &numbers)?,
-        TestKind::History => reader.history(columns, &numbers)?,
+        TestKind::History => reader.history(columns, &numbers, &mut notes)?,
         TestKind::Relaxation | TestKind::Creep => reader.held(columns, &numbers, &mut notes)?,
     };
     if record.y.iter().all(|y| *y == 0.0) {
@@ -332,9 +332,16 @@ impl Reader<'_> {
         if late { Err(RelaxationError::LateData { file: self.file(), first, step, ramp }) } else { Ok(()) }
     }
 
-    fn history(&self, mut read: BTreeMap<Role, ReadColumn>, lines: &[u64]) -> Result<Record, RelaxationError> {
+    fn history(
+        &self,
+        mut read: BTreeMap<Role, ReadColumn>,
+        lines: &[u64],
+        notes: &mut Vec<String>,
+    ) -> Result<Record, RelaxationError> {
         let time = read.remove(&Role::Time).expect("read");
-        let (strain, stress) = (read.remove(&Role::Strain).expect("read"), read.remove(&Role::Stress).expect("read"));
+        let mut pair = [Role::Strain, Role::Stress].map(|role| read.remove(&role).expect("read"));
+        turn_compression(&mut pair, notes);
+        let [strain, stress] = pair;
         let e = strains(&strain);
         let is_true = names::stress(&stress.name).is_some_and(|r| r.1 == StressKind::True);
         let y = stress.values.iter().zip(&e).map(|(p, e)| if is_true { p / (1.0 + e) } else { *p }).collect();
@@ -344,6 +351,9 @@ impl Reader<'_> {
             record.driven = Some(Driven { parts: vec![(e.clone(), vec![1.0; e.len()])], elastic: e });
             return Ok(record);
         };
+        if stress.dimension != Some(Dimension::PRESSURE) {
+            return Err(RelaxationError::NoStress { file: self.file(), column: stress.name, unit: stress.unit });
+        }
         let law = elastic_law(path)?;
         let (mut a, mut b, mut elastic) = (vec![], vec![], vec![]);
         for (e, line) in e.iter().zip(lines) {
@@ -357,11 +367,22 @@ impl Reader<'_> {
             b.push(-p * stretch * stretch / 3.0);
             elastic.push(p);
         }
+        if elastic.iter().zip(&y).map(|(law, measured)| law * measured).sum::<f64>() < 0.0 {
+            return Err(RelaxationError::Against { file: self.file(), strain: strain.name, stress: stress.name });
+        }
         let by_a = e.iter().map(|e| 1.0 + e).collect();
         let by_b = e.iter().map(|e| -1.0 / (1.0 + e).powi(2)).collect();
         let mut record = self.record(time.values, y, "of the law");
         record.driven = Some(Driven { parts: vec![(a, by_a), (b, by_b)], elastic });
         Ok(record)
+    }
+}
+
+/// Strain and stress of a test that count compression as positive, by the name of one of them, get the other sign.
+fn turn_compression(pair: &mut [ReadColumn; 2], notes: &mut Vec<String>) {
+    let can_turn = |column: &ReadColumn| !column.is_stretch() && column.is_positive();
+    if pair.iter().any(|column| names::is_compressive(&column.name) && can_turn(column)) {
+        pair.iter_mut().filter(|column| can_turn(column)).for_each(|column| column.turn(notes));
     }
 }
 

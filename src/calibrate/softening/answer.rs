@@ -6,7 +6,8 @@ use super::result::SofteningFit;
 use super::stated::widened;
 use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, SlackChoice};
 
-/// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others.
+/// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a rupture are left out, with an entry in the
+/// log.
 pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
     let stated = match request.options.modes[..] {
         [one] => Some(one),
@@ -29,6 +30,7 @@ pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), 
             }
         }
     }
+    let parts = parts.into_iter().map(Experiment::prepare_cycles).collect::<Result<_, _>>()?;
     let experiment = Experiment::pool(parts)?;
     fit_softening_experiment(&experiment, &request.options)
 }

@@ -10,7 +10,7 @@ pub enum SofteningFitError {
     #[error("{}: cannot be written: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
     #[error(
-        "{file}: {rows} data points are below the largest stretch before them, {needed} are needed: the table has no unloading; leave out --softening, or give the whole cyclic test"
+        "{file}: {rows} data points of the modes and the range that are fitted are below the largest stretch before them, {needed} are needed: the table has no unloading there; leave out --softening, or give the whole cyclic test"
     )]
     NoUnloading { file: String, rows: usize, needed: usize },
     #[error(
@@ -33,7 +33,7 @@ pub enum SofteningFitError {
     )]
     NotIsochoric { law: &'static str },
     #[error(
-        "the fitted law is not defined at the stretch {} of line {line}; fit a law without a limit, or leave out the data beyond by hand",
+        "the fitted law is not defined at the stretch {} of line {line}; fit a law without a limit, or leave out the data beyond by --range",
         stretch_text(*stretch)
     )]
     Undefined { stretch: f64, line: u64 },

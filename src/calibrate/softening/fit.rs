@@ -6,6 +6,7 @@ use super::path::{CyclicPath, divide};
 use super::result::{SofteningFit, summary};
 use super::rows::FirstLoading;
 use super::search::{Answer, Search};
+use crate::calibrate::fit::{Choice, choose};
 use crate::calibrate::judgement::errors::{self, Errors, directions};
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::{Bounded, CurveSet, Experiment, FitOptions, FitResult, Sample, SlackChoice, fit_experiment};
@@ -24,12 +25,14 @@ pub(super) fn of_data(
     experiment: &Experiment,
     options: &FitOptions,
 ) -> Result<(FitResult, SofteningFit, Vec<CurveSet>), SofteningFitError> {
-    let path = divide(experiment)?;
+    let Choice { modes, range, .. } = choose(experiment, options)?;
+    let path = divide(experiment, &modes, range)?;
     let rows = path.softened.len();
     if rows < ROWS {
         return Err(SofteningFitError::NoUnloading { file: experiment.file.clone(), rows, needed: ROWS });
     }
-    let first = Experiment { samples: path.virgin.clone(), alternatives: vec![], ..experiment.clone() };
+    let samples = [&path.virgin[..], &path.other].concat();
+    let first = Experiment { samples, alternatives: vec![], ..experiment.clone() };
     let law = fit_experiment(&first, &FitOptions { slack: SlackChoice::No, ..options.clone() })?;
     let first = FirstLoading::of(&law)?;
     let (softening, sets) = judged(&law, &first, &path)?;

@@ -2,36 +2,39 @@
 
 use super::error::SofteningFitError;
 use super::rows::Row;
-use crate::calibrate::{Experiment, Mode, Sample};
+use crate::calibrate::sample::sides;
+use crate::calibrate::{Experiment, Mode, Sample, StretchRange};
 
 /// A row is on the first loading as long as |ln λ| is not below its largest value before by more than this part of the largest of all \[–\]:
 /// noise of the strain is no unloading
 const SAME: f64 = 0.005;
 
-/// Rows of a cyclic test of one mode.
+/// Rows of a cyclic test.
 pub struct CyclicPath {
     /// On the first loading, of every specimen
     pub virgin: Vec<Sample>,
     /// Below the largest stretch before them, with that stretch
     pub softened: Vec<Row>,
+    /// On the first loading of other modes, and outside of the range: the law predicts them
+    pub other: Vec<Sample>,
 }
 
-/// Divides the rows of a table, in their order.
-pub fn divide(experiment: &Experiment) -> Result<CyclicPath, SofteningFitError> {
+/// Divides the rows of a table, in their order. Those of the modes that are fitted and in the range count, of softened rows together with the largest stretch before.
+pub fn divide(experiment: &Experiment, modes: &[Mode], range: StretchRange) -> Result<CyclicPath, SofteningFitError> {
     let file = || experiment.file.clone();
-    if experiment.modes().contains(&Mode::Biaxial) {
+    if modes.contains(&Mode::Biaxial) {
         return Err(SofteningFitError::Biaxial { file: file() });
     }
-    let amount = |s: &Sample| s.stretch.ln();
-    let largest = experiment.samples.iter().map(|s| amount(s).abs()).fold(0.0, f64::max);
-    for mode in experiment.modes() {
-        let own = || experiment.samples.iter().filter(|s| s.mode == mode).map(amount);
-        let both = own().any(|a| a > 0.1 * largest) && own().any(|a| a < -0.1 * largest);
-        if both {
-            return Err(SofteningFitError::BothSides { file: file(), mode });
+    let is_fitted = |s: &&Sample| modes.contains(&s.mode) && range.contains(s.stretch);
+    let fitted = || experiment.samples.iter().filter(is_fitted);
+    for mode in modes {
+        if sides(fitted().filter(|s| s.mode == *mode)) == [true, true] {
+            return Err(SofteningFitError::BothSides { file: file(), mode: *mode });
         }
     }
-    let mut path = CyclicPath { virgin: vec![], softened: vec![] };
+    let amount = |stretch: f64| stretch.ln().abs();
+    let largest = fitted().map(|s| amount(s.stretch)).fold(0.0, f64::max);
+    let mut path = CyclicPath { virgin: vec![], softened: vec![], other: vec![] };
     // Largest stretch so far, of each specimen and mode
     let mut peaks: Vec<(usize, Mode, f64)> = vec![];
     for s in &experiment.samples {
@@ -41,12 +44,13 @@ pub fn divide(experiment: &Experiment) -> Result<CyclicPath, SofteningFitError> 
             peaks.len() - 1
         });
         let peak = &mut peaks[k].2;
-        if amount(s).abs() >= peak.ln().abs() - SAME * largest {
-            path.virgin.push(*s);
-        } else if s.is_informative() {
+        if amount(s.stretch) >= amount(*peak) - SAME * largest {
+            let to = if is_fitted(&s) { &mut path.virgin } else { &mut path.other };
+            to.push(*s);
+        } else if s.is_informative() && is_fitted(&s) && range.contains(*peak) {
             path.softened.push(Row { sample: *s, peak: *peak });
         }
-        if amount(s).abs() > peak.ln().abs() {
+        if amount(s.stretch) > amount(*peak) {
             *peak = s.stretch;
         }
     }

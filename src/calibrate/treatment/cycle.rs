@@ -2,7 +2,7 @@
 //!
 //! With a = |ln λ| in the order of the rows, a branch ends at an extreme of a from which a comes back by more than 2 % of its largest
 //! value. Rubbers soften in the first loading (Mullins, Rubber Chem. Technol. 42 (1969) 339–362): one law describes one loading,
-//! not a mean over loading and unloading.
+//! not a mean over loading and unloading. Where a table has tension and compression, each of them has loadings of its own.
 //!
 //! A scatter of the measured strain is no unloading. Loadings are told apart by the median of each row and its neighbours, which leaves out single wrong rows,
 //! and a comes back by more than the range of as many normal errors, 2√(2 ln n) σ (David & Nagaraja, *Order Statistics*, 2003, ch. 10), σ from the median of

@@ -1,13 +1,16 @@
-//! Data points of one specimen in one mode, which are treated together.
+//! Data points of one specimen in one mode, which are treated together, and those of them on either side of rest.
 
+use crate::calibrate::sample::sides;
 use crate::calibrate::{Experiment, Mode, Sample};
 use std::collections::HashSet;
 
-/// One specimen in one mode.
+/// One specimen in one mode, or one side of it.
 #[derive(Clone, Debug)]
 pub struct Group {
     pub specimen: usize,
     pub mode: Mode,
+    /// One of its sides of rest alone: tension, or compression
+    side: Option<bool>,
     /// The mode, and the specimen where there are several
     pub name: String,
 }
@@ -20,13 +23,26 @@ impl Group {
             let modes = Mode::ALL.into_iter().filter(|mode| present.contains(&(specimen, *mode)));
             let name =
                 |mode: Mode| if table.specimens.len() > 1 { format!("{mode} ({file})") } else { mode.to_string() };
-            modes.map(|mode| Self { specimen, mode, name: name(mode) }).collect::<Vec<_>>()
+            modes.map(|mode| Self { specimen, mode, side: None, name: name(mode) }).collect::<Vec<_>>()
         };
         table.specimens.iter().enumerate().flat_map(of).collect()
     }
 
+    /// Its data points in tension and those in compression, which have loadings and ends of their own, where it has both; else itself. Shear to either side is one load.
+    pub fn by_side(&self, samples: &[Sample]) -> Vec<Self> {
+        if !Mode::PULLED.contains(&self.mode) || sides(samples.iter().filter(|s| self.has(s))) != [true, true] {
+            return vec![self.clone()];
+        }
+        let of = |(tension, words): (bool, &str)| {
+            let name = format!("{} in {words}", self.name);
+            Self { side: Some(tension), name, ..self.clone() }
+        };
+        [(true, "tension"), (false, "compression")].map(of).into()
+    }
+
     pub fn has(&self, s: &Sample) -> bool {
-        s.specimen == self.specimen && s.mode == self.mode
+        let is_on_side = self.side.is_none_or(|tension| (s.stretch >= 1.0) == tension);
+        s.specimen == self.specimen && s.mode == self.mode && is_on_side
     }
 
     /// Its data points in their order.

@@ -74,7 +74,8 @@ pub fn by_stretch(raw: &[RawRow], groups: &[Group], mut samples: Vec<Sample>) ->
     for group in groups {
         let places = group.places(&samples);
         let mut own: Vec<Sample> = places.iter().map(|k| samples[*k]).collect();
-        let is_one_loading = || cycle::loadings(&own.iter().collect::<Vec<_>>()).is_none();
+        let is_loaded_once = |side: &Group| cycle::loadings(&side.of(&own).iter().collect::<Vec<_>>()).is_none();
+        let is_one_loading = || group.by_side(&own).iter().all(is_loaded_once);
         // The directions of a biaxial test belong together
         if group.mode == Mode::Biaxial || timed.contains(&group.specimen) || !is_one_loading() {
             continue;

@@ -19,7 +19,7 @@ impl Experiment {
         let asked = self.card.as_ref().map_or_else(|| asked.clone(), |c| asked.or(&c.preparation));
         let groups = Group::all(&self);
         let (every, mut log) = order::by_time(&self, &groups, asked.cycle.is_some())?;
-        let table = Table { of: &self, groups, every };
+        let table = Table::new(&self, groups, every);
         let corrections = Corrections { zero: asked.zero, toe: asked.toe.as_deref() };
         let mut loading = table.loading(asked.cycle.unwrap_or(Cycle::FirstLoading))?;
         log.append(&mut loading.log);
@@ -45,6 +45,22 @@ impl Experiment {
         self.single = single;
         taken.errors.into_iter().for_each(|(specimen, error)| self.pieces[specimen].corrections.push(error));
         self.alternatives.extend(alternatives);
+        self.audit.0.extend(log);
+        Ok(self)
+    }
+}
+
+impl Experiment {
+    /// Every data point of a cyclic test in the order of time, but those of holds at the ends of its loadings and those after a rupture.
+    pub fn prepare_cycles(mut self) -> Result<Self, FitError> {
+        let groups = Group::all(&self);
+        let (every, mut log) = order::by_time(&self, &groups, true)?;
+        let table = Table::new(&self, groups, every);
+        let (held, holds) = table.holds_of_cycles();
+        let whole: Vec<Sample> = table.every.iter().filter(|s| !held.contains(&s.line)).copied().collect();
+        let (samples, ruptured) = table.before_rupture(&whole);
+        log.extend(holds.into_iter().chain(ruptured));
+        self.samples = samples;
         self.audit.0.extend(log);
         Ok(self)
     }
@@ -76,10 +92,17 @@ struct Loading {
 struct Table<'a> {
     of: &'a Experiment,
     groups: Vec<Group>,
+    /// The groups by the sides of rest
+    sides: Vec<Group>,
     every: Vec<Sample>,
 }
 
-impl Table<'_> {
+impl<'t> Table<'t> {
+    fn new(of: &'t Experiment, groups: Vec<Group>, every: Vec<Sample>) -> Self {
+        let sides = groups.iter().flat_map(|group| group.by_side(&every)).collect();
+        Self { of, groups, sides, every }
+    }
+
     fn loading(&self, cycle: Cycle) -> Result<Loading, FitError> {
         let all = self.of_cycle(cycle)?;
         let (held, mut log) = self.holds(&all, cycle);
@@ -164,27 +187,33 @@ impl Table<'_> {
     fn holds(&self, loading: &[Sample], cycle: Cycle) -> (HashSet<u64>, Vec<AuditEntry>) {
         let (mut gone, mut log) = (HashSet::new(), vec![]);
         // Directions of a biaxial test are held at different stretches
-        for group in self.groups.iter().filter(|g| cycle != Cycle::All && g.mode != Mode::Biaxial) {
+        for group in self.sides.iter().filter(|g| cycle != Cycle::All && g.mode != Mode::Biaxial) {
             let (own, taken) = (group.of(&self.every), group.of(loading));
             let start = taken.first().and_then(|first| own.iter().position(|s| s.line == first.line));
             let Some(hold) = start.and_then(|k| hold::at_the_end(&own, k..k + taken.len())) else { continue };
-            let lines: Vec<u64> = own[hold.rows].iter().map(|s| s.line).collect();
-            gone.extend(lines.iter().copied());
-            let message = format!(
-                "{} data points of a hold at the peak: the stress relaxes by {:.1} % at constant stretch, which is no loading (`durometer prony` fits \
-                 relaxation; --cycle all takes them)",
-                group.name,
-                100.0 * hold.relaxed
-            );
-            log.push(AuditEntry::new(AuditKind::LeftOut, message, lines));
+            log.push(hold_entry(group, &own, &[hold], "; --cycle all takes them"));
         }
+        gone.extend(log.iter().flat_map(|entry| entry.lines.iter().copied()));
         (gone, log)
+    }
+
+    /// The same of every loading.
+    fn holds_of_cycles(&self) -> (HashSet<u64>, Vec<AuditEntry>) {
+        let of = |group: &Group| {
+            let own = group.of(&self.every);
+            let loadings = cycle::loadings(&own.iter().collect::<Vec<_>>());
+            let loadings = loadings.unwrap_or_else(|| vec![Range { start: 0, end: own.len() }]);
+            let holds: Vec<hold::Hold> = loadings.into_iter().filter_map(|l| hold::at_the_end(&own, l)).collect();
+            (!holds.is_empty()).then(|| hold_entry(group, &own, &holds, ""))
+        };
+        let log: Vec<AuditEntry> = self.sides.iter().filter(|g| g.mode != Mode::Biaxial).filter_map(of).collect();
+        (log.iter().flat_map(|entry| entry.lines.iter().copied()).collect(), log)
     }
 
     /// The data points before the rupture of each piece.
     fn before_rupture(&self, rows: &[Sample]) -> (Vec<Sample>, Vec<AuditEntry>) {
         let (mut kept, mut log) = (vec![], vec![]);
-        for group in &self.groups {
+        for group in &self.sides {
             let own = group.of(rows);
             let whole = if group.mode == Mode::Biaxial { own.len() } else { rupture::before(&own) };
             let gone: Vec<u64> = own[whole..].iter().map(|s| s.line).collect();
@@ -217,13 +246,13 @@ impl Table<'_> {
             };
             Some(AuditEntry::new(AuditKind::Slack, format!("{}: {words}", group.name), vec![]))
         };
-        self.groups.iter().filter_map(doubt).collect()
+        self.sides.iter().filter_map(doubt).collect()
     }
 
     /// The data points of one loading of each group that has several branches.
     fn of_cycle(&self, cycle: Cycle) -> Result<Vec<Sample>, FitError> {
         let mut found = vec![];
-        for group in &self.groups {
+        for group in &self.sides {
             let places = group.places(&self.every);
             let own: Vec<&Sample> = places.iter().map(|k| &self.every[*k]).collect();
             // Directions of a biaxial test reverse at different times
@@ -239,7 +268,7 @@ impl Table<'_> {
     /// Stretches that jump back, and the data points of other branches than the loading that is taken.
     fn other_branches(&self, taken: &Loading, asked: Option<Cycle>) -> Vec<AuditEntry> {
         let (mut counts, mut log) = (vec![], vec![]);
-        for group in &self.groups {
+        for group in &self.sides {
             let own = group.of(&self.every);
             if let Some(loadings) = cycle::loadings(&own.iter().collect::<Vec<_>>()) {
                 counts.push(format!("{} of {}", loadings.len(), group.name));
@@ -264,4 +293,16 @@ impl Table<'_> {
         log.push(AuditEntry::new(AuditKind::LeftOut, message, others));
         log
     }
+}
+
+/// Entry on the data points of holds.
+fn hold_entry(group: &Group, own: &[Sample], holds: &[hold::Hold], remedy: &str) -> AuditEntry {
+    let lines = holds.iter().flat_map(|hold| own[hold.rows.clone()].iter().map(|s| s.line)).collect();
+    let relaxed = holds.iter().map(|hold| hold.relaxed).fold(0.0, f64::max);
+    let message = format!(
+        "{} data points of a hold at the peak: the stress relaxes by {:.1} % at constant stretch, which is no loading (`durometer prony` fits relaxation{remedy})",
+        group.name,
+        100.0 * relaxed
+    );
+    AuditEntry::new(AuditKind::LeftOut, message, lines)
 }

@@ -1,7 +1,8 @@
 //! Data points after the rupture of a test piece, and the beginning of a curve that does not start at zero.
 //!
 //! *Rupture*: the stress falls below half of its largest level and stays there to the end, while the stretch does not go back. The data points
-//! from the first one below 90 % of that level on are left out. The level of a data point is its own stress, or the median of itself and two neighbours on either side
+//! from the first one below 90 % of that level on are left out, and so are last ones in which the stretch has jumped back by more than half and the piece carries less than 2 % of
+//! that level, where it carried more at a smaller stretch before: an extensometer on a broken piece. The level of a data point is its own stress, or the median of itself and two neighbours on either side
 //! where that is less: a single one far above its neighbours is no level from which a piece breaks, and does not carry after a rupture. *Beginning*: the
 //! parabola of least squares through the first data points, up to a strain of 0.3 (or half of the largest one), does not go through zero; a Neo-Hookean curve makes it
 //! miss by 1 % of the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
@@ -20,6 +21,9 @@ const BROKEN: f64 = 0.5;
 const WHOLE: f64 = 0.9;
 /// The stretch has gone back where it is below this part of the one at the largest level \[–\]
 const BACK: f64 = 0.98;
+/// Part of the largest |ln λ| by which the stretch goes back within one data point only where a piece has broken, and part of the stress there that is none \[–\]
+const SNAP: f64 = 0.5;
+const NOTHING: f64 = 0.02;
 
 /// How many of these data points of one loading come before the rupture.
 pub fn before(samples: &[Sample]) -> usize {
@@ -30,6 +34,9 @@ pub fn before(samples: &[Sample]) -> usize {
     let carried: Vec<f64> = side.iter().zip(&medians).map(|(own, near)| own.min(*near)).collect();
     let Some(top) = (0..all).max_by(|a, b| carried[*a].total_cmp(&carried[*b])) else { return 0 };
     let amount = |s: &Sample| s.stretch.ln().abs();
+    if let Some(whole) = snapped(samples, &side, top) {
+        return before(&samples[..whole]);
+    }
     let least = BACK * amount(&samples[top]);
     // Of stresses against the stretch the largest level is negative, and no rupture
     if high <= -low || carried[top] <= 0.0 || samples[top..].iter().any(|s| amount(s) < least) {
@@ -39,6 +46,17 @@ pub fn before(samples: &[Sample]) -> usize {
     let is_below = |k: &usize, part: f64| side[*k] < part * carried[top] || medians[*k] < BROKEN * carried[top];
     let below = |part: f64| (top..all).rev().take_while(|k| is_below(k, part)).count();
     if below(BROKEN) == 0 { all } else { all - below(WHOLE) }
+}
+
+/// The first of the last data points, where the stretch has jumped back from there on while the piece carries nothing: an extensometer on a broken piece. `top`: the largest level.
+fn snapped(samples: &[Sample], side: &[f64], top: usize) -> Option<usize> {
+    let amount = |k: usize| samples[k].stretch.ln().abs();
+    let jumps = |k: &usize| amount(k - 1) - amount(*k) > SNAP * amount(top);
+    let first = (top + 1..samples.len()).find(jumps)?;
+    // An unloaded piece carries nothing near rest only: a whole one carried more at a smaller stretch before
+    let carried = |k: usize| (0..first).any(|i| amount(i) <= amount(k) && side[i] > NOTHING * side[top]);
+    let is_broken = |k: usize| side[k].abs() < NOTHING * side[top] && carried(k);
+    (first..samples.len()).all(is_broken).then_some(first)
 }
 
 /// Medians of each stress and its neighbours.
@@ -124,6 +142,11 @@ mod tests {
         // Unloading is no rupture, and neither is softening
         let unloaded: Vec<Sample> = pulled.iter().chain(pulled.iter().rev()).copied().collect();
         assert_eq!(before(&unloaded), 120);
+        // The extensometer snaps back with the broken piece; a quick unloading to rest has no such data points
+        let with = |rows: &[(f64, f64)]| curve(up().map(|l| (l, law(l))).chain(rows.iter().copied()));
+        assert_eq!(before(&with(&[(1.35, 20.0), (1.33, -10.0), (1.32, 0.0)])), 60);
+        let unloaded = [&[(2.0, 1.2e5), (1.3, 4e4), (1.0, 10.0)][..], &[(1.02, 10.0)]];
+        assert!(unloaded.into_iter().all(|rows| before(&with(rows)) == 60 + rows.len()));
         let soft = curve(up().map(|l| (l, law(l.min(2.5)) * 0.9)));
         assert_eq!(before(&soft), 60);
         // Stresses against the stretch, whose first one is noise of the other sign

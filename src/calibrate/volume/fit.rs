@@ -6,7 +6,7 @@ use super::request::{VolumeRequest, VolumeTest};
 use super::result::{Data, Tried, VolumeFit, words};
 use crate::calibrate::StretchRange;
 use crate::calibrate::intake::columns::Sign;
-use crate::calibrate::intake::names::{self, StrainKind, VolumeKind};
+use crate::calibrate::intake::names::{self, VolumeKind};
 use crate::calibrate::intake::roles::{self, ReadColumn, Role, Wanted};
 use crate::calibrate::same_data;
 use crate::material::{Volumetric, VolumetricKind};
@@ -96,8 +96,7 @@ fn read(request: &VolumeRequest, path: &std::path::Path) -> Result<Table, Volume
     };
     let strain = &mut table.columns.get_mut(&x).expect("it was read");
     if request.test == VolumeTest::Lateral && is_turned(strain, request.positive) {
-        strain.values.iter_mut().for_each(|e| *e = -*e);
-        table.notes.push(format!("column \"{}\" counts compression as positive; its sign was changed", strain.name));
+        strain.turn(&mut table.notes);
     }
     let range = request.range.unwrap_or(StretchRange::ALL);
     let checked = |role: Role, what: &'static str| {
@@ -134,12 +133,10 @@ fn read(request: &VolumeRequest, path: &std::path::Path) -> Result<Table, Volume
 
 /// Whether a column of strain counts compression as positive.
 fn is_turned(column: &ReadColumn, positive: Option<Sign>) -> bool {
-    let is_stretch = names::strain(&column.name).is_some_and(|r| r.1 == StrainKind::Stretch);
-    let up = column.values.iter().filter(|v| **v > 0.0).count() > column.values.len() / 2;
-    !is_stretch
+    !column.is_stretch()
         && match positive {
             Some(sign) => sign == Sign::Compression,
-            None => names::is_compressive(&column.name) && up,
+            None => names::is_compressive(&column.name) && column.is_positive(),
         }
 }
 
@@ -157,7 +154,7 @@ fn parts(request: &VolumeRequest) -> Result<Vec<VolumetricKind>, VolumeError> {
 fn ratios(column: &ReadColumn, role: Role) -> Vec<f64> {
     let is_ratio = match role {
         Role::Volume => names::volume(&column.name) == Some(VolumeKind::Ratio),
-        _ => names::is_stretch(&column.name) || names::strain(&column.name).is_some_and(|r| r.1 == StrainKind::Stretch),
+        _ => names::is_stretch(&column.name) || column.is_stretch(),
     };
     let one = |v: &f64| match (is_ratio, names::is_true(&column.name)) {
         (true, _) => *v,

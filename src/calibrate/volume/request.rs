@@ -23,6 +23,14 @@ impl VolumeTest {
             Self::Bulk => "bulk",
         }
     }
+
+    /// The measured values whose errors are fitted, in words.
+    pub(super) fn responses(self) -> &'static str {
+        match self {
+            Self::Lateral => "lateral strains",
+            Self::Bulk => "pressures",
+        }
+    }
 }
 
 impl std::str::FromStr for VolumeTest {

@@ -141,8 +141,8 @@ fn curves(lateral: bool, data: &Data, Points { x, y, specimen }: &Points, line: 
 }
 
 /// The model of the errors, and the volumetric parts whose intervals that of the first one holds.
-fn interval(line: &Line, tried: &[Tried]) -> String {
-    let errors = format!("95 % interval: {}", line.errors.model);
+fn interval(test: VolumeTest, line: &Line, tried: &[Tried]) -> String {
+    let errors = format!("95 % interval: {}", line.errors.model.words(test.responses()));
     let like: Vec<&str> = tried.iter().skip(1).filter(|t| t.allowed).map(|t| t.kind.name()).collect();
     match tried.first().filter(|_| !like.is_empty()) {
         Some(best) => format!(
@@ -163,7 +163,7 @@ pub fn words(data: Data, test: VolumeTest, tried: &[Tried], points: &Points, lin
     let (symbol, unit) = if lateral { ("nu", "–") } else { ("kappa", "Pa") };
     let what = if lateral { "Poisson's ratio" } else { "Bulk modulus" };
     let messages = messages(lateral, bound_only, &value, &line);
-    let mut method = vec![interval(&line, tried)];
+    let mut method = vec![interval(test, &line, tried)];
     method.push(if lateral {
         "the logarithmic (Hencky) ratio −d ln λ_t/d ln λ, which is that of small strains at the beginning".into()
     } else {
@@ -239,7 +239,7 @@ impl VolumeFit {
         p.insert("data".into(), self.data.clone().into());
         p.insert("sha256".into(), self.data_sha256.clone().into());
         p.insert("rows".into(), i64::try_from(self.rows).expect("a table has fewer rows").into());
-        p.insert("errors".into(), self.errors.to_string().into());
+        p.insert("errors".into(), self.errors.words(self.test.responses()).into());
         p.insert("misfit".into(), self.misfit.into());
         p.insert("determined".into(), self.is_determined().into());
         p.insert("warnings".into(), self.summary.messages.clone().into());

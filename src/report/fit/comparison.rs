@@ -108,8 +108,8 @@ fn table(stored: &Stored) -> Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
                   mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws with constants that the data do \
-                  not determine come after the others, and laws that are not stable over the fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
-                  fitted one, in tension or compression; otherwise the modes in which it is not, and the amounts up to which it is."
+                  not determine come after the others, then those without one of the predictions, and laws that are not stable over the fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
+                  fitted one, in tension or compression, and over the fitted stretches of its own; otherwise the modes in which it is not, and the amounts up to which it is."
             .into(),
         columns: headings(&[
             ("Law", "", false),
