@@ -20,9 +20,14 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// False at λ = 1: every law is free of stress there, and a stress that was measured is of the machine. Rows of a machine that waits would count as data otherwise.
+    /// False at λ = 1 with P = 0: every law goes through this point, and the test was zeroed there.
     pub fn is_informative(&self) -> bool {
-        self.stretch != 1.0 || self.second != 1.0
+        !self.is_at_rest() || self.stress != 0.0
+    }
+
+    /// Whether it has no strain: every law is free of stress there, and a stress that was measured is of the machine.
+    pub fn is_at_rest(&self) -> bool {
+        self.stretch == 1.0 && self.second == 1.0
     }
 
     /// The stretch \[–\] in the plane of the test that is farthest from rest, by |ln λ|: the same of both directions of a biaxial state, of which a range takes both or neither.

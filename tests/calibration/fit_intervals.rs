@@ -123,15 +123,18 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
     let plain = (x.transpose() * &x).try_inverse().expect("regular");
     let by = &plain * x.transpose();
     let residual = &y - &x * (&by * &y);
-    let root = |k: f64| (40.0 - 4.0) / (40.0 + 4.0) * (k / 45.0).sqrt();
+    let root = |k: f64, w: f64| (40.0 - 4.0) / (40.0 - 4.0 + 8.0 * (1.0 - w)) * (k / 45.0).sqrt();
+    // Shares of noise of each reading alone, with their parts of 0 to 1
+    let shares = [(0.0, 0.05), (0.1, 0.125), (0.25, 0.175), (0.45, 0.2), (0.65, 0.175), (0.8, 0.125), (0.9, 0.15)];
     let hat = &x * &by;
     let law = &hat * &y;
     // Sizes of the errors: one, with the root of the stress, in proportion to it, with 5 % of the largest stress at least
     let size = |power: f64| law.map(|p| (p.abs() / law.amax()).max(0.05).powf(power));
-    let one = |(power, k): (f64, usize)| {
-        let (k, rho, s) = (k as f64, root(k as f64), size(power));
-        let wide = root((k + 0.5).min(45.0)) - root((k - 0.5).max(0.0));
-        let sigma = DMatrix::from_fn(n, n, |i, j| s[i] * s[j] * rho.powi(i.abs_diff(j) as i32));
+    let one = |(power, k, (w, part)): (f64, usize, (f64, f64))| {
+        let (k, rho, s) = (k as f64, root(k as f64, w), size(power));
+        let wide = part * (root((k + 0.5).min(45.0), w) - root((k - 0.5).max(0.0), w));
+        let of_drift = |i: usize, j: usize| (1.0 - w) * rho.powi(i.abs_diff(j) as i32);
+        let sigma = DMatrix::from_fn(n, n, |i, j| s[i] * s[j] * (of_drift(i, j) + if i == j { w } else { 0.0 }));
         // Of least squares with the weights 1/s: residual, and the expectation of its square
         let over = DMatrix::from_diagonal(&s.map(|s| 1.0 / s));
         let (own, inverse) = (&over * &x, (&over * &sigma * &over).try_inverse().expect("regular"));
@@ -145,17 +148,21 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
         let log = sigma.clone().lu().determinant().ln() + columns.determinant().ln();
         let whole = rest.norm_squared() / (n as f64 - (&own_hat * &white * &own_hat).trace());
         let s2 = square.max(whole);
-        (rho, wide, -0.5 * (log + (n - p) as f64 * square.ln()), &by * sigma * by.transpose() * s2)
+        ([rho, w], wide, -0.5 * (log + (n - p) as f64 * square.ln()), &by * sigma * by.transpose() * s2)
     };
-    let grid: Vec<_> =
-        [0.0, 0.5, 1.0].into_iter().flat_map(|power| (0..46).map(move |k| (power, k))).map(one).collect();
+    let of_share = |power: f64, share: (f64, f64)| (usize::from(share.0 > 0.0)..46).map(move |k| (power, k, share));
+    let grid: Vec<_> = ([0.0, 0.5, 1.0].into_iter())
+        .flat_map(|power| shares.into_iter().flat_map(move |share| of_share(power, share)))
+        .map(one)
+        .collect();
     let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, larger);
     let sum: f64 = grid.iter().map(|g| g.1 * (g.2 - most).exp()).sum();
-    type AtCorrelation = (f64, f64, f64, DMatrix<f64>);
+    type AtCorrelation = ([f64; 2], f64, f64, DMatrix<f64>);
     let mean_of =
         |of: &dyn Fn(&AtCorrelation) -> f64| grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>();
-    assert!((mean_of(&|g| g.0) - mean).abs() < 1e-9);
-    assert!((mean_of(&|g| 40.0 * (1.0 - g.0) / (1.0 + g.0)) - effective).abs() < 1e-7);
+    assert!((mean_of(&|(([rho, w]), ..)| (1.0 - w) * rho) - mean).abs() < 1e-9);
+    let independent = |[rho, w]: [f64; 2]| 40.0 * (1.0 - rho) / (1.0 - rho + 2.0 * (1.0 - w) * rho);
+    assert!((mean_of(&|g| independent(g.0)) - effective).abs() < 1e-7);
     for (k, e) in r.parameters.iter().enumerate() {
         let by_hand = mean_of(&|g| g.3[(k, k)]).sqrt();
         // Correlations with a weight below 1e-5 are left out

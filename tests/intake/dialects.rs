@@ -220,7 +220,7 @@ fn requests() -> Vec<Case> {
         case(
             "a data point at rest",
             &table("stretch,stress (Pa)", |l| (l, nominal(l))),
-            Logged(&["data points without strain, which say nothing about a law"]),
+            Logged(&["data points without strain and stress, which say nothing about a law"]),
         ),
         case(
             "travel of a machine",

@@ -104,7 +104,11 @@ impl Experiment {
         read.finish(file, &mut audit)?;
         let samples = read.samples;
         let at_rest: Vec<u64> = samples.iter().filter(|s| !s.is_informative()).map(|s| s.line).collect();
-        audit.add_rows(AuditKind::Intake, "data points without strain, which say nothing about a law", at_rest);
+        audit.add_rows(
+            AuditKind::Intake,
+            "data points without strain and stress, which say nothing about a law",
+            at_rest,
+        );
         let table = meaning::Read { file, names: &names.cells, body, decimal, columns: &columns, samples: &samples };
         table.check(&choice, &mut audit)?;
         table.check_compression(&choice, &header, &mut audit)?;

@@ -153,7 +153,30 @@ impl<'t> Table<'t> {
     }
 
     fn corrected(&self, rows: &[Sample], corrections: Corrections) -> Result<Corrected, FitError> {
-        corrections.applied(rows, &self.groups, &self.of.file)
+        let mut found = corrections.applied(rows, &self.groups, &self.of.file)?;
+        found.log.extend(self.waiting(&mut found.samples));
+        Ok(found)
+    }
+
+    /// Leaves out the data points of a machine that waits without strain, but for the last one of each curve: in any number they would count as data of the law.
+    fn waiting(&self, samples: &mut Vec<Sample>) -> Option<AuditEntry> {
+        let is_of = |s: &Sample, o: &Sample| (s.specimen, s.mode) == (o.specimen, o.mode);
+        let mut last: Vec<Sample> = vec![];
+        for s in samples.iter().filter(|s| s.is_at_rest()) {
+            match last.iter_mut().find(|known| is_of(known, s)) {
+                Some(known) => *known = *s,
+                None => last.push(*s),
+            }
+        }
+        let is_waiting = |s: &Sample| s.is_at_rest() && !last.iter().any(|o| is_of(o, s) && o.line == s.line);
+        let gone: Vec<u64> = samples.iter().filter(|s| is_waiting(s)).map(|s| s.line).collect();
+        samples.retain(|s| !is_waiting(s));
+        let message = format!(
+            "{} data points of {} without strain, next to another one, were left out: a machine that waits says nothing about a law",
+            gone.len(),
+            self.of.file
+        );
+        (!gone.is_empty()).then(|| AuditEntry::new(AuditKind::LeftOut, message, gone))
     }
 
     /// The data points in order, and means of neighbours where a group has very many.
