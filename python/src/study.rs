@@ -80,7 +80,8 @@ impl Study {
     /// finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
     ///
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
-    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need. `check`: raise `RunError`
+    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
+    /// always computed again, since no result says which class it was. `check`: raise `RunError`
     /// where a case does not complete, with the report as its `result`.
     #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
     fn run<'py>(

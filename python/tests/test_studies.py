@@ -108,6 +108,36 @@ def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_pa
         study.run(tmp_path / "out", only="c2", isolation="threads")
 
 
+def test_results_of_a_law_in_python_are_computed_again(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    def softer(by: float) -> type[durometer.Law]:
+        class Edited(PythonNeoHookean):
+            name = "python_edited"
+
+            def energy(self, F):
+                return by * super().energy(F)
+
+            def stress(self, F):
+                return by * super().stress(F)
+
+            def tangent(self, F):
+                return by * super().tangent(F)
+
+        return Edited
+
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_edited"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    heights = []
+    for by in (1.0, 0.5):
+        durometer.register_law(softer(by))
+        report = durometer.Study.load(tmp_path).run(tmp_path / "out", only="c2", isolation="threads")
+        heights.append(report.summary["cases"][0]["probes"]["xmax_z_m"]["final"])
+        own = durometer.Scene.from_toml(tmp_path / "scene.toml").set("mesh.grid.divisions", [2, 1, 1]).run()
+        assert heights[-1] == pytest.approx(own["xmax_z_m"][-1], abs=1e-9)
+    assert heights[1] < heights[0] - 1e-5
+
+
 def test_a_law_in_python_is_not_known_in_other_processes(tmp_path: Path) -> None:
     from test_laws import PythonNeoHookean
 
