@@ -1,14 +1,9 @@
 //! Threads of the solver: how many a run may use, and processes that were forked without them.
 
 use crate::error::input;
-use durometer::math::threads::{available, count, use_threads};
+use durometer::math::threads::{are_left_behind, available, count, use_threads};
 use durometer_commands::arguments;
 use pyo3::prelude::*;
-use std::process;
-use std::sync::atomic::{AtomicU32, Ordering};
-
-/// The process that has started threads; 0 for none.
-static STARTED: AtomicU32 = AtomicU32::new(0);
 
 /// A number of threads, or of cases that run at a time, with the limits of the command line; all cores where none is given.
 pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
@@ -24,16 +19,13 @@ pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     Ok(())
 }
 
-/// Refuses work with threads in a process that was forked after they had started: it has none of them, and would wait for ever.
+/// Refuses work with threads in a process that was forked after they had started, and has none of them.
 pub fn check_fork() -> PyResult<()> {
-    if count() < 2 {
+    if count() < 2 || !are_left_behind() {
         return Ok(());
     }
-    match STARTED.compare_exchange(0, process::id(), Ordering::Relaxed, Ordering::Relaxed) {
-        Err(owner) if owner != process::id() => Err(input(
-            "this process was forked when the solver had started its threads, and has none of them",
-            "start processes by multiprocessing.get_context(\"spawn\"), or give threads=1; what takes no threads has those of the call before",
-        )),
-        _ => Ok(()),
-    }
+    Err(input(
+        "this process was forked when the solver had started its threads, and has none of them",
+        "start processes by multiprocessing.get_context(\"spawn\"), or give threads=1; what takes no threads has those of the call before",
+    ))
 }

@@ -4,6 +4,7 @@ import copy
 import multiprocessing
 import os
 import pickle
+import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -102,3 +103,29 @@ def test_a_forked_process_is_refused_where_it_would_wait_for_ever(beam: duromete
     os.waitpid(child, 0)
     assert len(said) == 8 and all("spawn" in remedy and "threads=1" in remedy for remedy in said[:4])
     assert said[4:] == ["done"] * 4
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="processes are forked on Linux")
+def test_a_process_that_is_forked_after_the_program_does_not_wait_for_ever(tmp_path: Path) -> None:
+    # The program raises the number of threads itself, while it runs
+    (tmp_path / "scene.toml").write_text(BEAM)
+    code = """
+import durometer, multiprocessing
+scene = durometer.Scene.from_toml("scene.toml")
+simulate = ["simulate", "scene.toml", "--no-view", "--threads", "2", "--out", "out"]
+assert durometer.main(simulate) == 0
+def run(_):
+    try:
+        return scene.run(threads=2).status
+    except durometer.InputError as error:
+        return error.fact
+def program(_):
+    # A run of one thread before: the number of threads does not tell that there were others
+    scene.run(threads=1)
+    return durometer.main(simulate)
+if __name__ == "__main__":
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        print(pool.map_async(run, [0]).get(60), pool.map_async(program, [0]).get(60))
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0 and "was forked" in told.stdout and told.stdout.rstrip().endswith("[0]"), (told.stdout, told.stderr)

@@ -7,12 +7,15 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::process;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Threads in use from now on; 0 where nobody has said anything.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+/// The process that has started the threads; 0 for none.
+static OWNER: AtomicU32 = AtomicU32::new(0);
 
 /// Lets the loops of this process use `count` threads, at least one; the process computes nothing else.
 pub fn use_threads(count: usize) {
@@ -32,6 +35,12 @@ pub fn count() -> usize {
 /// Whether a program has said how many threads it may use, and so owns its process.
 pub(super) fn owns_the_process() -> bool {
     WANTED.load(Ordering::Relaxed) > 0
+}
+
+/// Whether this process was forked when another one had started the threads: it has none of them, and its loops run in the thread that calls them.
+pub fn are_left_behind() -> bool {
+    let owner = OWNER.load(Ordering::Relaxed);
+    owner != 0 && owner != process::id()
 }
 
 /// f of each item, in the order of the items, on as many threads as there are.
@@ -68,9 +77,9 @@ pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// None for one thread, and where the system gives no more.
+/// None for one thread, where the system gives no more, and in a process that was forked without them.
 fn pool(count: usize) -> Option<Arc<ThreadPool>> {
-    if count < 2 {
+    if count < 2 || are_left_behind() {
         return None;
     }
     let mut pools = locked(&POOLS);
@@ -78,6 +87,7 @@ fn pool(count: usize) -> Option<Arc<ThreadPool>> {
         return Some(pool.clone());
     }
     let pool = Arc::new(ThreadPoolBuilder::new().num_threads(count).build().ok()?);
+    OWNER.store(process::id(), Ordering::Relaxed);
     pools.insert(count, pool.clone());
     Some(pool)
 }
