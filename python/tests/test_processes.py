@@ -60,6 +60,11 @@ def test_what_cannot_be_pickled_says_so(beam: durometer.Scene) -> None:
     assert (error.fact, error.remedy, error.status, error.result) == ("a fact", "a remedy", "Stopped", None)
 
 
+def test_the_warning_of_derivatives_is_pickled() -> None:
+    for warning in (pickle.loads(pickle.dumps(w := durometer.DoubtfulDerivative([("laws.rubber.mu", 1.0, 1e-3)]))), copy.copy(w)):
+        assert type(warning) is durometer.DoubtfulDerivative and str(warning) == str(w) and warning.doubtful == w.doubtful
+
+
 def test_a_scene_keeps_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "linear"))
     (tmp_path / "other").mkdir()
