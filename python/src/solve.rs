@@ -1,7 +1,7 @@
 //! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
 
 use crate::threads;
-use durometer::math::threads::locked;
+use durometer::math::threads::{alone, is_alone, locked};
 use durometer::mesh::generate::MesherOwner;
 use durometer::scene::Progress;
 use pyo3::prelude::*;
@@ -94,7 +94,7 @@ pub fn ended<T: Send>(
     work: impl FnOnce(&Arc<Link>) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
     threads::check_fork()?;
-    let link = Arc::new(link);
+    let (link, is_alone) = (Arc::new(link), is_alone());
     let done = std::thread::scope(|scope| {
         let (sender, ended) = channel::<()>();
         let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, {
@@ -103,7 +103,7 @@ pub fn ended<T: Send>(
                 // Dropped at the end, also where the work panics
                 let _sender = sender;
                 let _turn = link.meshers.begin();
-                work(link)
+                if is_alone { alone(|| work(link)) } else { work(link) }
             }
         })?;
         let mut ended = Some(ended);

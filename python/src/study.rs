@@ -6,7 +6,7 @@ use crate::solve::{Link, ended};
 use crate::threads;
 use crate::value::{mapping, plain, toml_of};
 use durometer::catalogue::{Launch, host};
-use durometer::math::threads::locked;
+use durometer::math::threads::{is_alone, locked};
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
@@ -100,6 +100,11 @@ impl Study {
         let dir = out.unwrap_or_else(|| PathBuf::from("reports").join(&self.study.name));
         let isolation = match isolation {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
+            "processes" | "threads" if is_alone() => {
+                let fact =
+                    "a study is run in threads by a law or a controller, which the threads of the solver wait for";
+                return Err(input(fact, "run it before"));
+            }
             "processes" | "threads" => Isolation::Threads,
             other => {
                 let fact = format!("there is no isolation {other:?}");

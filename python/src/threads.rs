@@ -1,7 +1,7 @@
 //! Threads of the solver: how many a run may use, and processes that were forked without them.
 
 use crate::error::input;
-use durometer::math::threads::{are_left_behind, available, count, use_threads};
+use durometer::math::threads::{alone, are_left_behind, available, count, is_alone, use_threads};
 use durometer_commands::arguments;
 use pyo3::prelude::*;
 
@@ -13,10 +13,19 @@ pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     arguments::threads(&whole.to_string()).map_err(crate::error::refused)
 }
 
-/// Lets the work that follows use so many threads.
+/// Lets the work that follows use so many threads; within a law or a controller it has one.
 pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-    use_threads(number(given)?);
+    let number = number(given)?;
+    if !is_alone() {
+        use_threads(number);
+    }
     Ok(())
+}
+
+/// Calls code of Python for which a thread of the solver waits, such as a law. A scene that this code runs has one thread: all others may wait for
+/// such code too.
+pub fn ask<T>(code: impl for<'py> FnOnce(Python<'py>) -> T) -> T {
+    alone(|| Python::attach(code))
 }
 
 /// Refuses work with threads in a process that was forked after they had started, and has none of them.
