@@ -17,7 +17,7 @@ pub struct Raised {
 
 /// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
 pub struct Turn {
-    raised: Arc<Raised>,
+    pub raised: Arc<Raised>,
     before: Option<Arc<Raised>>,
 }
 
@@ -31,9 +31,6 @@ impl Drop for Turn {
 thread_local! {
     static CURRENT: RefCell<Option<Arc<Raised>>> = const { RefCell::new(None) };
 }
-
-/// The same for threads of the library, while a study runs.
-static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
 
 impl Raised {
     /// Those of work on scenes that it makes itself, with this link.
@@ -52,19 +49,14 @@ impl Raised {
         Some(Turn { raised: self.clone(), before: CURRENT.replace(Some(self.clone())) })
     }
 
-    /// Does work of a study, whose scenes are made in threads of the library.
-    pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
-        let turn = Self::by(link);
-        *locked(&ELSEWHERE) = Some(turn.raised.clone());
-        let done = work();
-        *locked(&ELSEWHERE) = None;
-        done
+    /// Takes in a thread that the library has started for some work, and that ends with it: laws that it makes belong to this work.
+    pub fn take_thread(self: &Arc<Self>) {
+        CURRENT.set(Some(self.clone()));
     }
 
     /// Those of the scene for which this thread makes a law.
     pub fn of_a_law() -> Arc<Self> {
-        let elsewhere = || locked(&ELSEWHERE).clone();
-        let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();
+        let raised = CURRENT.with_borrow(Clone::clone).unwrap_or_default();
         raised.has_laws.store(true, Ordering::Relaxed);
         raised
     }

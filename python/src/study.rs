@@ -114,7 +114,8 @@ impl Study {
         let (jobs, only) = (threads::number(jobs)?, only.map(Only::from));
         let choice = (only, redo, accept_build);
         let (done, raised) = ended(py, Link::default(), follower.as_ref(), |link| {
-            Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))
+            let turn = Raised::by(link);
+            self.work(&dir, jobs, choice, isolation, (link, &turn.raised))
         })?;
         let failed = match (done, raised) {
             (Ok(Done::All(failed)), None) => failed,
@@ -159,12 +160,12 @@ impl Study {
         jobs: usize,
         (only, redo, accept_build): (Option<Only>, bool, bool),
         isolation: Isolation,
-        link: &Arc<Link>,
+        (link, raised): (&Arc<Link>, &Arc<Raised>),
     ) -> Result<Done, Failed> {
         let stop = link.stop.clone();
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
-        let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
+        let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
         let records = run(&self.study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
@@ -179,6 +180,7 @@ impl Study {
 /// Adds up how far the cases are.
 struct Following<'a> {
     link: &'a Link,
+    raised: &'a Arc<Raised>,
     wanted: f64,
     /// Case → the part of it that is done
     shares: Mutex<HashMap<String, f64>>,
@@ -195,6 +197,10 @@ impl Following<'_> {
 }
 
 impl Watch for Following<'_> {
+    fn started(&self, _: &str) {
+        self.raised.take_thread();
+    }
+
     fn progress(&self, case: &str, Progress { t, end }: Progress) {
         self.is_at(case, if end > 0.0 { t / end } else { 0.0 });
     }

@@ -1,5 +1,6 @@
 """Studies: their cases, their run with progress, and the report that it leaves."""
 
+import threading
 from pathlib import Path
 
 import durometer
@@ -106,6 +107,61 @@ def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_pa
     study = durometer.Study.load(tmp_path)
     with pytest.raises(ZeroDivisionError, match="in the study"):
         study.run(tmp_path / "out", only="c2", isolation="threads")
+
+
+def test_an_exception_of_a_law_ends_its_own_study_only(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    begun, armed, lock = threading.Event(), threading.Event(), threading.Lock()
+
+    class Buggy(PythonNeoHookean):
+        name = "python_buggy"
+
+        def __init__(self, **constants):
+            super().__init__(**constants)
+            # Of a case that is made when the other study has begun
+            self.fails = armed.is_set()
+
+        def stress(self, F):
+            if self.fails:
+                raise ZeroDivisionError("of its own study")
+            with lock:
+                # Reading a study asks the law at rest, in the thread of the test
+                if not armed.is_set() and threading.current_thread() is not threading.main_thread():
+                    begun.clear()
+                    other.start()
+                    assert begun.wait(60)
+                    armed.set()
+            return super().stress(F)
+
+    class Fine(PythonNeoHookean):
+        name = "python_fine"
+
+        def stress(self, F):
+            begun.set()
+            return super().stress(F)
+
+    studies = []
+    for law in (Buggy, Fine):
+        durometer.register_law(law)
+        folder = tmp_path / law.name
+        folder.mkdir()
+        (folder / "scene.toml").write_text(BEAM.replace("neo_hookean", law.name))
+        (folder / "study.toml").write_text(STUDY.replace("[8, 4, 4]", "[4, 1, 1]").replace("[4, 2, 2]", "[3, 1, 1]"))
+        studies.append(durometer.Study.load(folder))
+    ends: dict[str, str] = {}
+
+    def work(study: durometer.Study) -> None:
+        try:
+            report = study.run(tmp_path / f"{study.name}-out", isolation="threads", jobs=1)
+            ends[study.name] = " ".join(case["status"] for case in report.summary["cases"])
+        except BaseException as error:
+            ends[study.name] = type(error).__name__
+
+    other = threading.Thread(target=work, args=(studies[1],))
+    work(studies[0])
+    other.join()
+    assert ends == {"python_buggy": "ZeroDivisionError", "python_fine": "Converged Converged Converged"}
 
 
 def test_results_of_a_law_in_python_are_computed_again(tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ const LOOK: Duration = Duration::from_millis(200);
 pub trait Watch: Sync {
     /// A line of the mesher about the mesh of a case.
     fn meshing(&self, _case: &str, _line: &str) {}
+    /// Called in the thread that computes the case, before anything of it is made; the thread ends with the run.
     fn started(&self, _case: &str) {}
     fn progress(&self, _case: &str, _progress: Progress) {}
     /// Why a case waits, or is run again.
