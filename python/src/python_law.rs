@@ -184,6 +184,9 @@ impl Law for PythonLaw {
         if !self.class.info.survives_inversion {
             Invariants::of_positive(f)?;
         }
+        if self.raised.has_ended_laws() {
+            return Err(LawError::Undefined);
+        }
         ask(|py| {
             self.ask(py, f, want).map_err(|why| {
                 if !is_outside(py, &why) {

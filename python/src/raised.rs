@@ -13,6 +13,8 @@ pub struct Raised {
     link: Mutex<Option<Arc<Link>>>,
     /// Whether any law of the scene is of Python
     has_laws: AtomicBool,
+    /// Whether the laws are asked no more once the work is stopped
+    ends_laws: AtomicBool,
 }
 
 /// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
@@ -21,8 +23,19 @@ pub struct Turn {
     before: Option<Arc<Raised>>,
 }
 
+impl Turn {
+    /// The same, whose laws are asked no more once it is stopped: for work of which nothing is left then, such as checks. A run still evaluates what it
+    /// has reached.
+    #[must_use]
+    pub fn with_ending_laws(self) -> Self {
+        self.raised.ends_laws.store(true, Ordering::Relaxed);
+        self
+    }
+}
+
 impl Drop for Turn {
     fn drop(&mut self) {
+        self.raised.ends_laws.store(false, Ordering::Relaxed);
         CURRENT.set(self.before.take());
         *locked(&self.raised.link) = None;
     }
@@ -64,6 +77,12 @@ impl Raised {
     /// Whether any law of the scene is of Python.
     pub fn has_laws(&self) -> bool {
         self.has_laws.load(Ordering::Relaxed)
+    }
+
+    /// Whether the laws are asked no more.
+    pub fn has_ended_laws(&self) -> bool {
+        let is_stopped = |link: &Arc<Link>| link.stop.load(Ordering::Relaxed);
+        self.ends_laws.load(Ordering::Relaxed) && locked(&self.link).as_ref().is_some_and(is_stopped)
     }
 
     /// Ends the run by an exception.

@@ -136,6 +136,53 @@ for work in (
     assert told.returncode == 0 and len(seconds) == 2 and max(seconds) < 1.5, (told.stdout, told.stderr)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_ends_the_assembly_and_the_check_of_a_law() -> None:
+    # Each asks the law thousands of times, a millisecond each
+    code = f"""
+import durometer, os, signal, threading, time
+import test_laws
+signal.signal(signal.SIGINT, signal.default_int_handler)
+state = {{"pause": 0.0, "begun": False, "after": 0, "hit": False}}
+
+class Slow(test_laws.PythonNeoHookean):
+    name = "python_slow"
+
+    def energy(self, F):
+        state["begun"] |= state["pause"] > 0
+        state["after"] += state["hit"]
+        time.sleep(state["pause"])
+        return super().energy(F)
+
+durometer.register_law(Slow)
+scene = durometer.Scene.from_toml({BEAM!r}.replace("neo_hookean", Slow.name))
+
+def interrupt():
+    while not state["begun"]:
+        time.sleep(0.01)
+    state["hit"] = True
+    os.kill(os.getpid(), signal.SIGINT)
+
+state["pause"] = 0.001
+for work in (lambda: scene.columns, lambda: durometer.check_law(Slow.name)):
+    state.update(begun=False, after=0, hit=False)
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    try:
+        work()
+    except KeyboardInterrupt:
+        print(state["after"], flush=True)
+    thread.join()
+# Nothing is left of what was ended
+state["pause"] = 0.0
+assert scene.run().converged
+"""
+    folder = Path(__file__).parent
+    told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
+    asked = [int(line) for line in told.stdout.split()]
+    assert told.returncode == 0 and len(asked) == 2 and max(asked) < 500, (told.stdout, told.stderr)
+
+
 def test_laws_and_controllers_can_run_scenes() -> None:
     # All threads may be in the law at once, and the runs in it find none that is free
     code = f"""
