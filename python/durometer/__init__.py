@@ -66,7 +66,7 @@ __all__ = [
 def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete.
 
-    Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
+    An exception of a law in Python comes through. Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
     """
     if isinstance(arguments, str):
         raise InputError("the arguments are one text", f"give a list, such as {arguments.split()}")

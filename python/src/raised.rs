@@ -74,6 +74,15 @@ impl Raised {
         raised
     }
 
+    /// Does work in this thread, and raises the first exception of its laws.
+    pub fn raising<T>(self: &Arc<Self>, work: impl FnOnce() -> T) -> PyResult<T> {
+        let link = Arc::default();
+        let turn = self.begin(&link);
+        let done = work();
+        drop(turn);
+        link.raised().map_or(Ok(done), Err)
+    }
+
     /// Whether any law of the scene is of Python.
     pub fn has_laws(&self) -> bool {
         self.has_laws.load(Ordering::Relaxed)

@@ -47,6 +47,11 @@ impl Link {
         self.meshers.end_meshers();
     }
 
+    /// The exception that has ended the work.
+    pub fn raised(&self) -> Option<PyErr> {
+        locked(&self.failure).take()
+    }
+
     /// Ends the line of a bar that follows the work.
     fn close(&self, follower: Option<&Bound<'_, PyAny>>) {
         let closed = |follower: &Bound<'_, PyAny>| {
@@ -116,7 +121,7 @@ pub fn ended<T: Send>(
         Ok::<_, PyErr>(py.detach(|| worker.join()))
     })?;
     link.close(follower);
-    match (done, locked(&link.failure).take()) {
+    match (done, link.raised()) {
         (Ok(done), raised) => Ok((done, raised)),
         (Err(_), Some(why)) => Err(why),
         (Err(panic), None) => resume_unwind(panic),
