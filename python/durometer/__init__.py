@@ -75,7 +75,7 @@ def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     in_session = threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT))
     run = _native.main_in_session if in_session else _native.main
     try:
-        return run(sys.argv[1:] if arguments is None else arguments)
+        return run([os.fspath(argument) for argument in (sys.argv[1:] if arguments is None else arguments)])
     finally:
         # The program lets a closed pipe end it, where Python does not
         if threading.current_thread() is threading.main_thread():

@@ -34,9 +34,13 @@ def test_exit_codes_are_those_of_the_program(tmp_path: Path) -> None:
     assert program("--version").stdout.strip() == f"durometer {durometer.__version__}"
 
 
-def test_main_is_a_function_too(capfd: pytest.CaptureFixture) -> None:
+def test_main_is_a_function_too(tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
     assert durometer.main(["simulate", "no-such-scene.toml"]) == 2
     assert "no such file" in capfd.readouterr().err
+    scene = tmp_path / "scene.toml"
+    scene.write_text(BEAM)
+    assert durometer.main(["check", scene]) == 0
+    capfd.readouterr()
     assert durometer.main(["--version"]) == 0
     assert durometer.__version__ in capfd.readouterr().out
 
