@@ -201,7 +201,7 @@ fn results_of_a_registered_law_are_not_kept() {
             find("neo_hookean")?.build_with(&[factor * given.e, given.nu], &[])
         };
         let rates = |law: &dyn Law, given: &Values, key: &str| law.small_strain().rates(given, key);
-        let info = Box::leak(Box::new(LawInfo { name: "of_this_process", ..neo_hookean::INFO }));
+        let info: &'static LawInfo = Box::leak(Box::new(LawInfo { name: "of_this_process", ..neo_hookean::INFO }));
         register_anew(LawEntry::made_by(info, moduli::KEYS, &[100e3, 0.4], make, rates)).expect("a name of its own");
     };
     let keep = folder();
