@@ -66,7 +66,7 @@ __all__ = [
 def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete.
 
-    Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
+    An exception of a law in Python comes through. Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
     """
     if isinstance(arguments, str):
         raise InputError("the arguments are one text", f"give a list, such as {arguments.split()}")
@@ -75,7 +75,7 @@ def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     in_session = threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT))
     run = _native.main_in_session if in_session else _native.main
     try:
-        return run(sys.argv[1:] if arguments is None else arguments)
+        return run([os.fspath(argument) for argument in (sys.argv[1:] if arguments is None else arguments)])
     finally:
         # The program lets a closed pipe end it, where Python does not
         if threading.current_thread() is threading.main_thread():

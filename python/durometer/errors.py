@@ -63,6 +63,10 @@ class DoubtfulDerivative(UserWarning):
         super().__init__(f"derivatives that are less accurate than 1e-6: {', '.join(texts)}")
         self.doubtful = doubtful
 
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        """How `pickle` makes it again: from what it was made of, not from its text."""
+        return type(self), (self.doubtful,)
+
 
 #: Packages through which runs and derivatives are asked for
 BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}

@@ -1,6 +1,6 @@
 //! A scene on its mesh, which is read or made once, in a thread apart from Python.
 
-use crate::raised::Raised;
+use crate::raised::{Raised, Turn};
 use crate::solve::Link;
 use durometer::material::KnownLaws;
 use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
@@ -21,7 +21,7 @@ pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 /// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene with the laws that it knows.
 pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(Raised::default());
-    let _turn = raised.begin(link);
+    let _turn = raised.begin(link).map(Turn::with_ending_laws);
     let (spec, text) = changed_scene(file, text, &[], known_laws)?;
     let body = body(file, &spec, &text, link)?;
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;

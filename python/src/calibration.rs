@@ -59,7 +59,7 @@ impl Calibration {
         };
         let curves = curves.try_iter().map_err(no_list)?.collect::<PyResult<Vec<_>>>()?;
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
-        let scene: Py<Scene> = first.getattr("scene")?.extract()?;
+        let scene = scene_of(first)?;
         let (keys, bounds) = wanted(unknowns, scene.get())?;
         let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
         let ((answer, best), raised) = ended(py, Link::default(), follower.as_ref(), |link| {
@@ -232,15 +232,28 @@ fn bound(scene: &Scene, key: &str, end: &Bound<'_, PyAny>) -> PyResult<toml::Val
     }
 }
 
+/// The scene of a curve.
+fn scene_of(curve: &Bound<'_, PyAny>) -> PyResult<Py<Scene>> {
+    let remedy = "give a list of durometer.Curve, each with its scene";
+    let no_curve = |_| input(&format!("a curve is of the type {}, and no durometer.Curve", kind(curve)), remedy);
+    let scene = curve.getattr("scene").map_err(no_curve)?;
+    let fact = || format!("the scene of a curve is of the type {}, and no durometer.Scene", kind(&scene));
+    scene.extract().map_err(|_| input(&fact(), remedy))
+}
+
 /// A curve of `durometer.Curve` with its scene.
 fn observed(curve: &Bound<'_, PyAny>, keys: &[ParameterKey], bounds: &Bounds) -> PyResult<ObservedCurve> {
     let py = curve.py();
-    let text = |name: &str| curve.getattr(name)?.extract::<String>();
+    let scene = scene_of(curve)?;
+    let text = |name: &str| {
+        let given = curve.getattr(name)?;
+        let fact = || format!("{name} of a curve is of the type {}, and no text", kind(&given));
+        given.extract::<String>().map_err(|_| input(&fact(), "name it by a text"))
+    };
     let (x, y) = (numbers("x", &curve.getattr("x")?)?, numbers("y", &curve.getattr("y")?)?);
     if x.len() != y.len() {
         return Err(input(&format!("a curve has {} x and {} y", x.len(), y.len()), "give one y for each x"));
     }
-    let scene: Py<Scene> = curve.getattr("scene")?.extract()?;
     let (file, built) = (scene.get().file().to_path_buf(), scene.get().build(py, None)?.scene);
     let (spec, text_of_scene) = (built.spec.clone(), built.text.clone());
     let unknown = Unknown::all((&file, &spec, &text_of_scene), keys, bounds).map_err(refused)?;

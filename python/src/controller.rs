@@ -3,6 +3,7 @@
 use crate::array::array;
 use crate::error::input;
 use crate::solve::Link;
+use crate::threads::ask;
 use crate::value::{entries, kind};
 use durometer::scene::control::{ControlError, Controller, Observation as Seen, Opening, Reply};
 use durometer::scene::hint;
@@ -117,7 +118,7 @@ impl Controller for Foreign {
     }
 
     fn step(&mut self, observation: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        match Python::attach(|py| self.ask(py, observation, signals)) {
+        match ask(|py| self.ask(py, observation, signals)) {
             Ok(stop) => Ok(Reply { stop, ..Reply::default() }),
             Err(why) => {
                 if let Some(link) = &self.link {

@@ -7,8 +7,8 @@ use crate::solve::apart;
 use crate::threads;
 use crate::value::{kind, mapping, numbers, pair, plain};
 use durometer::calibrate::{
-    Accuracy, Dimensions, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange,
-    fit, fit_experiment,
+    Accuracy, Dimensions, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, SharedError,
+    StretchRange, fit, fit_experiment,
 };
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
@@ -344,12 +344,18 @@ fn pressure(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     }
 }
 
-/// A quantity with its unit, or a number in the SI unit of its dimension, as text.
+/// A quantity with its unit, or a number in the SI unit of its dimension, as text; a truth value is no number.
 fn sized(key: &str, value: &Bound<'_, PyAny>, dimension: Dimension) -> PyResult<String> {
-    let number = || value.extract::<f64>().map(|number| format!("{number} {}", dimension.si_unit())).ok();
-    let wanted =
-        format!("a text with a unit such as \"3 {}\", or a number in {}", dimension.example(), dimension.si_unit());
-    option(key, value, &wanted, || number().or_else(|| value.extract().ok()))
+    let (unit, wanted) = match dimension {
+        Dimension::NONE => (String::new(), "a share such as \"2 %\", or 0.02".into()),
+        _ => {
+            let (unit, example) = (dimension.si_unit(), dimension.example());
+            (format!(" {unit}"), format!("a text with a unit such as \"3 {example}\", or a number in {unit}"))
+        }
+    };
+    let number = || value.extract::<f64>().ok().filter(|_| !kind(value).starts_with("bool"));
+    let text = || number().map(|number| format!("{number}{unit}")).or_else(|| value.extract().ok());
+    option(key, value, &wanted, text)
 }
 
 /// A whole number.
@@ -408,9 +414,13 @@ fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) 
 
 /// Half-widths of the errors that all data points share, by their names.
 fn accuracy(value: &Bound<'_, PyAny>) -> PyResult<Accuracy> {
-    let one = |(error, width): (String, Bound<'_, PyAny>)| format!("{error}={width}").parse::<Accuracy>();
-    let all = mapping("accuracy", value)?.into_iter().map(one).collect::<Result<Vec<_>, _>>();
-    let all = all.map_err(|e| refused(in_python(&e.to_string())))?;
+    let one = |(error, width): (String, Bound<'_, PyAny>)| {
+        let known = SharedError::ALL.into_iter().find(|(_, known, ..)| *known == error);
+        let dimension = known.map_or(Dimension::NONE, |(_, _, dimension, _)| dimension);
+        let width = sized(&format!("accuracy {error}"), &width, dimension)?;
+        format!("{error}={width}").parse::<Accuracy>().map_err(|e| refused(in_python(&e.to_string())))
+    };
+    let all = mapping("accuracy", value)?.into_iter().map(one).collect::<PyResult<Vec<_>>>()?;
     Ok(all.iter().fold(Accuracy::default(), |all, one| one.or(&all)))
 }
 

@@ -83,7 +83,7 @@ pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
     let known = locked(&CLASSES).get(name).copied();
     let entry = known.ok_or_else(|| input(&format!("no law {name} is registered"), "register its class first"))?;
     apart(py, None, |link| {
-        let _turn = Raised::by(link);
+        let _turn = Raised::by(link).with_ending_laws();
         check(entry)
     })?
     .map_err(refused)

@@ -27,20 +27,28 @@ mod value;
 use pyo3::PyClass;
 use pyo3::prelude::*;
 use std::ffi::OsString;
+use std::sync::Arc;
 
-/// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete.
+/// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete. An
+/// exception of a law in Python is raised.
 #[pyfunction]
-fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    let command = || durometer_commands::main(std::iter::once("durometer".into()).chain(arguments));
-    py.detach(|| signals_kept(command))
+fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
+    let link = Arc::new(solve::Link::by(durometer_commands::interrupt::flag().clone()));
+    let code = py.detach(|| signals_kept(|| command(arguments, &link)));
+    link.raised().map_or(Ok(code), Err)
 }
 
 /// The same for a session that goes on, such as a notebook: Ctrl-C stops the command as it does on the command line, and is raised when it has ended.
 #[pyfunction]
 fn main_in_session(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     let link = solve::Link::by(durometer_commands::interrupt::flag().clone());
-    let command = std::iter::once("durometer".into()).chain(arguments);
-    solve::followed(py, link, None, |_| durometer_commands::main(command))
+    solve::followed(py, link, None, |link| command(arguments, link))
+}
+
+/// The command line, which exceptions of laws in Python end.
+fn command(arguments: Vec<OsString>, link: &Arc<solve::Link>) -> u8 {
+    let _turn = raised::Raised::by(link);
+    durometer_commands::main(std::iter::once("durometer".into()).chain(arguments))
 }
 
 /// Does work that may block signals in its thread, and puts them back: the thread is Python's.

@@ -3,6 +3,7 @@
 use crate::array::array;
 use crate::error::{input, is_outside, outside, refused};
 use crate::raised::Raised;
+use crate::threads::ask;
 use crate::value::{number, pair, tensor, tensor_of_four};
 use durometer::material::{
     Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
@@ -66,7 +67,7 @@ impl PythonLaw {
 
     /// An object of the class with these values; without `moduli` the object says them.
     fn new(class: &Arc<Class>, values: Vec<f64>, moduli: Option<Moduli>, raised: &Arc<Raised>) -> Self {
-        let made = Python::attach(|py| object(py, class, &values, moduli));
+        let made = ask(|py| object(py, class, &values, moduli));
         let (object, moduli) = match made {
             Ok((object, moduli)) => (Some(Arc::new(object)), moduli),
             Err(why) => {
@@ -81,7 +82,7 @@ impl PythonLaw {
     fn defined_at_rest(self) -> Self {
         // An object that could not be made has told why
         if self.object.is_some() {
-            Python::attach(|py| {
+            ask(|py| {
                 let Err(why) = self.ask(py, &Mat3::identity(), Want::Tangent) else { return };
                 let fact =
                     || format!("the law {} is not defined at rest, F = I: {}", self.class.info.name, why.value(py));
@@ -183,7 +184,10 @@ impl Law for PythonLaw {
         if !self.class.info.survives_inversion {
             Invariants::of_positive(f)?;
         }
-        Python::attach(|py| {
+        if self.raised.has_ended_laws() {
+            return Err(LawError::Undefined);
+        }
+        ask(|py| {
             self.ask(py, f, want).map_err(|why| {
                 if !is_outside(py, &why) {
                     // The run ends by the exception, whatever it makes of this

@@ -5,7 +5,7 @@ use crate::built::{Built, Done};
 use crate::error::{input, refused, with_result};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
-use crate::value::mapping;
+use crate::value::{mapping, number};
 use durometer::math::stopwatch::Spent;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
@@ -197,7 +197,8 @@ impl Run {
         let mut of_columns = vec![0.0_f64; self.columns.len()];
         for (name, weight) in mapping("weights", weights)? {
             let known = || input(&format!("no column {name}"), &hint(&name, &self.columns));
-            of_columns[self.columns.iter().position(|column| *column == name).ok_or_else(known)?] = weight.extract()?;
+            let place = self.columns.iter().position(|column| *column == name).ok_or_else(known)?;
+            of_columns[place] = number(&format!("the weight of {name}"), &weight, "give a number")?;
         }
         if let Some(weight) = of_columns.iter().find(|weight| !weight.is_finite()) {
             return Err(input(&format!("a weight is {weight}"), "give finite numbers"));

@@ -1,7 +1,7 @@
 //! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
 
 use crate::threads;
-use durometer::math::threads::locked;
+use durometer::math::threads::{alone, is_alone, locked};
 use durometer::mesh::generate::MesherOwner;
 use durometer::scene::Progress;
 use pyo3::prelude::*;
@@ -45,6 +45,11 @@ impl Link {
         locked(&self.failure).get_or_insert(why);
         self.stop.store(true, Ordering::Relaxed);
         self.meshers.end_meshers();
+    }
+
+    /// The exception that has ended the work.
+    pub fn raised(&self) -> Option<PyErr> {
+        locked(&self.failure).take()
     }
 
     /// Ends the line of a bar that follows the work.
@@ -94,7 +99,7 @@ pub fn ended<T: Send>(
     work: impl FnOnce(&Arc<Link>) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
     threads::check_fork()?;
-    let link = Arc::new(link);
+    let (link, is_alone) = (Arc::new(link), is_alone());
     let done = std::thread::scope(|scope| {
         let (sender, ended) = channel::<()>();
         let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, {
@@ -103,7 +108,7 @@ pub fn ended<T: Send>(
                 // Dropped at the end, also where the work panics
                 let _sender = sender;
                 let _turn = link.meshers.begin();
-                work(link)
+                if is_alone { alone(|| work(link)) } else { work(link) }
             }
         })?;
         let mut ended = Some(ended);
@@ -116,7 +121,7 @@ pub fn ended<T: Send>(
         Ok::<_, PyErr>(py.detach(|| worker.join()))
     })?;
     link.close(follower);
-    match (done, locked(&link.failure).take()) {
+    match (done, link.raised()) {
         (Ok(done), raised) => Ok((done, raised)),
         (Err(_), Some(why)) => Err(why),
         (Err(panic), None) => resume_unwind(panic),

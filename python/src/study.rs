@@ -6,7 +6,7 @@ use crate::solve::{Link, ended};
 use crate::threads;
 use crate::value::{mapping, plain, toml_of};
 use durometer::catalogue::{Launch, host};
-use durometer::math::threads::locked;
+use durometer::math::threads::{is_alone, locked};
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
@@ -80,7 +80,8 @@ impl Study {
     /// finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
     ///
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
-    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need. `check`: raise `RunError`
+    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
+    /// always computed again, since no result says which class it was. `check`: raise `RunError`
     /// where a case does not complete, with the report as its `result`.
     #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
     fn run<'py>(
@@ -99,6 +100,11 @@ impl Study {
         let dir = out.unwrap_or_else(|| PathBuf::from("reports").join(&self.study.name));
         let isolation = match isolation {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
+            "processes" | "threads" if is_alone() => {
+                let fact =
+                    "a study is run in threads by a law or a controller, which the threads of the solver wait for";
+                return Err(input(fact, "run it before"));
+            }
             "processes" | "threads" => Isolation::Threads,
             other => {
                 let fact = format!("there is no isolation {other:?}");
@@ -108,7 +114,8 @@ impl Study {
         let (jobs, only) = (threads::number(jobs)?, only.map(Only::from));
         let choice = (only, redo, accept_build);
         let (done, raised) = ended(py, Link::default(), follower.as_ref(), |link| {
-            Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))
+            let turn = Raised::by(link);
+            self.work(&dir, jobs, choice, isolation, (link, &turn.raised))
         })?;
         let failed = match (done, raised) {
             (Ok(Done::All(failed)), None) => failed,
@@ -153,12 +160,12 @@ impl Study {
         jobs: usize,
         (only, redo, accept_build): (Option<Only>, bool, bool),
         isolation: Isolation,
-        link: &Arc<Link>,
+        (link, raised): (&Arc<Link>, &Arc<Raised>),
     ) -> Result<Done, Failed> {
         let stop = link.stop.clone();
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
-        let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
+        let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
         let records = run(&self.study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
@@ -173,6 +180,7 @@ impl Study {
 /// Adds up how far the cases are.
 struct Following<'a> {
     link: &'a Link,
+    raised: &'a Arc<Raised>,
     wanted: f64,
     /// Case → the part of it that is done
     shares: Mutex<HashMap<String, f64>>,
@@ -189,6 +197,10 @@ impl Following<'_> {
 }
 
 impl Watch for Following<'_> {
+    fn started(&self, _: &str) {
+        self.raised.take_thread();
+    }
+
     fn progress(&self, case: &str, Progress { t, end }: Progress) {
         self.is_at(case, if end > 0.0 { t / end } else { 0.0 });
     }

@@ -1,14 +1,9 @@
 //! Threads of the solver: how many a run may use, and processes that were forked without them.
 
 use crate::error::input;
-use durometer::math::threads::{available, count, use_threads};
+use durometer::math::threads::{alone, are_left_behind, available, count, is_alone, use_threads};
 use durometer_commands::arguments;
 use pyo3::prelude::*;
-use std::process;
-use std::sync::atomic::{AtomicU32, Ordering};
-
-/// The process that has started threads; 0 for none.
-static STARTED: AtomicU32 = AtomicU32::new(0);
 
 /// A number of threads, or of cases that run at a time, with the limits of the command line; all cores where none is given.
 pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
@@ -18,22 +13,28 @@ pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
     arguments::threads(&whole.to_string()).map_err(crate::error::refused)
 }
 
-/// Lets the work that follows use so many threads.
+/// Lets the work that follows use so many threads; within a law or a controller it has one.
 pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-    use_threads(number(given)?);
+    let number = number(given)?;
+    if !is_alone() {
+        use_threads(number);
+    }
     Ok(())
 }
 
-/// Refuses work with threads in a process that was forked after they had started: it has none of them, and would wait for ever.
+/// Calls code of Python for which a thread of the solver waits, such as a law. A scene that this code runs has one thread: all others may wait for
+/// such code too.
+pub fn ask<T>(code: impl for<'py> FnOnce(Python<'py>) -> T) -> T {
+    alone(|| Python::attach(code))
+}
+
+/// Refuses work with threads in a process that was forked after they had started, and has none of them.
 pub fn check_fork() -> PyResult<()> {
-    if count() < 2 {
+    if count() < 2 || !are_left_behind() {
         return Ok(());
     }
-    match STARTED.compare_exchange(0, process::id(), Ordering::Relaxed, Ordering::Relaxed) {
-        Err(owner) if owner != process::id() => Err(input(
-            "this process was forked when the solver had started its threads, and has none of them",
-            "start processes by multiprocessing.get_context(\"spawn\"), or give threads=1; what takes no threads has those of the call before",
-        )),
-        _ => Ok(()),
-    }
+    Err(input(
+        "this process was forked when the solver had started its threads, and has none of them",
+        "start processes by multiprocessing.get_context(\"spawn\"), or give threads=1; what takes no threads has those of the call before",
+    ))
 }

@@ -3,6 +3,7 @@
 use crate::array::own_array;
 use crate::error::{input, refused};
 use crate::keys::names;
+use crate::raised::Raised;
 use crate::value::{mapping, number};
 use durometer::math::threads::locked;
 use durometer::reduction::running::inverse::{Target, reach_by};
@@ -18,18 +19,24 @@ pub struct Twin {
     model: Arc<ReducedModel>,
     /// In a box: its lanes of numbers are aligned to 32 bytes
     running: Box<Mutex<Model>>,
+    /// Exceptions of its laws in Python
+    raised: Arc<Raised>,
 }
 
 impl Twin {
     fn of(model: ReducedModel) -> PyResult<Self> {
-        let model = Arc::new(model);
-        Ok(Self { running: Box::new(Model::new(model.clone()).map_err(refused)?.into()), model })
+        let (model, raised) = (Arc::new(model), Arc::<Raised>::default());
+        let running = raised.raising(|| Model::new(model.clone()))?.map_err(refused)?;
+        Ok(Self { running: Box::new(running.into()), model, raised })
     }
 
     /// Does work on the model, without the lock of the interpreter: whoever waits for the model does not hold up the thread that has it, and no code of
-    /// Python runs in the work but that of laws.
-    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Model) -> T + Send) -> T {
-        py.detach(|| work(&mut locked(&self.running)))
+    /// Python runs in the work but that of laws, whose exceptions are raised.
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Model) -> T + Send) -> PyResult<T> {
+        py.detach(|| {
+            let mut running = locked(&self.running);
+            self.raised.raising(|| work(&mut running))
+        })
     }
 
     fn names_of_inputs(&self) -> Vec<&str> {
@@ -52,7 +59,7 @@ impl Twin {
 
     /// Values by the names of the quantities.
     fn by_quantity<'py>(&self, py: Python<'py>, values: fn(&Model) -> &[f64]) -> PyResult<Bound<'py, PyDict>> {
-        let values = self.with(py, |model| values(model).to_vec());
+        let values = self.with(py, |model| values(model).to_vec())?;
         self.names_of_quantities().into_iter().zip(values).into_py_dict(py)
     }
 }
@@ -95,7 +102,7 @@ impl Twin {
     /// Name of each input → its value at the present equilibrium `[SI]`.
     #[getter]
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let values = self.with(py, |model| model.inputs().to_vec());
+        let values = self.with(py, |model| model.inputs().to_vec())?;
         self.names_of_inputs().into_iter().zip(values).into_py_dict(py)
     }
 
@@ -119,7 +126,7 @@ impl Twin {
 
     /// Whether the inputs are within the ranges that the model was made for.
     #[getter]
-    fn in_range(&self, py: Python<'_>) -> bool {
+    fn in_range(&self, py: Python<'_>) -> PyResult<bool> {
         self.with(py, |model| model.in_range())
     }
 
@@ -131,7 +138,7 @@ impl Twin {
 
     /// Time since the last rest `[s]` of a model that moves, else None.
     #[getter]
-    fn time(&self, py: Python<'_>) -> Option<f64> {
+    fn time(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         self.with(py, |model| model.time())
     }
 
@@ -142,7 +149,7 @@ impl Twin {
             let mut all = model.inputs().to_vec();
             given.iter().for_each(|(k, value)| all[*k] = *value);
             model.step(&all).map(|_| model.values().to_vec())
-        });
+        })?;
         self.names_of_quantities().into_iter().zip(values.map_err(refused)?).into_py_dict(py)
     }
 
@@ -167,7 +174,7 @@ impl Twin {
         let targets: Vec<Target> = given.into_iter().map(target).collect();
         let named = moving.map(|moving| names("moving", moving, "[\"cable_shortening_m\"]")).transpose()?;
         let moving = self.moving(named)?;
-        Ok(self.with(py, |model| reach_by(model, &targets, &moving)).map_err(refused)?.met)
+        Ok(self.with(py, |model| reach_by(model, &targets, &moving))?.map_err(refused)?.met)
     }
 
     /// Derivatives of the quantities by the inputs `[quantities × inputs]` at the present equilibrium, in the order of `values` and `inputs`; not a number at
@@ -175,22 +182,22 @@ impl Twin {
     fn sensitivities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let shape = [self.model.quantities.len(), self.model.inputs.len()];
         let mut out = vec![0.0; shape[0] * shape[1]];
-        self.with(py, |model| model.sensitivities(&mut out));
+        self.with(py, |model| model.sensitivities(&mut out))?;
         own_array(py, out, shape)
     }
 
     /// Back to rest.
-    fn reset(&self, py: Python<'_>) {
-        self.with(py, Model::reset);
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, Model::reset)
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let (inputs, values) = self.with(py, |model| (model.inputs().to_vec(), model.values().to_vec()));
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (inputs, values) = self.with(py, |model| (model.inputs().to_vec(), model.values().to_vec()))?;
         let listed = |names: Vec<&str>, values: Vec<f64>| {
             let one = |(name, value): (&str, f64)| format!("{name} = {value:.6e}");
             names.into_iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
         };
         let at = listed(self.names_of_inputs(), inputs);
-        format!("<Twin at {at}: {}>", listed(self.names_of_quantities(), values))
+        Ok(format!("<Twin at {at}: {}>", listed(self.names_of_quantities(), values)))
     }
 }

@@ -247,6 +247,12 @@ def test_options_are_numbers_in_si_units_too() -> None:
     assert durometer.Fit.from_arrays(STRETCH, stress, "yeoh", terms=1).units == {"C10": "Pa"}
     ogden = durometer.Fit.from_arrays(STRETCH, stress, "ogden", terms=1, nu=0.45)
     assert ogden.units["alpha1"] == "1"
+    for error, given, number in [("stress_zero", "0.5 kPa", 500.0), ("stress_zero", "500 Pa", numpy.float64(500)), ("stress_scale", "2 %", 0.02)]:
+        fits = [durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean", nu=0.45, accuracy={error: width}).intervals for width in (given, number)]
+        assert fits[0]["mu"] == pytest.approx(fits[1]["mu"], rel=1e-12), error
+    for wrong in (None, True, [1.0]):
+        with pytest.raises(durometer.InputError, match="the option accuracy stress_scale is .* of the type"):
+            durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean", nu=0.45, accuracy={"stress_scale": wrong})
     assert not [warning for warning in durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean").warnings if "--nu" in warning]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import durometer
 import psutil
 import pytest
-from conftest import BEAM
+from conftest import BEAM, PULLED
 
 #: Steps that take some seconds in all
 LONG = BEAM.replace('dt = "0.5 s"', 'dt = "0.0002 s"')
@@ -134,6 +134,92 @@ for work in (
     told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
     seconds = [float(line) for line in told.stdout.split()]
     assert told.returncode == 0 and len(seconds) == 2 and max(seconds) < 1.5, (told.stdout, told.stderr)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_ends_the_assembly_and_the_check_of_a_law() -> None:
+    # Each asks the law thousands of times, a millisecond each
+    code = f"""
+import durometer, os, signal, threading, time
+import test_laws
+signal.signal(signal.SIGINT, signal.default_int_handler)
+state = {{"pause": 0.0, "begun": False, "after": 0, "hit": False}}
+
+class Slow(test_laws.PythonNeoHookean):
+    name = "python_slow"
+
+    def energy(self, F):
+        state["begun"] |= state["pause"] > 0
+        state["after"] += state["hit"]
+        time.sleep(state["pause"])
+        return super().energy(F)
+
+durometer.register_law(Slow)
+scene = durometer.Scene.from_toml({BEAM!r}.replace("neo_hookean", Slow.name))
+
+def interrupt():
+    while not state["begun"]:
+        time.sleep(0.01)
+    state["hit"] = True
+    os.kill(os.getpid(), signal.SIGINT)
+
+state["pause"] = 0.001
+for work in (lambda: scene.columns, lambda: durometer.check_law(Slow.name)):
+    state.update(begun=False, after=0, hit=False)
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    try:
+        work()
+    except KeyboardInterrupt:
+        print(state["after"], flush=True)
+    thread.join()
+# Nothing is left of what was ended
+state["pause"] = 0.0
+assert scene.run().converged
+"""
+    folder = Path(__file__).parent
+    told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
+    asked = [int(line) for line in told.stdout.split()]
+    assert told.returncode == 0 and len(asked) == 2 and max(asked) < 500, (told.stdout, told.stderr)
+
+
+def test_laws_and_controllers_can_run_scenes() -> None:
+    # All threads may be in the law at once, and the runs in it find none that is free
+    code = f"""
+import durometer
+import test_laws
+
+TEXT = {BEAM.replace('dt = "0.5 s"', 'dt = "1 s"')!r}
+inner = durometer.Scene.from_toml(TEXT)
+expected = inner.run()["xmax_z_m"][-1]
+heights, state = [], {{"calls": 0, "runs": False}}
+
+class OfAScene(test_laws.PythonNeoHookean):
+    name = "python_of_a_scene"
+
+    def stress(self, F):
+        state["calls"] += 1
+        if state["runs"] and state["calls"] % 100 == 0:
+            heights.append(inner.run(threads=2)["xmax_z_m"][-1])
+        return super().stress(F)
+
+durometer.register_law(OfAScene)
+outer = durometer.Scene.from_toml(TEXT.replace("neo_hookean", OfAScene.name).replace("[4, 2, 2]", "[8, 6, 5]"))
+outer.columns
+state["runs"] = True
+assert outer.run(threads=2).converged and len(heights) > 10 and set(heights) == {{expected}}
+
+heights.clear()
+pulled = durometer.Scene.from_toml({PULLED!r}.replace('displacement = {{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }}', 'displacement = {{ kind = "controlled", initial = "0 mm" }}'))
+def control(now):
+    heights.append(inner.run()["xmax_z_m"][-1])
+    return 1e-3 * now.next
+assert pulled.run(threads=2, controller=control).converged and heights and set(heights) == {{expected}}
+print("done", flush=True)
+"""
+    folder = Path(__file__).parent
+    told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
+    assert told.stdout.strip() == "done", told.stderr
 
 
 def test_the_record_of_a_run_does_not_wait_for_a_law_in_another_thread() -> None:

@@ -1,9 +1,11 @@
 """Scenes, runs and exceptions in other processes and folders."""
 
+import ast
 import copy
 import multiprocessing
 import os
 import pickle
+import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -59,6 +61,11 @@ def test_what_cannot_be_pickled_says_so(beam: durometer.Scene) -> None:
     assert (error.fact, error.remedy, error.status, error.result) == ("a fact", "a remedy", "Stopped", None)
 
 
+def test_the_warning_of_derivatives_is_pickled() -> None:
+    for warning in (pickle.loads(pickle.dumps(w := durometer.DoubtfulDerivative([("laws.rubber.mu", 1.0, 1e-3)]))), copy.copy(w)):
+        assert type(warning) is durometer.DoubtfulDerivative and str(warning) == str(w) and warning.doubtful == w.doubtful
+
+
 def test_a_scene_keeps_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "linear"))
     (tmp_path / "other").mkdir()
@@ -102,3 +109,32 @@ def test_a_forked_process_is_refused_where_it_would_wait_for_ever(beam: duromete
     os.waitpid(child, 0)
     assert len(said) == 8 and all("spawn" in remedy and "threads=1" in remedy for remedy in said[:4])
     assert said[4:] == ["done"] * 4
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="processes are forked on Linux")
+def test_a_process_that_is_forked_after_the_program_does_not_wait_for_ever(tmp_path: Path) -> None:
+    # The program raises the number of threads itself, while it runs
+    (tmp_path / "scene.toml").write_text(BEAM)
+    code = """
+import durometer, multiprocessing
+scene = durometer.Scene.from_toml("scene.toml")
+simulate = ["simulate", "scene.toml", "--no-view", "--threads", "2", "--out", "out"]
+assert durometer.main(simulate) == 0
+def run(_):
+    try:
+        return scene.run(threads=2).status
+    except durometer.InputError as error:
+        return error.fact
+def program(_):
+    # A run of one thread before: the number of threads does not tell that there were others
+    scene.run(threads=1)
+    return durometer.main(simulate)
+if __name__ == "__main__":
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        said = pool.map_async(run, [0]).get(60) + pool.map_async(program, [0]).get(60)
+    open("said", "w").write(repr(said))
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0, (told.stdout, told.stderr)
+    fact, code_of_program = ast.literal_eval((tmp_path / "said").read_text())
+    assert "was forked" in fact and code_of_program == 0

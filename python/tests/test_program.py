@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import durometer
@@ -33,11 +34,38 @@ def test_exit_codes_are_those_of_the_program(tmp_path: Path) -> None:
     assert program("--version").stdout.strip() == f"durometer {durometer.__version__}"
 
 
-def test_main_is_a_function_too(capfd: pytest.CaptureFixture) -> None:
+def test_main_is_a_function_too(tmp_path: Path, capfd: pytest.CaptureFixture) -> None:
     assert durometer.main(["simulate", "no-such-scene.toml"]) == 2
     assert "no such file" in capfd.readouterr().err
+    scene = tmp_path / "scene.toml"
+    scene.write_text(BEAM)
+    assert durometer.main(["check", scene]) == 0
+    capfd.readouterr()
     assert durometer.main(["--version"]) == 0
     assert durometer.__version__ in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("in_a_thread", [False, True])
+def test_an_exception_of_a_law_in_python_comes_through_the_program(tmp_path: Path, in_a_thread: bool) -> None:
+    from test_laws import PythonNeoHookean
+
+    class InProgram(PythonNeoHookean):
+        name = "python_in_program"
+
+        def stress(self, F):
+            if abs(F[0, 0] - 1.0) > 1e-9 and abs(F[1, 2]) > 1e-9:
+                raise ZeroDivisionError("in the program")
+            return super().stress(F)
+
+    durometer.register_law(InProgram)
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_in_program"))
+    arguments = ["simulate", str(tmp_path / "scene.toml"), "--no-view", "--out", str(tmp_path / "out")]
+    with pytest.raises(ZeroDivisionError, match="in the program"):
+        if in_a_thread:
+            with ThreadPoolExecutor(1) as pool:
+                pool.submit(durometer.main, arguments).result(120)
+        else:
+            durometer.main(arguments)
 
 
 def test_the_script_is_installed_next_to_python() -> None:

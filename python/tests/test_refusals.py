@@ -205,6 +205,20 @@ def test_a_text_is_no_list_of_names(beam: durometer.Scene) -> None:
         durometer.main("simulate --help")
 
 
+def test_what_is_no_curve_and_no_weight_is_named(beam: durometer.Scene) -> None:
+    run = beam.run()
+    curve = lambda **other: durometer.Curve(**{"scene": beam, "over": "t_s", "x": [1.0], "column": "xmax_z_m", "y": [1.0], **other})  # noqa: E731
+    for call, words in [
+        (lambda: durometer.Calibration.from_curves([(1, 2)], ["laws.silicone.E"]), "a curve is of the type tuple, and no durometer.Curve; give a list"),
+        (lambda: durometer.Calibration.from_curves([curve(), 3], ["laws.silicone.E"]), "a curve is of the type int"),
+        (lambda: durometer.Calibration.from_curves([curve(scene="x")], ["laws.silicone.E"]), "the scene of a curve is of the type str"),
+        (lambda: durometer.Calibration.from_curves([curve(over=3)], ["laws.silicone.E"]), "over of a curve is of the type int, and no text"),
+        (lambda: run.gradient({"xmax_z_m": "a"}, ["laws.silicone.E"]), "the weight of xmax_z_m is of the type str, and no number; give a number"),
+    ]:
+        with pytest.raises(durometer.InputError, match=words):
+            call()
+
+
 def test_one_curve_is_no_list(beam: durometer.Scene) -> None:
     curve = durometer.Curve(beam, "t_s", [1.0], "xmax_z_m", [1.0])
     with pytest.raises(durometer.InputError, match="curves is of the type Curve, and no list; give a list of durometer.Curve"):

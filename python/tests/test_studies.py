@@ -1,5 +1,6 @@
 """Studies: their cases, their run with progress, and the report that it leaves."""
 
+import threading
 from pathlib import Path
 
 import durometer
@@ -106,6 +107,94 @@ def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_pa
     study = durometer.Study.load(tmp_path)
     with pytest.raises(ZeroDivisionError, match="in the study"):
         study.run(tmp_path / "out", only="c2", isolation="threads")
+
+
+def test_an_exception_of_a_law_ends_its_own_study_only(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    begun, armed = threading.Event(), threading.Event()
+    threads: list[int] = []
+
+    class Buggy(PythonNeoHookean):
+        name = "python_buggy"
+
+        def __init__(self, **constants):
+            super().__init__(**constants)
+            self.fails = armed.is_set()
+            if threading.current_thread() is threading.main_thread():
+                return
+            # The study looks at its cases in one thread, and computes them in another: the other study begins within the first case
+            if threading.get_ident() not in threads:
+                threads.append(threading.get_ident())
+                if len(threads) == 2:
+                    begun.clear()
+                    other.start()
+                    assert begun.wait(60)
+                    armed.set()
+
+        def stress(self, F):
+            if self.fails:
+                raise ZeroDivisionError("of its own study")
+            return super().stress(F)
+
+    class Fine(PythonNeoHookean):
+        name = "python_fine"
+
+        def stress(self, F):
+            begun.set()
+            return super().stress(F)
+
+    studies = []
+    for law in (Buggy, Fine):
+        durometer.register_law(law)
+        folder = tmp_path / law.name
+        folder.mkdir()
+        (folder / "scene.toml").write_text(BEAM.replace("neo_hookean", law.name))
+        (folder / "study.toml").write_text(STUDY.replace("[8, 4, 4]", "[4, 1, 1]").replace("[4, 2, 2]", "[3, 1, 1]"))
+        studies.append(durometer.Study.load(folder))
+    ends: dict[str, str] = {}
+
+    def work(study: durometer.Study) -> None:
+        try:
+            report = study.run(tmp_path / f"{study.name}-out", isolation="threads", jobs=1)
+            ends[study.name] = " ".join(case["status"] for case in report.summary["cases"])
+        except BaseException as error:
+            ends[study.name] = type(error).__name__
+
+    other = threading.Thread(target=work, args=(studies[1],))
+    work(studies[0])
+    other.join()
+    assert ends == {"python_buggy": "ZeroDivisionError", "python_fine": "Converged Converged Converged"}
+
+
+def test_results_of_a_law_in_python_are_computed_again(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    def softer(by: float) -> type[durometer.Law]:
+        class Edited(PythonNeoHookean):
+            name = "python_edited"
+
+            def energy(self, F):
+                return by * super().energy(F)
+
+            def stress(self, F):
+                return by * super().stress(F)
+
+            def tangent(self, F):
+                return by * super().tangent(F)
+
+        return Edited
+
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_edited"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    heights = []
+    for by in (1.0, 0.5):
+        durometer.register_law(softer(by))
+        report = durometer.Study.load(tmp_path).run(tmp_path / "out", only="c2", isolation="threads")
+        heights.append(report.summary["cases"][0]["probes"]["xmax_z_m"]["final"])
+        own = durometer.Scene.from_toml(tmp_path / "scene.toml").set("mesh.grid.divisions", [2, 1, 1]).run()
+        assert heights[-1] == pytest.approx(own["xmax_z_m"][-1], abs=1e-9)
+    assert heights[1] < heights[0] - 1e-5
 
 
 def test_a_law_in_python_is_not_known_in_other_processes(tmp_path: Path) -> None:

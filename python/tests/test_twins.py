@@ -119,3 +119,33 @@ assert twin.inputs == {name: 12.5}
 
 def test_threads_share_a_twin(file: Path) -> None:
     subprocess.run([sys.executable, "-P", "-c", SHARED, str(file)], check=True, timeout=60)
+
+
+def test_an_exception_of_a_law_in_python_comes_through(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    class InModel(PythonNeoHookean):
+        name = "python_in_model"
+        fails = False
+
+        def stress(self, F):
+            if InModel.fails:
+                raise ZeroDivisionError("in the model")
+            return super().stress(F)
+
+    durometer.register_law(InModel)
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_in_model").replace("[4, 2, 2]", "[2, 1, 1]"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    durometer.Study.load(tmp_path).run(tmp_path / "out", isolation="threads", check=False)
+    [file] = (tmp_path / "out" / "models").glob("*.durom")
+    twin = durometer.Twin(file)
+    [name] = twin.ranges
+    before = twin.step({name: 12.5})
+    InModel.fails = True
+    with pytest.raises(ZeroDivisionError, match="in the model"):
+        twin.step({name: 13.5})
+    with pytest.raises(ZeroDivisionError, match="in the model"):
+        durometer.Twin(file)
+    InModel.fails = False
+    twin.reset()
+    assert twin.step({name: 12.5})["xmax_z_m"] == pytest.approx(before["xmax_z_m"], abs=1e-9)

@@ -227,6 +227,7 @@ pub fn execute(
     let mut options = Options {
         jobs: how.jobs.unwrap_or_else(threads::available),
         redo: how.redo,
+        redo_registered: true,
         accept_build: how.accept_build,
         only: how.only(study)?,
         vtu,

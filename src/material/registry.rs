@@ -55,9 +55,8 @@ pub fn register_anew(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError>
 
 fn add(entry: LawEntry, anew: bool) -> Result<&'static LawEntry, LawSpecError> {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
-    let same = |e: &LawEntry| e.info.name == entry.info.name;
-    let before = registered.iter().position(|e| same(e));
-    if LAWS.iter().any(same) || (before.is_some() && !anew) {
+    let before = registered.iter().position(|e| e.info.name == entry.info.name);
+    if is_of_library(entry.info.name) || (before.is_some() && !anew) {
         return Err(LawSpecError::NameTaken { name: entry.info.name });
     }
     let entry: &'static LawEntry = Box::leak(Box::new(entry));
@@ -133,6 +132,11 @@ impl KnownLaws {
         let (entry, values, options) = self.given(table)?;
         entry.build(&values, &options)
     }
+}
+
+/// Whether the library itself has a law of this name. Of any other law, which this process has registered, files and builds say nothing but the name.
+pub(crate) fn is_of_library(name: &str) -> bool {
+    LAWS.iter().any(|e| e.info.name == name)
 }
 
 /// The laws of the library and the registered ones.

@@ -5,14 +5,22 @@
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::process;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Threads in use from now on; 0 where nobody has said anything.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+/// The process that has started the threads; 0 for none.
+static OWNER: AtomicU32 = AtomicU32::new(0);
+
+thread_local! {
+    static ALONE: Cell<bool> = const { Cell::new(false) };
+}
 
 /// Lets the loops of this process use `count` threads, at least one; the process computes nothing else.
 pub fn use_threads(count: usize) {
@@ -32,6 +40,29 @@ pub fn count() -> usize {
 /// Whether a program has said how many threads it may use, and so owns its process.
 pub(super) fn owns_the_process() -> bool {
     WANTED.load(Ordering::Relaxed) > 0
+}
+
+/// Does work whose loops run in this thread alone. For what one of the threads waits for: the others may all wait for the like.
+pub fn alone<R>(work: impl FnOnce() -> R) -> R {
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            ALONE.set(self.0);
+        }
+    }
+    let _before = Before(ALONE.replace(true));
+    work()
+}
+
+/// Whether this thread does such work.
+pub fn is_alone() -> bool {
+    ALONE.get()
+}
+
+/// Whether this process was forked when another one had started the threads: it has none of them, and its loops run in the thread that calls them.
+pub fn are_left_behind() -> bool {
+    let owner = OWNER.load(Ordering::Relaxed);
+    owner != 0 && owner != process::id()
 }
 
 /// f of each item, in the order of the items, on as many threads as there are.
@@ -68,9 +99,9 @@ pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// None for one thread, and where the system gives no more.
+/// None for one thread, where the system gives no more, in a process that was forked without them, and in work that is done alone.
 fn pool(count: usize) -> Option<Arc<ThreadPool>> {
-    if count < 2 {
+    if count < 2 || is_alone() || are_left_behind() {
         return None;
     }
     let mut pools = locked(&POOLS);
@@ -78,6 +109,7 @@ fn pool(count: usize) -> Option<Arc<ThreadPool>> {
         return Some(pool.clone());
     }
     let pool = Arc::new(ThreadPoolBuilder::new().num_threads(count).build().ok()?);
+    OWNER.store(process::id(), Ordering::Relaxed);
     pools.insert(count, pool.clone());
     Some(pool)
 }
@@ -98,6 +130,15 @@ mod tests {
         // One heavy item leaves parts without any.
         let parts = divide(&[0, 0, 900, 901], 100, 4);
         assert_eq!(parts.iter().map(Range::len).sum::<usize>(), 3);
+    }
+
+    #[test]
+    fn work_that_is_done_alone_stays_in_its_thread() {
+        use_threads(3);
+        let own = std::thread::current().id();
+        let loops = || map(vec![(); 50], |()| inside(|| std::thread::current().id()));
+        assert!(alone(|| alone(loops).into_iter().chain(loops()).all(|thread| thread == own)));
+        assert!(!is_alone());
     }
 
     #[test]

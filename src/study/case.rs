@@ -1,6 +1,7 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
+use crate::material::registry::is_of_library;
 use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, mesh_sha256, named_files};
 use crate::study::calibration_plan::{CalibrationPlan, used_law};
 use crate::study::store::identity::Identity;
@@ -114,6 +115,13 @@ impl Case {
         let curves = self.scenes()?.into_iter().skip(1);
         let curves = curves.map(|(file, spec, _)| Body::load(file, &spec.mesh, progress)).collect::<Result<_, _>>()?;
         Ok(Bodies { own, curves })
+    }
+
+    /// Whether a scene has a law that this process has registered: the identity of the result does not say which law of this name it was.
+    pub fn has_registered_law(&self) -> bool {
+        let is_registered =
+            |law: &toml::Table| law.get("law").and_then(toml::Value::as_str).is_some_and(|name| !is_of_library(name));
+        self.scenes().is_ok_and(|scenes| scenes.iter().any(|(_, spec, _)| spec.laws.values().any(is_registered)))
     }
 
     /// Identity of the result of this case on meshes of these digests, in the order of its scenes; without them that of a case that has none.

@@ -1,5 +1,6 @@
 //! A stored result counts only for the inputs, the files and the build that made it.
 
+use durometer::material::{Chosen, Law, LawEntry, LawInfo, Moduli, Values, find, moduli, neo_hookean, register_anew};
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
 use durometer::study::report;
@@ -189,6 +190,37 @@ fn a_run_of_some_cases_leaves_the_results_of_the_others() {
     assert!(counted.outdated.is_empty() && counted.cases.len() == 2, "{:?}", counted.outdated);
     assert_eq!(computed(at), [""; 0]);
     assert_eq!(std::fs::read(&other).expect("it stays"), before);
+}
+
+/// A law that this process has registered may be another one by now, of which neither files nor build tell.
+#[test]
+fn results_of_a_registered_law_are_not_kept() {
+    let multiple = |factor: f64| {
+        let make = move |values: &Values, _: &Chosen| {
+            let given = Moduli::from_map(values)?;
+            find("neo_hookean")?.build_with(&[factor * given.e, given.nu], &[])
+        };
+        let rates = |law: &dyn Law, given: &Values, key: &str| law.small_strain().rates(given, key);
+        let info: &'static LawInfo = Box::leak(Box::new(LawInfo { name: "of_this_process", ..neo_hookean::INFO }));
+        register_anew(LawEntry::made_by(info, moduli::KEYS, &[100e3, 0.4], make, rates)).expect("a name of its own");
+    };
+    let keep = folder();
+    let at = keep.path();
+    std::fs::write(at.join("law.toml"), LAW.replace("neo_hookean", "of_this_process")).expect("writable");
+    multiple(1.0);
+    let notes = Notes::default();
+    let force = || {
+        let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let stop = AtomicBool::new(false);
+        let records = run(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &notes);
+        records.unwrap_or_else(|e| panic!("{e}"))[0].probes["zmax_reaction_z_N"].last
+    };
+    let before = force();
+    multiple(2.0);
+    let after = force();
+    assert!((after / before - 1.0).abs() > 0.1, "{before} N, then {after} N");
+    let notes = notes.0.into_inner().expect("no panic");
+    assert!(notes.len() == 2 && notes.iter().all(|note| note.contains("its law is one of this process")), "{notes:?}");
 }
 
 /// Stops the run when the first case is finished.

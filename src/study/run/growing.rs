@@ -21,7 +21,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let mut records = run_cases(study, dir, options, watch)?;
     let broken = with_earlier_results(&records, dir);
     // The cases are done now, so that none is to be done again
-    let options = Options { redo: false, only: options.only.clone(), isolation: options.isolation.clone(), ..*options };
+    let (only, isolation) = (options.only.clone(), options.isolation.clone());
+    let options = Options { redo: false, redo_registered: false, only, isolation, ..*options };
     let mut present = study.clone();
     while options.only.is_none() && !options.stop.load(Ordering::Relaxed) {
         let Some(next) = next(&present, dir)? else { break };

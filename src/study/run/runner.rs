@@ -37,6 +37,7 @@ const LOOK: Duration = Duration::from_millis(200);
 pub trait Watch: Sync {
     /// A line of the mesher about the mesh of a case.
     fn meshing(&self, _case: &str, _line: &str) {}
+    /// Called in the thread that computes the case, before anything of it is made; the thread ends with the run.
     fn started(&self, _case: &str) {}
     fn progress(&self, _case: &str, _progress: Progress) {}
     /// Why a case waits, or is run again.
@@ -94,6 +95,8 @@ pub struct Options<'a> {
     pub jobs: usize,
     /// Run also what is done
     pub redo: bool,
+    /// Run again also what is done with a law that this process has registered: another law may have had its name then
+    pub redo_registered: bool,
     /// Keep results that another build of this program computed from the same inputs
     pub accept_build: bool,
     /// Only these cases
@@ -114,6 +117,7 @@ impl<'a> Options<'a> {
         Self {
             jobs: threads::available(),
             redo: false,
+            redo_registered: true,
             accept_build: false,
             only: None,
             vtu: false,
@@ -126,6 +130,11 @@ impl<'a> Options<'a> {
     /// Whether this case is to be run (or kept).
     pub fn wants(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| only.takes(id))
+    }
+
+    /// Whether a case is run again though its result is there.
+    fn redoes(&self, case: &Case) -> bool {
+        self.redo || (self.redo_registered && case.has_registered_law())
     }
 }
 
@@ -269,7 +278,7 @@ fn prepare(
         let counts = |record: &CaseRecord| {
             identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
         };
-        if let Some(bodies) = bodies.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
+        if let Some(bodies) = bodies.filter(|_| options.redoes(&task.case) || !stored.as_ref().is_some_and(counts)) {
             smallest.add(all.len(), &task, &bodies.own);
         }
         let before = stored.map(|record| record.provenance.record_sha256);
@@ -403,6 +412,10 @@ impl Running<'_> {
                 &format!("its stored result cannot be used ({why}): it is set aside as {aside} and computed again"),
             );
         }
+        if ready.before.is_some() && !self.options.redo && self.options.redoes(&ready.task.case) {
+            self.watch
+                .note(id, "it is computed again: its law is one of this process, which may have changed since then");
+        }
         self.watch.started(id);
         self.cases.fetch_add(1, Ordering::SeqCst);
         let record = match &self.options.isolation {
@@ -439,7 +452,7 @@ impl Running<'_> {
         let same = identity.as_ref().is_some_and(counts);
         // A search that had no time left goes on
         let goes_on = record.status == OUT_OF_TIME && !now;
-        drawn && (!self.options.redo || now) && same && record.has(&task.asked()) && !goes_on
+        drawn && (now || !self.options.redoes(&task.case)) && same && record.has(&task.asked()) && !goes_on
     }
 
     fn shared(&self) -> bool {
