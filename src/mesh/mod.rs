@@ -36,6 +36,6 @@ pub use made::{curved, disturb, enrich, graded, parts, structured};
 pub use order::Order;
 pub use quality::{gap, overlap, wall};
 pub use surface::{
-    attach, boundary, closed_surface, distance, flat, interface, pieces, rim, row_of_sides, smooth_surface,
+    attach, boundary, closed_surface, distance, divided, flat, interface, pieces, rim, row_of_sides, smooth_surface,
 };
 pub use tet_mesh::{Region, TetMesh};
