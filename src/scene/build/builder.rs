@@ -161,7 +161,7 @@ impl<'a> Builder<'a> {
         carriers: usize,
     ) -> Result<Self, SceneError> {
         let begun = Instant::now();
-        let (mut regions, doubts) = regions(file, &body.mesh, tables.regions)?;
+        let (mut regions, doubts) = regions(file, (&body.mesh, body.levels), tables.regions)?;
         let place = cell_order(&body.mesh);
         regions.values_mut().for_each(|region| region.cells.sort_unstable_by_key(|&c| place[c as usize]));
         let notes = [body.warnings.clone(), body.notes.clone(), doubts, notes(&regions, tables.regions)].concat();
