@@ -18,6 +18,7 @@ use crate::scene::body::Body;
 use crate::scene::control::SignalBuilder;
 use crate::scene::control::spec::EventSpec;
 use crate::scene::error::{SceneError, content, hint, part};
+use crate::scene::notes::implausible::implausible_density;
 use crate::scene::parts::selectors::SelectorSpec;
 use crate::scene::record::recorder::Recorder;
 use crate::scene::signal::SignalSpec;
@@ -246,8 +247,10 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
-    pub(in crate::scene) fn positive_density(&self, place: &str, density: f64) -> Result<f64, SceneError> {
+    /// A density, with a note where no body has one like it.
+    pub(in crate::scene) fn positive_density(&mut self, place: &str, density: f64) -> Result<f64, SceneError> {
         if density > 0.0 {
+            self.notes.extend(implausible_density(place, density));
             return Ok(density);
         }
         Err(self.content(place, format!("the density is {density:.4} kg/m^3"), "give a positive one"))
