@@ -3,10 +3,14 @@
 
 use crate::common::program::{ROOT, ended, without_mesher};
 use durometer::math::statistics::smaller;
+use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
+use durometer::mesh::curved::mapped_block;
 use durometer::mesh::disturb::distort;
+use durometer::mesh::notch::thinnest_below_notches;
 use durometer::mesh::structured::block;
 use durometer::mesh::wall::thinnest;
+use durometer::scene::limits_of_mesh;
 use serde_json::Value;
 use std::path::Path;
 
@@ -165,4 +169,52 @@ fn held_faces_are_no_sides_of_a_wall() {
     let bar = block(8, 6, 4, 0.08, 0.06, 0.04, Order::Linear);
     let wall = thinnest(&bar, |_, axis| axis == 2).expect("two pairs of sides are free");
     assert!((wall.thickness - 0.06).abs() < 1e-7 && (wall.cells - 6.0).abs() < 1e-9, "{wall:?}");
+}
+
+/// A bar of 60 × 15 × 15 mm with a V-shaped notch, 10 mm deep and 10 mm wide, down to a hinge of 5 mm: its sides are steep and face nothing, and the wall of a
+/// twentieth of the surface is the bar. The hinge is found by its edge, with its layers of cells.
+#[test]
+fn a_hinge_below_a_notch_is_found() {
+    let notched = |width: usize, layers: usize, order: Order| {
+        mapped_block([12, width, layers], order, |p| {
+            let x = 60.0 * p.x;
+            let height = 15.0 - (10.0 - 2.0 * (x - 30.0).abs()).max(0.0);
+            Vec3::new(x, 5.0 * width as f64 * p.y, height * p.z) * 1e-3
+        })
+    };
+    for (layers, order) in [(1, Order::Linear), (2, Order::Quadratic), (3, Order::Linear)] {
+        let mesh = notched(3, layers, order);
+        let wall = thinnest(&mesh, FREE).expect("a bar");
+        assert!((wall.thickness - 0.015).abs() < 1e-7, "{wall:?}");
+        let hinge = thinnest_below_notches(&mesh, FREE).expect("a hinge");
+        assert!((hinge.wall.thickness - 0.005).abs() < 1e-7, "{hinge:?}");
+        assert!((hinge.wall.cells - layers as f64).abs() < 1e-9, "{hinge:?}");
+        assert!((hinge.at.x - 0.03).abs() < 1e-9 && (hinge.at.z - 0.005).abs() < 1e-9, "{hinge:?}");
+        // Held along the normal of the side below, it is the half of another hinge
+        assert_eq!(thinnest_below_notches(&mesh, |_, axis| axis == 2), None);
+    }
+    assert_eq!(thinnest_below_notches(&block(6, 3, 3, 0.06, 0.015, 0.015, Order::Linear), FREE), None);
+    // A rib, whose edges turn outward
+    let rib = mapped_block([12, 3, 3], Order::Linear, |p| {
+        let x = 60.0 * p.x;
+        Vec3::new(x, 15.0 * p.y, (5.0 + (10.0 - 2.0 * (x - 30.0).abs()).max(0.0)) * p.z) * 1e-3
+    });
+    let foot = thinnest_below_notches(&rib, FREE).expect("the feet of the rib");
+    assert!(foot.wall.thickness > 0.005 && foot.wall.thickness < 0.007, "{foot:?}");
+}
+
+/// The hinges are a warning of `check`, next to that of the wall.
+#[test]
+fn few_cells_across_a_hinge_are_told() {
+    let mesh = mapped_block([12, 3, 1], Order::Linear, |p| {
+        let x = 60.0 * p.x;
+        Vec3::new(x, 15.0 * p.y, (15.0 - (10.0 - 2.0 * (x - 30.0).abs()).max(0.0)) * p.z) * 1e-3
+    });
+    let spec = toml::from_str("file = 'bar.vtk'\nunit = 'mm'").expect("a mesh table");
+    let told = limits_of_mesh(&mesh, &spec);
+    let hinge = "1.0 cells across the body below a notch at (30, ";
+    let is_told = told.iter().any(|(kind, text)| {
+        *kind == "warning" && text.starts_with(hinge) && text.contains("where it is 5.0000 mm thick")
+    });
+    assert!(is_told, "{told:?}");
 }

@@ -5,7 +5,8 @@
 //! surface is below. There the layers of cells are counted: the least number of edges from a facet to a node of the opposite side,
 //! as a mean over the area. A ray that is crossed by cells says less: it crosses three cells of one layer of a grid.
 //!
-//! Facets held in the direction of their normal (planes of symmetry, plane strain, clamped faces) are no sides of a wall.
+//! Facets held in the direction of their normal (planes of symmetry, plane strain, clamped faces) are no sides of a wall. Notches, a small share of the surface
+//! with sides that do not face the opposite one, are in [`super::notch`].
 
 use crate::math::boxes::to_parry;
 use crate::math::tensor::Vec3;
@@ -16,9 +17,9 @@ use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
 
 /// Share of the surface that is at most as thick as the thinnest wall \[–\].
-const SHARE: f64 = 0.05;
+pub(crate) const SHARE: f64 = 0.05;
 /// Thickness of a facet that belongs to the thinnest wall, over that of the wall \[–\].
-const ABOUT: f64 = 1.25;
+pub(crate) const ABOUT: f64 = 1.25;
 /// Cosine between outward normals of two sides of one wall is below this.
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Cells across a wall below which a mesh does not show how it bends.
@@ -47,42 +48,79 @@ pub fn shows_bending(cells: f64) -> bool {
 }
 
 /// One side of a wall.
-struct Side {
-    corners: [u32; 3],
-    normal: Vec3,
-    middle: Vec3,
-    area: f64,
+pub(super) struct Side {
+    pub corners: [u32; 3],
+    pub normal: Vec3,
+    pub middle: Vec3,
+    /// By which it counts: its area, or the length of an edge
+    pub share: f64,
     /// Length of the ray to the opposite side \[m\]
-    thickness: f64,
+    pub thickness: f64,
+}
+
+/// The boundary of a mesh, and which of its facets are sides of walls.
+pub(super) struct Skin {
+    pub facets: Vec<[u32; 3]>,
+    /// \[facets\] twice the area, along the outward normal \[m²\]
+    pub normals: Vec<Vec3>,
+    /// \[facets\] those not held in the direction of their normal
+    pub free: Vec<bool>,
+    tree: TriMesh,
+}
+
+impl Skin {
+    /// None of a mesh without cells.
+    pub fn new(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Self> {
+        let facets: Vec<[u32; 3]> =
+            boundary_facets(mesh).into_iter().map(|f| std::array::from_fn(|k| mesh.facet(f as usize)[k])).collect();
+        let points = mesh.points.iter().map(to_parry).collect();
+        let tree = TriMesh::new(points, facets.clone()).ok()?;
+        let normals: Vec<Vec3> = facets.iter().map(|t| normal(mesh, t)).collect();
+        let is_free = |(t, n): (&[u32; 3], &Vec3)| !t.iter().all(|node| held(*node, n.iamax()));
+        let free = facets.iter().zip(&normals).map(is_free).collect();
+        Some(Self { facets, normals, free, tree })
+    }
+
+    /// Length of the ray from a place of the surface inward along the unit normal n, where it ends at a side that faces the other way; `size` is that of the
+    /// part around the place \[m\].
+    pub fn thickness(&self, at: &Vec3, n: &Vec3, size: f64) -> Option<f64> {
+        // Off the surface itself, by far less than a cell
+        let start = at - n * (1e-6 * size);
+        let hit =
+            self.tree.cast_local_ray_and_get_normal(&Ray::new(to_parry(&start), to_parry(&-n)), f64::MAX, false)?;
+        let other = hit.subshape as usize;
+        (self.free[other] && self.normals[other].normalize().dot(n) < OPPOSITE).then_some(hit.time_of_impact)
+    }
+}
+
+/// The mean number of layers of cells across these sides of a wall, by their shares; none where no path leads across.
+pub(super) fn mean_layers(mesh: &TetMesh, skin: &Skin, sides: &[Side]) -> Option<f64> {
+    let stride = sides.len().div_ceil(SAMPLES).max(1);
+    let mut layers = Layers::new(mesh, skin);
+    let (mut sum, mut whole) = (0.0, 0.0);
+    for side in sides.iter().step_by(stride) {
+        if let Some(cells) = layers.across(mesh, side) {
+            sum += side.share * cells as f64;
+            whole += side.share;
+        }
+    }
+    (whole > 0.0).then(|| sum / whole)
 }
 
 /// The thinnest wall of a body; `held` says whether the displacement of a node is prescribed along an axis. None where less than
 /// a twentieth of the surface is the side of a wall.
 pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wall> {
-    let facets: Vec<[u32; 3]> =
-        boundary_facets(mesh).into_iter().map(|f| std::array::from_fn(|k| mesh.facet(f as usize)[k])).collect();
-    let points = mesh.points.iter().map(to_parry).collect();
-    let surface = TriMesh::new(points, facets.clone()).ok()?;
-    let normals: Vec<Vec3> = facets.iter().map(|t| normal(mesh, t)).collect();
-    let is_held = |k: usize| {
-        let axis = normals[k].iamax();
-        facets[k].iter().all(|node| held(*node, axis))
-    };
-    let free: Vec<bool> = (0..facets.len()).map(|k| !is_held(k)).collect();
-    let whole: f64 = normals.iter().map(|n| 0.5 * n.norm()).sum();
+    let skin = Skin::new(mesh, held)?;
+    let whole: f64 = skin.normals.iter().map(|n| 0.5 * n.norm()).sum();
     let side = |k: usize, (middle, area): (Vec3, f64)| {
-        let n = normals[k].normalize();
-        // Off the facet itself, by far less than a cell
-        let start = middle - n * (1e-6 * area.sqrt());
-        let hit = surface.cast_local_ray_and_get_normal(&Ray::new(to_parry(&start), to_parry(&-n)), f64::MAX, false)?;
-        let other = hit.subshape as usize;
-        let is_wall = free[other] && normals[other].normalize().dot(&n) < OPPOSITE;
-        is_wall.then_some(Side { corners: facets[k], normal: n, middle, area, thickness: hit.time_of_impact })
+        let normal = skin.normals[k].normalize();
+        let thickness = skin.thickness(&middle, &normal, area.sqrt())?;
+        Some(Side { corners: skin.facets[k], normal, middle, share: area, thickness })
     };
-    let chosen: Vec<usize> = (0..facets.len()).filter(|k| free[*k]).collect();
+    let chosen: Vec<usize> = (0..skin.facets.len()).filter(|k| skin.free[*k]).collect();
     let rays = threads::map(chosen.chunks(RAYS).collect(), |chunk: &[usize]| {
         let parts = |k: usize| {
-            let corners = facets[k].map(|node| mesh.points[node as usize]);
+            let corners = skin.facets[k].map(|node| mesh.points[node as usize]);
             parts(&corners, whole).into_iter().filter_map(move |part| side(k, part))
         };
         chunk.iter().flat_map(|facet| parts(*facet)).collect::<Vec<_>>()
@@ -91,20 +129,12 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
     sides.sort_by(|a, b| a.thickness.total_cmp(&b.thickness));
     let mut below = 0.0;
     let thickness = sides.iter().find_map(|s| {
-        below += s.area;
+        below += s.share;
         (below >= SHARE * whole).then_some(s.thickness)
     })?;
     let count = sides.partition_point(|s| s.thickness <= ABOUT * thickness);
-    let stride = count.div_ceil(SAMPLES);
-    let mut layers = Layers::new(mesh, &facets, &normals);
-    let (mut sum, mut area) = (0.0, 0.0);
-    for side in sides[..count].iter().step_by(stride) {
-        if let Some(cells) = layers.across(mesh, side) {
-            sum += side.area * cells as f64;
-            area += side.area;
-        }
-    }
-    (area > 0.0).then(|| Wall { thickness, cells: sum / area })
+    let cells = mean_layers(mesh, &skin, &sides[..count])?;
+    Some(Wall { thickness, cells })
 }
 
 /// Middles and areas of the equal parts of a facet that its share of the `whole` surface asks for \[m, m²\].
@@ -138,14 +168,14 @@ struct Layers {
 }
 
 impl Layers {
-    fn new(mesh: &TetMesh, facets: &[[u32; 3]], of_facets: &[Vec3]) -> Self {
+    fn new(mesh: &TetMesh, skin: &Skin) -> Self {
         let mut neighbours = vec![vec![]; mesh.points.len()];
         for (i, j) in mesh.edges().entries().filter(|(i, j)| i != j) {
             neighbours[i].push(j as u32);
             neighbours[j].push(i as u32);
         }
         let mut normals = vec![vec![]; mesh.points.len()];
-        for (corners, n) in facets.iter().zip(of_facets) {
+        for (corners, n) in skin.facets.iter().zip(&skin.normals) {
             corners.iter().for_each(|node| normals[*node as usize].push(n.normalize()));
         }
         Self { neighbours, normals, seen: vec![0; mesh.points.len()], searches: 0 }

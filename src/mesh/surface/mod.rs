@@ -4,6 +4,7 @@ pub mod attach;
 pub mod boundary;
 pub mod closed_surface;
 pub mod distance;
+pub mod divided;
 pub mod flat;
 pub mod interface;
 pub mod pieces;

@@ -51,6 +51,8 @@ pub struct Body {
     pub warnings: Vec<String>,
     /// Volumes of the surfaces and CAD that were meshed, and of round grids
     pub volumes: Vec<SourceVolume>,
+    /// How often each cell of a volume mesh from a file was split; none of other meshes, and of deformed ones
+    pub levels: Option<u32>,
     /// Of a body with `[mesh.deform]`: what it was before
     pub undeformed: Option<Arc<Undeformed>>,
     /// Balls of the scenes so far
@@ -97,6 +99,8 @@ impl Body {
 
     /// Deforms the body, which keeps what it was.
     fn deform(&mut self, file: &Path, formulas: &DeformSpec) -> Result<(), SceneError> {
+        // Flat facets become round ones, which other levels divide otherwise
+        self.levels = None;
         self.undeformed = Some(Arc::new(deform(file, formulas, &mut self.mesh, &mut self.paths)?));
         self.sha256 = mesh_hash(&self.mesh);
         Ok(())
@@ -142,6 +146,7 @@ impl Body {
             notes: vec![],
             warnings: vec![],
             volumes: vec![],
+            levels: None,
             undeformed: None,
             patches: Patches::default(),
         }
@@ -192,6 +197,7 @@ impl Body {
 
     /// Splits each cell of a given mesh into eight, this often. Its boundary stays what it is.
     fn split(&mut self, file: &Path, levels: u32) -> Result<(), SceneError> {
+        self.levels = Some(levels);
         if levels == 0 {
             return Ok(());
         }

@@ -18,6 +18,7 @@ use crate::scene::body::Body;
 use crate::scene::control::SignalBuilder;
 use crate::scene::control::spec::EventSpec;
 use crate::scene::error::{SceneError, content, hint, part};
+use crate::scene::notes::implausible::implausible_density;
 use crate::scene::parts::selectors::SelectorSpec;
 use crate::scene::record::recorder::Recorder;
 use crate::scene::signal::SignalSpec;
@@ -173,7 +174,7 @@ impl<'a> Builder<'a> {
         carriers: usize,
     ) -> Result<Self, SceneError> {
         let begun = Instant::now();
-        let (mut regions, doubts) = regions(file, &body.mesh, tables.regions)?;
+        let (mut regions, doubts) = regions(file, (&body.mesh, body.levels), tables.regions)?;
         let place = cell_order(&body.mesh);
         regions.values_mut().for_each(|region| region.cells.sort_unstable_by_key(|&c| place[c as usize]));
         let notes = [body.warnings.clone(), body.notes.clone(), doubts, notes(&regions, tables.regions)].concat();
@@ -258,8 +259,10 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
-    pub(in crate::scene) fn positive_density(&self, place: &str, density: f64) -> Result<f64, SceneError> {
+    /// A density, with a note where no body has one like it.
+    pub(in crate::scene) fn positive_density(&mut self, place: &str, density: f64) -> Result<f64, SceneError> {
         if density > 0.0 {
+            self.notes.extend(implausible_density(place, density));
             return Ok(density);
         }
         Err(self.content(place, format!("the density is {density:.4} kg/m^3"), "give a positive one"))

@@ -7,10 +7,11 @@ use crate::scene::parts::selectors::{Ground, Refusal, SelectorSpec, region_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// All regions by name, with notes on those whose place is in doubt. Those of the file may be made of others in any order; all that cannot be found are refused together.
+/// All regions by name, with notes on those whose place is in doubt. Those of the file may be made of others in any order; all that cannot be found are refused together. `levels`: how often the
+/// cells of a volume mesh from a file were split, as in [`Ground`].
 pub(in crate::scene) fn regions(
     file: &Path,
-    mesh: &TetMesh,
+    (mesh, levels): (&TetMesh, Option<u32>),
     specs: &BTreeMap<String, SelectorSpec>,
 ) -> Result<(BTreeMap<String, Region>, Vec<String>), SceneError> {
     let mut doubts = Vec::new();
@@ -49,7 +50,7 @@ pub(in crate::scene) fn regions(
         specs.iter().filter(|(name, _)| !refused.contains_key(name.as_str())).collect();
     while let Some(k) = open.iter().position(|(_, spec)| is_known(&known, spec)) {
         let (name, spec) = open.remove(k);
-        match region_of(spec.part(), &Ground { mesh, base, regions: &known }) {
+        match region_of(spec.part(), &Ground { mesh, levels, base, regions: &known }) {
             Ok((region, note)) => {
                 known.insert(name.clone(), region);
                 doubts.extend(note.map(|note| format!("region {name}: {note}")));

@@ -1,5 +1,8 @@
 //! Surfaces that follow the body and are written with its fields. They have no stiffness and no mass.
 
+use crate::mesh::TetMesh;
+use crate::mesh::attach::attach;
+use crate::mesh::divided::FacetSizes;
 use crate::mesh::surface_file::Surface;
 use std::collections::BTreeMap;
 
@@ -23,8 +26,45 @@ impl NamedSkin {
         self.weights.iter().flat_map(|w| [0, 1, 2].map(|i| component(w, i))).collect()
     }
 
-    /// (node, area \[m²\]): the areas of the vertices, taken to the nodes by the transpose.
-    pub(in crate::scene) fn nodal_areas(&self) -> Vec<(u32, f64)> {
+    /// The same skin, or one of other triangles between its vertices, divided for loads: its triangles are not larger than the facets next to them.
+    pub(in crate::scene) fn divided(&self, mesh: &TetMesh, sizes: &FacetSizes, triangles: Vec<[u32; 3]>) -> Self {
+        let surface = sizes.divided(Surface { points: self.surface.points.clone(), triangles });
+        let (mut weights, mut outside) = (self.weights.clone(), self.outside);
+        let new = &surface.points[weights.len()..];
+        for attached in attach(mesh, new, f64::INFINITY).into_iter().flatten() {
+            outside = outside.max(attached.outside);
+            weights.push(attached.weights);
+        }
+        Self { name: self.name.clone(), surface, weights, reach: self.reach, outside }
+    }
+
+    /// Why loads on it have no limit as h → 0: between its vertices it leaves the body further than these may.
+    pub(in crate::scene) fn no_limit(&self) -> Option<String> {
+        let apart = self.outside * 1e3;
+        let why = || {
+            format!(
+                "the skin {} leaves the body by up to {apart:.4} mm between its vertices, which finer cells do not follow: give one of smaller triangles, \
+                 or a region of facets",
+                self.name
+            )
+        };
+        (self.outside > self.reach).then(why)
+    }
+
+    /// (node, area \[m²\]): the areas of the facets that it lies on; otherwise those of its vertices, divided for loads, by the transpose of their map. And why
+    /// the load has no limit.
+    pub(in crate::scene) fn nodal_areas(&self, mesh: &TetMesh) -> (Vec<(u32, f64)>, Option<String>) {
+        let sizes = FacetSizes::new(mesh);
+        match sizes.facets_under(mesh, &self.surface, self.reach) {
+            Ok(facets) => (mesh.nodal_areas(&facets), None),
+            Err(_) => {
+                let divided = self.divided(mesh, &sizes, self.surface.triangles.clone());
+                (divided.areas_of_vertices(), divided.no_limit())
+            }
+        }
+    }
+
+    fn areas_of_vertices(&self) -> Vec<(u32, f64)> {
         let mut nodal = BTreeMap::new();
         for (weights, area) in self.weights.iter().zip(self.surface.areas()) {
             weights.iter().for_each(|&(k, w)| *nodal.entry(k).or_insert(0.0) += w * area);

@@ -139,7 +139,7 @@ fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
     }
     let mut mesh = map.mesh.clone();
     mesh.regions.retain(|name, _| scene.body.mesh.regions.contains_key(name));
-    let Ok((found, _)) = regions(&scene.file, &mesh, specs) else { return };
+    let Ok((found, _)) = regions(&scene.file, (&mesh, scene.body.levels), specs) else { return };
     for name in specs.keys() {
         let (Some(own), Some(found)) = (scene.regions.get(name), found.get(name)) else { continue };
         let mut nodes = map.with_nodes_between(&own.nodes);

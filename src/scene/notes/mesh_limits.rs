@@ -5,9 +5,10 @@ use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::mesh::gap::{Gap, gap};
+use crate::mesh::notch::{Notch, thinnest_below_notches};
 use crate::mesh::overlap::overlap_of_parts;
 use crate::mesh::quality::Quality;
-use crate::mesh::wall::{LEAST_CELLS, Wall, shows_bending, thinnest};
+use crate::mesh::wall::{ABOUT, LEAST_CELLS, SHARE, Wall, shows_bending, thinnest};
 use crate::scene::body::mesh_spec::MeshSpec;
 use crate::scene::build::Scene;
 use crate::scene::build::shape::ShapeSpec;
@@ -18,28 +19,43 @@ pub fn limits_of_scene(scene: &Scene) -> Vec<(&'static str, String)> {
     let mesh = &scene.body.mesh;
     let is_kept_apart = scene.spec.contacts.iter().any(|c| matches!(c.obstacle, ShapeSpec::Region { .. }));
     let gap = if is_kept_apart { None } else { gap(mesh) };
-    limits(mesh, wall(scene), gap, &scene.spec.mesh)
+    let held = held(scene);
+    let notch = thinnest_below_notches(mesh, |node, axis| held.contains(&(3 * node + axis as u32)));
+    limits(mesh, (wall(scene), notch), gap, &scene.spec.mesh)
 }
 
 /// The same on a mesh of which nothing is held, with its table.
 pub fn limits_of_mesh(mesh: &TetMesh, spec: &MeshSpec) -> Vec<(&'static str, String)> {
-    limits(mesh, thinnest(mesh, |_, _| false), gap(mesh), spec)
+    limits(mesh, (thinnest(mesh, |_, _| false), thinnest_below_notches(mesh, |_, _| false)), gap(mesh), spec)
 }
 
 /// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
 pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
     *scene.wall.get_or_init(|| {
-        let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
+        let held = held(scene);
         thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
     })
 }
 
-fn limits(mesh: &TetMesh, wall: Option<Wall>, gap: Option<Gap>, spec: &MeshSpec) -> Vec<(&'static str, String)> {
+/// Unknowns that are prescribed.
+fn held(scene: &Scene) -> BTreeSet<u32> {
+    scene.system.prescribed.iter().map(|p| p.dof).collect()
+}
+
+fn limits(
+    mesh: &TetMesh,
+    (wall, notch): (Option<Wall>, Option<Notch>),
+    gap: Option<Gap>,
+    spec: &MeshSpec,
+) -> Vec<(&'static str, String)> {
     // A mesh that is taken over: of other sources no nodes are merged
     let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
+    let is_thinner = |notch: &Notch| wall.is_none_or(|wall| ABOUT * notch.wall.thickness < wall.thickness);
+    let notches =
+        notch.filter(|notch| is_thinner(notch) && !shows_bending(notch.wall.cells)).map(|notch| of_notch(&notch));
     let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(|wall| of_wall(wall, is_volume_mesh));
     let overlaps = overlap_of_parts(mesh).map(|at| of_overlap(&at));
-    let warnings = of_cells(mesh).into_iter().chain(walls).chain(overlaps).map(|text| ("warning", text));
+    let warnings = of_cells(mesh).into_iter().chain(walls).chain(notches).chain(overlaps).map(|text| ("warning", text));
     warnings.chain(gap.map(|gap| ("note", of_gap(&gap, is_volume_mesh)))).collect()
 }
 
@@ -63,6 +79,17 @@ fn of_wall(wall: Wall, is_volume_mesh: bool) -> String {
          walls{how}",
         wall.cells,
         wall.thickness * 1e3
+    )
+}
+
+fn of_notch(notch: &Notch) -> String {
+    format!(
+        "{:.1} cells across the body below a notch at {}, where it is {:.4} mm thick and thinner than the thinnest wall over {:.0} % of its surface, are too few to show \
+         how it bends (at least {LEAST_CELLS:.0}); refine the notches",
+        notch.wall.cells,
+        point(&notch.at),
+        notch.wall.thickness * 1e3,
+        100.0 * SHARE
     )
 }
 

@@ -81,7 +81,10 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
     let wall = match walls.is_empty() {
         true => String::new(),
         false => {
-            format!(" The thinnest wall has {} cells across.", range(walls.iter().copied(), |w| format!("{w:.1}")))
+            format!(
+                " The thinnest wall, that of 5 % of the surface, has {} cells across.",
+                range(walls.iter().copied(), |w| format!("{w:.1}"))
+            )
         }
     };
     Paragraph::new("Mesh").marked(&format!(

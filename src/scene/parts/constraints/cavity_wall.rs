@@ -4,8 +4,9 @@ use crate::effect::{Cavity, VolumeField};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
-use crate::mesh::closed_surface::{NotClosed, closed, enclosed, matched};
+use crate::mesh::closed_surface::{NotClosed, closed, enclosed};
 use crate::mesh::distance::Nearest;
+use crate::mesh::divided::FacetSizes;
 use crate::mesh::error::point;
 use crate::mesh::pieces::pieces;
 use crate::mesh::rim::rim;
@@ -97,19 +98,20 @@ fn of_region(builder: &Builder, place: &str, region: &str) -> Result<Vec<u32>, S
     Ok(facets)
 }
 
-/// Its facets, where every triangle lies on one; the skin itself otherwise.
+/// Its facets, where every triangle lies on them; otherwise the skin itself, divided for the mesh.
 fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Result<Wall, SceneError> {
     let (body, skin) = (builder.body.clone(), builder.skin(place, name)?);
-    let (mesh, surface) = (&body.mesh, &skin.surface);
-    let found = matched(mesh, surface, skin.reach);
-    let loose = found.iter().filter(|f| f.is_none()).count();
-    if loose == 0 {
-        let mut facets: Vec<u32> = found.into_iter().flatten().collect();
-        facets.sort_unstable();
-        builder.notes.push(format!("{cavity}: the skin {name} lies on {} facets, which are its wall", facets.len()));
-        return Ok(Wall::Facets(facets));
-    }
-    let triangles = closed(surface).map_err(|NotClosed { edges, at }| match edges {
+    let (mesh, sizes) = (&body.mesh, FacetSizes::new(&body.mesh));
+    let loose = match sizes.facets_under(mesh, &skin.surface, skin.reach) {
+        Ok(facets) => {
+            builder
+                .notes
+                .push(format!("{cavity}: the skin {name} lies on {} facets, which are its wall", facets.len()));
+            return Ok(Wall::Facets(facets));
+        }
+        Err(loose) => loose,
+    };
+    let triangles = closed(&skin.surface).map_err(|NotClosed { edges, at }| match edges {
         0 => {
             let fact = format!("the triangles of the skin \"{name}\" cannot be turned the same way at {}", point(&at));
             builder.content(place, fact, "a cavity needs a surface with two sides: repair it")
@@ -120,13 +122,12 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
             builder.content(place, fact, "close the surface, or give facets of the mesh as `region`")
         }
     })?;
-    let surface = Surface { triangles, ..surface.clone() };
-    let (mapped, weights) = (mapping(mesh, skin, &surface), skin.weights.clone());
-    let (words, is_off) = mapped.map_err(|at| {
+    let of = skin.surface.triangles.len();
+    let skin = skin.divided(mesh, &sizes, triangles);
+    let (words, is_off) = mapping(mesh, &skin).map_err(|at| {
         let fact = format!("the skin \"{name}\" has the body inside of it, at {}", point(&at));
         builder.content(place, fact, "take the surface of a hollow, with the body around it")
     })?;
-    let of = found.len();
     let told =
         format!("{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}");
     if is_off {
@@ -138,7 +139,8 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
     } else {
         builder.notes.push(told);
     }
-    Ok(Wall::Skin { surface, weights })
+    builder.no_limits.extend(skin.no_limit());
+    Ok(Wall::Skin { surface: skin.surface, weights: skin.weights })
 }
 
 /// Share of the volume of a hollow by which that of a skin in it may differ: facets cut less off a round one.
@@ -146,7 +148,8 @@ const OFF: f64 = 0.1;
 
 /// The error of the mapping in words: distances from the surface of the body, and volumes; and whether these are far from each other. Fails with a place
 /// where most of the skin looks out of the body.
-fn mapping(mesh: &TetMesh, skin: &NamedSkin, surface: &Surface) -> Result<(String, bool), Vec3> {
+fn mapping(mesh: &TetMesh, skin: &NamedSkin) -> Result<(String, bool), Vec3> {
+    let surface = &skin.surface;
     let facets = boundary_facets(mesh);
     let corners = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
     let boundary = Surface { points: mesh.points.clone(), triangles: corners };

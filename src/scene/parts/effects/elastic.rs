@@ -6,6 +6,7 @@ use crate::material::Law;
 use crate::mesh::Order;
 use crate::scene::build::builder::{Builder, ElasticLaw};
 use crate::scene::error::SceneError;
+use crate::scene::notes::implausible::implausible_modulus;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -102,6 +103,8 @@ impl EffectPart for ElasticSpec {
                 builder.gathered.solid(region, effect)
             }
         };
+        let doubt = implausible_modulus(&shared.name, shared.law.as_ref());
+        builder.notes.extend(doubt.filter(|doubt| !builder.notes.contains(doubt)));
         builder.gathered.laws.push(shared);
         Ok(effect)
     }

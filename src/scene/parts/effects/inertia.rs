@@ -58,14 +58,14 @@ impl From<LumpingSpec> for Lumping {
 
 /// The mass matrix of the cells of a region.
 pub(super) fn mass(
-    builder: &Builder,
+    builder: &mut Builder,
     place: &str,
     region: &str,
     density: Density,
     lumping: LumpingSpec,
 ) -> Result<Mass, SceneError> {
-    let cells = builder.cells(place, region)?;
     let density = builder.positive_density(place, density.0)?;
+    let cells = builder.cells(place, region)?;
     Ok(Mass::new(&builder.body.mesh, cells, density, lumping.into()))
 }
 

@@ -43,7 +43,11 @@ impl EffectPart for TractionSpec {
                 }
                 builder.body.mesh.nodal_areas(facets)
             }
-            (None, Some(skin)) => builder.skin(place, skin)?.nodal_areas(),
+            (None, Some(skin)) => {
+                let (areas, no_limit) = builder.skin(place, skin)?.nodal_areas(&builder.body.mesh);
+                builder.no_limits.extend(no_limit);
+                areas
+            }
             _ => {
                 let fact = "a traction acts on one surface";
                 return Err(builder.content(place, fact, "give either `region` (facets of the mesh) or `skin`"));

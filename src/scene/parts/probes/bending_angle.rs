@@ -17,6 +17,8 @@ use serde::Deserialize;
 
 /// Least sine of the angle between the axis and a direction whose rotations about it are counted (5.7°).
 const ACROSS: f64 = 0.1;
+/// Least distance between root and tip, over the diagonal of the body.
+const APART: f64 = 1e-9;
 
 /// Angle by which a tip has turned and moved about a root.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -37,6 +39,14 @@ impl Probe for BendingAngle {
         let facets = tip.facets.clone();
         let (root, tip) = (Mean::new(mesh, root), Mean::new(mesh, tip));
         let chord = tip.origin - root.origin;
+        if chord.norm() <= APART * mesh.diagonal() {
+            let fact = format!("the mean positions of root \"{}\" and tip \"{}\" are the same", self.root, self.tip);
+            return Err(builder.content(
+                place,
+                fact,
+                "give two regions with a line between them, whose rotation is recorded",
+            ));
+        }
         let normal = area_vector(mesh, &facets, &vec![0.0; 3 * mesh.points.len()]);
         let directions = [("the line from root to tip", chord), ("the normal of the tip", normal)];
         let axis = self.checked_axis(place, builder, &directions[..if facets.is_empty() { 1 } else { 2 }])?;

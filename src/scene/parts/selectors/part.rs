@@ -30,6 +30,8 @@ pub(in crate::scene) trait SelectorPart {
 /// Mesh and regions that a selector looks at.
 pub(in crate::scene) struct Ground<'a> {
     pub mesh: &'a TetMesh,
+    /// How often each cell of a volume mesh from a file was split, which keeps its facets; none of other meshes
+    pub levels: Option<u32>,
     /// Folder of the scene, for relative paths
     pub base: &'a Path,
     /// Regions that are known by now
