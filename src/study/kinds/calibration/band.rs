@@ -49,7 +49,7 @@ pub struct Band {
     pub mesh_share: Option<f64>,
 }
 
-/// None where the constants have no band, or what the dimensions change is not known.
+/// None where the constants have no band, the derivatives at the peak are not known, or what the dimensions change.
 pub fn band(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -100,7 +100,7 @@ pub fn band(
     let Extreme { at, value: peak, kind } = extreme(y.f.iter().copied())?;
     let start = y.start();
     let scale = (peak - start).abs();
-    if scale == 0.0 {
+    if scale == 0.0 || !(ends[0][at] + ends[1][at]).is_finite() {
         return None;
     }
     Some(Band {
