@@ -14,6 +14,9 @@ use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use toml::{Table, Value};
 
+/// Digits that a value at an end of its interval may have lost \[–\]
+const ROUNDING: f64 = 1e-9;
+
 impl FitResult {
     /// Text of the law file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
     pub fn law_text(&self) -> String {
@@ -154,6 +157,12 @@ pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
     let of_poisson = || provenance_pair(provenance, "poisson_interval").filter(|[low, high]| high > low);
     provenance_pair(provenance, &format!("{constant}_interval"))
         .or_else(|| is_poisson_of_term(constant).then(of_poisson).flatten())
+}
+
+/// The interval of a constant with this value \[SI\]; none where the value lies outside, so that it is not the one of the file.
+pub fn interval_at(provenance: &Table, constant: &str, value: f64) -> Option<[f64; 2]> {
+    let slack = ROUNDING * value.abs();
+    interval_of(provenance, constant).filter(|[low, high]| (low - slack..=high + slack).contains(&value))
 }
 
 /// Key of the correlation of two constants.
