@@ -29,6 +29,8 @@ pub struct InputRecord {
 pub struct Uncertain {
     /// Several where they have one value
     pub keys: Vec<ParameterKey>,
+    /// \[SI\]
+    pub value: f64,
     /// The larger side of its interval \[SI\]
     pub half_width: f64,
     /// Other constant → correlation with it \[–\]
@@ -50,6 +52,7 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
                 Some((one, _)) => one.keys.push(key),
                 None => own.push((
                     Uncertain {
+                        value,
                         correlation: correlations(law, table, name),
                         keys: vec![key],
                         half_width: larger(value - low, high - value),
@@ -98,11 +101,11 @@ pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities)
         let k = run.columns.iter().position(|c| c == name)?;
         sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
     };
-    let mut places = 0_usize..;
+    let place = |key: &ParameterKey| sensitivities.keys.iter().position(|own| own == key);
     let record = |constant: &Uncertain| {
-        let own: Vec<usize> = places.by_ref().take(constant.keys.len()).collect();
+        let own: Vec<usize> = constant.keys.iter().filter_map(place).collect();
         let derivative = |(j, name): (usize, &String)| {
-            let row = column(name)?;
+            let row = column(name).filter(|_| own.len() == constant.keys.len())?;
             let d = own.iter().map(|n| row[j][*n] - sensitivities.rows[0][j][*n]).sum::<f64>();
             d.is_finite().then(|| (name.clone(), d))
         };
