@@ -245,6 +245,25 @@ fn a_curve_has_the_unit_of_its_column() {
     }
 }
 
+/// The loading of a force ends before a hold at its peak, at which it relaxes, and before a rupture, with notes; `cycle = "all"` takes every row.
+#[test]
+fn a_loading_ends_before_a_hold_and_before_rupture() {
+    let text = |rows: &[[f64; 2]]| -> String { rows.iter().map(|[x, y]| format!("{x},{y}\n")).collect() };
+    let pulled: Vec<[f64; 2]> = (0..50).map(|k| 0.2 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
+    let hold = (0..200).map(|k| [9.8 + 1e-3 * f64::from(k % 3), 19.6 * (0.8 + 0.2 * (-f64::from(k) / 40.0).exp())]);
+    let held = text(&pulled.iter().copied().chain(hold).collect::<Vec<_>>());
+    let torn = text(&pulled.iter().map(|[x, y]| [*x, if *x < 6.1 { *y } else { 0.01 }]).collect::<Vec<_>>());
+    for (rows, last, note) in [(&held, 9.8, "of a hold at the peak were left out"), (&torn, 6.0, "after rupture were left out")]
+    {
+        let found = read("u,F", rows, "").unwrap_or_else(|e| panic!("{e}"));
+        let end = 1e3 * found.x.last().expect("rows");
+        assert!((end - last).abs() < 0.01, "{note}: to {end} mm, {:?}", found.notes);
+        assert!(found.notes.len() == 1 && found.notes[0].contains(note), "{:?}", found.notes);
+        let all = read("u,F", rows, "cycle = \"all\"").unwrap_or_else(|e| panic!("{e}"));
+        assert!(all.notes.is_empty() && all.x.len() == rows.lines().count(), "{:?}", all.notes);
+    }
+}
+
 /// A table with these lines below its names, read for the bar.
 fn read(names: &str, lines: &str, more: &str) -> Result<Measured, String> {
     let folder = tempfile::tempdir().expect("a temporary folder");

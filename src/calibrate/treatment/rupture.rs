@@ -23,16 +23,20 @@ const BACK: f64 = 0.98;
 
 /// How many of these data points of one loading come before the rupture.
 pub fn before(samples: &[Sample]) -> usize {
-    let all = samples.len();
     let side: Vec<f64> = samples.iter().map(|s| if s.stretch < 1.0 { -s.stress } else { s.stress }).collect();
-    let medians = levels(&side);
+    before_along(&samples.iter().map(|s| s.stretch.ln().abs()).collect::<Vec<f64>>(), &side)
+}
+
+/// The same of rows with these |ln λ|, or another size that grows from the rest on, and these stresses, positive along the stretch.
+pub fn before_along(amount: &[f64], side: &[f64]) -> usize {
+    let all = side.len();
+    let medians = levels(side);
     let [low, high] = extent(medians.iter().copied());
     let carried: Vec<f64> = side.iter().zip(&medians).map(|(own, near)| own.min(*near)).collect();
     let Some(top) = (0..all).max_by(|a, b| carried[*a].total_cmp(&carried[*b])) else { return 0 };
-    let amount = |s: &Sample| s.stretch.ln().abs();
-    let least = BACK * amount(&samples[top]);
+    let least = BACK * amount[top];
     // Of stresses against the stretch the largest level is negative, and no rupture
-    if high <= -low || carried[top] <= 0.0 || samples[top..].iter().any(|s| amount(s) < least) {
+    if high <= -low || carried[top] <= 0.0 || amount[top..].iter().any(|a| *a < least) {
         return all;
     }
     // From the end back to the last data point that carries; one far above its neighbours does not
