@@ -104,7 +104,7 @@ impl FitResult {
         let name = |k: usize| self.parameters[k].name;
         let of_row = |(a, row): (usize, &Vec<f64>)| {
             let others = row.iter().enumerate().skip(a + 1);
-            others.map(|(b, r)| (pair(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
+            others.map(|(b, r)| (correlation_key(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
         };
         let all: Table = self.correlation.iter().enumerate().flat_map(of_row).collect();
         (!all.is_empty() && self.open_signs.is_empty()).then(|| ("correlation".into(), all.into()))
@@ -166,14 +166,14 @@ pub fn interval_at(provenance: &Table, constant: &str, value: f64) -> Option<[f6
 }
 
 /// Key of the correlation of two constants.
-fn pair(a: &str, b: &str) -> String {
+pub fn correlation_key(a: &str, b: &str) -> String {
     format!("{a}_{b}")
 }
 
 /// Correlation of two constants \[–\], zero where the file has none.
 pub fn correlation_of(provenance: &Table, a: &str, b: &str) -> f64 {
     let known = |key: String| provenance.get("correlation")?.get(key)?.as_float();
-    known(pair(a, b)).or_else(|| known(pair(b, a))).unwrap_or(0.0)
+    known(correlation_key(a, b)).or_else(|| known(correlation_key(b, a))).unwrap_or(0.0)
 }
 
 /// Whether this constant is Poisson's ratio of one term of a foam, `nu2`.

@@ -54,7 +54,8 @@ pub use judgement::slack::Slack;
 pub use judgement::specimen::{Band, Scatter, Specimen};
 pub use judgement::warning::FitWarning;
 pub use law_file::{
-    correlation_of, interval_at, interval_of, is_poisson_of_term, provenance_pair, read_law_file, read_law_table,
+    correlation_key, correlation_of, interval_at, interval_of, is_poisson_of_term, provenance_pair, read_law_file,
+    read_law_table,
 };
 pub use library::{Library, ListedConstant, ListedLaw, library, library_text};
 pub use mode::{Mode, UnknownMode};

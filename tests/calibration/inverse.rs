@@ -253,7 +253,8 @@ fn a_loading_ends_before_a_hold_and_before_rupture() {
     let hold = (0..200).map(|k| [9.8 + 1e-3 * f64::from(k % 3), 19.6 * (0.8 + 0.2 * (-f64::from(k) / 40.0).exp())]);
     let held = text(&pulled.iter().copied().chain(hold).collect::<Vec<_>>());
     let torn = text(&pulled.iter().map(|[x, y]| [*x, if *x < 6.1 { *y } else { 0.01 }]).collect::<Vec<_>>());
-    for (rows, last, note) in [(&held, 9.8, "of a hold at the peak were left out"), (&torn, 6.0, "after rupture were left out")]
+    for (rows, last, note) in
+        [(&held, 9.8, "of a hold at the peak were left out"), (&torn, 6.0, "after rupture were left out")]
     {
         let found = read("u,F", rows, "").unwrap_or_else(|e| panic!("{e}"));
         let end = 1e3 * found.x.last().expect("rows");
