@@ -319,6 +319,17 @@ fn fitted(
         let [median, p95, largest, _] = stretches(&answer.scene.elastic, &answer.run.last.x)[..] else {
             unreachable!("the probe has four columns")
         };
+        let mut measured = m.clone();
+        if let Some(share) = model::jump(&answer.curve).filter(|_| curve.model.x != "t_s") {
+            let remedy =
+                "let it act in a stage of its own before x moves, or leave out the first data points by `range`";
+            let fact = "off the curve of the next ones, as by a load that acts from the beginning";
+            let share = 100.0 * share;
+            measured.notes.push(format!(
+                "the first {} of the scene is {share:.0} % of its range {fact}: {remedy}",
+                curve.model.y
+            ));
+        }
         let name = |f: &Found, axis| {
             let (key, column) = match axis {
                 OffsetAxis::Slack => ("slack", &curve.model.x),
@@ -330,7 +341,7 @@ fn fitted(
             name: curve.name.clone(),
             x: curve.model.x.clone(),
             y: curve.model.y.clone(),
-            measured: m.clone(),
+            measured,
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
