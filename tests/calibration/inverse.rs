@@ -765,6 +765,34 @@ fn offsets_of_a_curve_are_found_with_the_constants() {
     assert!((without.constants[0].value / truth.unknown[0].start - 1.0).abs() > 0.01, "the offsets matter");
 }
 
+/// A tare a hundred times the force is the zero of the curve: the constant is determined as without it, with the same misfit. A zero that is 0 is no doubt.
+#[test]
+fn a_tare_changes_neither_the_misfit_nor_what_is_determined() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
+    let made = made(&truth, (1..=60).map(|k| 1e-4 * f64::from(k)).collect());
+    let largest = made.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
+    let mut start = truth.clone();
+    start.unknown[0].start *= 0.7;
+    let of = |tare: f64| {
+        let mut random = common::Random::seed(5);
+        let y = made.y.iter().map(|y| y + tare * largest + 0.02 * largest * random.normal()).collect();
+        let measured = Measured { y, ..made.clone() };
+        let offsets = vec![OffsetAxis::Zero];
+        let settings = Settings::new(Weighting::Absolute);
+        let c = found_with(vec![ObservedCurve { offsets, ..curve(&start, &measured) }], &settings);
+        assert!(c.unidentified.is_empty(), "{tare}: {:?}", c.unidentified);
+        let [low, high] = c.constants[0].interval.unwrap_or_else(|| panic!("{tare}: {:?}", c.constants));
+        (c.constants[0].value, high - low, c.curves[0].rms_relative)
+    };
+    let (value, width, misfit) = of(0.0);
+    for tare in [3.0, 100.0] {
+        let (other, wide, rms) = of(tare);
+        assert!((other / value - 1.0).abs() < 1e-3 && (wide / width - 1.0).abs() < 0.01, "{tare}: {other} {wide}");
+        assert!((rms / misfit - 1.0).abs() < 1e-3, "{tare}: {rms} {misfit}");
+    }
+}
+
 /// Three data points of thirty far off, as of a slipped grip: squares follow them, Huber's loss stays.
 #[test]
 fn a_robust_loss_ignores_what_is_far_off() {
