@@ -226,6 +226,25 @@ fn dimensions_are_taken_at_their_worst_ends_together() {
     assert!(summary.verdict.contains("one mesh only"), "{}", summary.verdict);
 }
 
+/// Two families of sizes with as many cells, one of which locks: a dimension counts from the size of its own formulation, whichever is first.
+#[test]
+fn a_dimension_counts_from_the_size_of_its_formulation() {
+    let grid = "\"mesh.grid.divisions\" = [6, 1, 1]";
+    let locking = format!("{grid}, \"mesh.element\" = \"tet4\", \"effect.0.formulation\" = \"displacement\"");
+    let locking = sizes(&locking, "only = {}\n").replace("\"mesh\"", "\"linear\"");
+    let members = "thin = { \"mesh.grid.size\" = [\"60 mm\", \"10 mm\", \"9.8 mm\"] }\nthick = { \"mesh.grid.size\" = [\"60 mm\", \"10 mm\", \"10.2 mm\"] }\n";
+    let thick = sizes(grid, members).replace("\"mesh\"", "\"thick\"").replace("\"sizes\"", "\"nuisance\"");
+    let study = folder(&format!("{CALIBRATION}{locking}{}{thick}", sizes(grid, "only = {}\n")));
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, _) = told(study.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    let value = found["value"].as_f64().expect("a number");
+    let [low, high] = [0, 1].map(|k| found["nuisance"][k].as_f64().expect("a corner") / value);
+    assert!((0.9..0.99).contains(&low) && (1.01..1.1).contains(&high), "±2 % of h are 6 % of μ: {low} to {high}");
+    let cases = found["cases"].as_array().expect("a list").iter().filter(|c| c["family"] == "thick");
+    assert!(cases.filter(|c| c["base"] == "mesh-bend-only").count() == 2, "{found}");
+}
+
 /// Where cases of a dimension have no result, its change is not known: no interval is stated, with the reason wherever the constant is, also if a member
 /// of the dimension is the mesh itself.
 #[test]
