@@ -467,6 +467,14 @@ fn profiles_of_a_linear_law_are_its_covariance() {
         }
         assert!(wald[0] < u.start && u.start < wald[1], "{}: {wald:?} {}", f.key, u.start);
     }
+    // Where the other constant has no room, it is held at its bounds, and the profile is closed all the same
+    let (value, error) = (c.constants[1].value, c.constants[1].std_error.expect("determined"));
+    let mut near = truth.clone();
+    (near.unknown[1].start, near.unknown[1].bounds) = (value, [value - 0.5 * error, value + 0.5 * error]);
+    let held = found_with(vec![curve(&near, &measured)], &Settings { profile: true, ..exact() });
+    let ends = |c: &Calibration| c.constants[0].profile.expect("asked for").map(|end| end.expect("an end"));
+    let ([low, high], [least, most]) = (ends(&held), ends(&c));
+    assert!(least < low && high < most, "{low} to {high} in {least} to {most}");
 }
 
 /// The reading by a gauge length of constants that are sought, with the others at the values of the scene: of one factor it is P(1)·(P − P(0))/P(1)², summed
