@@ -595,6 +595,7 @@ fn a_law_is_not_blamed_for_a_constant_that_was_left() {
     found["curves"][0]["runs_p"] = 1e-5.into();
     for (constant, left) in found["constants"].as_array_mut().expect("a list").iter_mut().zip([false, true]) {
         (constant["left"], constant["bound"]) = (left.into(), 0.into());
+        constant["start"] = constant["value"].clone();
         (constant["interval"], constant["std_error"]) = (serde_json::Value::Null, serde_json::Value::Null);
     }
     // The record keeps the digest of the answer, and its own
