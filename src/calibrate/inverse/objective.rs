@@ -12,12 +12,16 @@ use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::huber_share;
 use crate::calibrate::solve::rows::padded;
 use crate::calibrate::{Loss, Weighting};
+use crate::math::statistics::range;
 use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
 /// Values of the slack that are tried at the start
 const GRID: u32 = 40;
+
+/// Distance of a data point from the beginning of a curve, over the range of x, below which it is there \[–\]
+const KINK: f64 = 1e-6;
 
 /// A follower of a search: a closure of its progress, or more.
 pub trait SearchWatch {
@@ -173,6 +177,17 @@ impl<'a> Objective<'a> {
             }
         }
         Point { values, answers, residual, jacobian }
+    }
+
+    /// Whether a slack lies at a data point, where the curve begins: as far as rounding tells.
+    pub fn is_at_kink(&self, point: &Point) -> bool {
+        let begins = |(offset, slack): (&Offset, &f64)| {
+            let x = &self.curves[offset.of].measured.x;
+            let begin = point.answers[offset.of].curve.first().map_or(0.0, |first| first[0] + slack);
+            offset.axis == OffsetAxis::Slack
+                && x.iter().any(|x_i| (x_i - begin).abs() <= KINK * range(x.iter().copied()))
+        };
+        self.offsets.iter().zip(&point.values[self.constants()..]).any(begins)
     }
 
     /// Slack, on a grid up to half of the range of x, and zero of a curve that fit the answer best, with a factor of y that is forgotten.
