@@ -14,6 +14,9 @@ use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use toml::{Table, Value};
 
+/// Digits that a value at an end of its interval may have lost \[–\]
+const ROUNDING: f64 = 1e-9;
+
 impl FitResult {
     /// Text of the law file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
     pub fn law_text(&self) -> String {
@@ -101,7 +104,7 @@ impl FitResult {
         let name = |k: usize| self.parameters[k].name;
         let of_row = |(a, row): (usize, &Vec<f64>)| {
             let others = row.iter().enumerate().skip(a + 1);
-            others.map(|(b, r)| (pair(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
+            others.map(|(b, r)| (correlation_key(name(a), name(b)), Value::from(*r))).collect::<Vec<_>>()
         };
         let all: Table = self.correlation.iter().enumerate().flat_map(of_row).collect();
         (!all.is_empty() && self.open_signs.is_empty()).then(|| ("correlation".into(), all.into()))
@@ -156,15 +159,21 @@ pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
         .or_else(|| is_poisson_of_term(constant).then(of_poisson).flatten())
 }
 
+/// The interval of a constant with this value \[SI\]; none where the value lies outside, so that it is not the one of the file.
+pub fn interval_at(provenance: &Table, constant: &str, value: f64) -> Option<[f64; 2]> {
+    let slack = ROUNDING * value.abs();
+    interval_of(provenance, constant).filter(|[low, high]| (low - slack..=high + slack).contains(&value))
+}
+
 /// Key of the correlation of two constants.
-fn pair(a: &str, b: &str) -> String {
+pub fn correlation_key(a: &str, b: &str) -> String {
     format!("{a}_{b}")
 }
 
 /// Correlation of two constants \[–\], zero where the file has none.
 pub fn correlation_of(provenance: &Table, a: &str, b: &str) -> f64 {
     let known = |key: String| provenance.get("correlation")?.get(key)?.as_float();
-    known(pair(a, b)).or_else(|| known(pair(b, a))).unwrap_or(0.0)
+    known(correlation_key(a, b)).or_else(|| known(correlation_key(b, a))).unwrap_or(0.0)
 }
 
 /// Whether this constant is Poisson's ratio of one term of a foam, `nu2`.

@@ -53,7 +53,10 @@ pub use judgement::misfit::{Misfit, Residual};
 pub use judgement::slack::Slack;
 pub use judgement::specimen::{Band, Scatter, Specimen};
 pub use judgement::warning::FitWarning;
-pub use law_file::{correlation_of, interval_of, is_poisson_of_term, provenance_pair, read_law_file, read_law_table};
+pub use law_file::{
+    correlation_key, correlation_of, interval_at, interval_of, is_poisson_of_term, provenance_pair, read_law_file,
+    read_law_table,
+};
 pub use library::{Library, ListedConstant, ListedLaw, library, library_text};
 pub use mode::{Mode, UnknownMode};
 pub use model::{Model, fittable_laws};

@@ -167,6 +167,8 @@ pub struct RunRules {
     pub error_estimates: bool,
     /// Derivatives by the constants whose law file gives an interval are computed with every case
     pub input_uncertainty: bool,
+    /// These derivatives are known along the curves, not at their extremes only
+    pub along_curves: bool,
     /// The states of every case at the points of its time grid are kept
     pub keep_states: bool,
 }
@@ -187,6 +189,7 @@ impl Default for RunRules {
             share_cases: true,
             error_estimates: false,
             input_uncertainty: false,
+            along_curves: false,
             keep_states: false,
         }
     }

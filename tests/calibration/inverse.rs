@@ -245,6 +245,26 @@ fn a_curve_has_the_unit_of_its_column() {
     }
 }
 
+/// The loading of a force ends before a hold at its peak, at which it relaxes, and before a rupture, with notes; `cycle = "all"` takes every row.
+#[test]
+fn a_loading_ends_before_a_hold_and_before_rupture() {
+    let text = |rows: &[[f64; 2]]| -> String { rows.iter().map(|[x, y]| format!("{x},{y}\n")).collect() };
+    let pulled: Vec<[f64; 2]> = (0..50).map(|k| 0.2 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
+    let hold = (0..200).map(|k| [9.8 + 1e-3 * f64::from(k % 3), 19.6 * (0.8 + 0.2 * (-f64::from(k) / 40.0).exp())]);
+    let held = text(&pulled.iter().copied().chain(hold).collect::<Vec<_>>());
+    let torn = text(&pulled.iter().map(|[x, y]| [*x, if *x < 6.1 { *y } else { 0.01 }]).collect::<Vec<_>>());
+    for (rows, last, note) in
+        [(&held, 9.8, "of a hold at the peak were left out"), (&torn, 6.0, "after rupture were left out")]
+    {
+        let found = read("u,F", rows, "").unwrap_or_else(|e| panic!("{e}"));
+        let end = 1e3 * found.x.last().expect("rows");
+        assert!((end - last).abs() < 0.01, "{note}: to {end} mm, {:?}", found.notes);
+        assert!(found.notes.len() == 1 && found.notes[0].contains(note), "{:?}", found.notes);
+        let all = read("u,F", rows, "cycle = \"all\"").unwrap_or_else(|e| panic!("{e}"));
+        assert!(all.notes.is_empty() && all.x.len() == rows.lines().count(), "{:?}", all.notes);
+    }
+}
+
 /// A table with these lines below its names, read for the bar.
 fn read(names: &str, lines: &str, more: &str) -> Result<Measured, String> {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -447,6 +467,14 @@ fn profiles_of_a_linear_law_are_its_covariance() {
         }
         assert!(wald[0] < u.start && u.start < wald[1], "{}: {wald:?} {}", f.key, u.start);
     }
+    // Where the other constant has no room, it is held at its bounds, and the profile is closed all the same
+    let (value, error) = (c.constants[1].value, c.constants[1].std_error.expect("determined"));
+    let mut near = truth.clone();
+    (near.unknown[1].start, near.unknown[1].bounds) = (value, [value - 0.5 * error, value + 0.5 * error]);
+    let held = found_with(vec![curve(&near, &measured)], &Settings { profile: true, ..exact() });
+    let ends = |c: &Calibration| c.constants[0].profile.expect("asked for").map(|end| end.expect("an end"));
+    let ([low, high], [least, most]) = (ends(&held), ends(&c));
+    assert!(least < low && high < most, "{low} to {high} in {least} to {most}");
 }
 
 /// The reading by a gauge length of constants that are sought, with the others at the values of the scene: of one factor it is P(1)·(P − P(0))/P(1)², summed
@@ -743,6 +771,34 @@ fn offsets_of_a_curve_are_found_with_the_constants() {
     assert!((of_x.value - slack).abs() < 1e-8 && (of_y.value - zero).abs() < 1e-5, "{of_x:?} {of_y:?}");
     let without = found(&start, &measured);
     assert!((without.constants[0].value / truth.unknown[0].start - 1.0).abs() > 0.01, "the offsets matter");
+}
+
+/// A tare a hundred times the force is the zero of the curve: the constant is determined as without it, with the same misfit. A zero that is 0 is no doubt.
+#[test]
+fn a_tare_changes_neither_the_misfit_nor_what_is_determined() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
+    let made = made(&truth, (1..=60).map(|k| 1e-4 * f64::from(k)).collect());
+    let largest = made.y.iter().fold(0.0, |m, y| larger(m, y.abs()));
+    let mut start = truth.clone();
+    start.unknown[0].start *= 0.7;
+    let of = |tare: f64| {
+        let mut random = common::Random::seed(5);
+        let y = made.y.iter().map(|y| y + tare * largest + 0.02 * largest * random.normal()).collect();
+        let measured = Measured { y, ..made.clone() };
+        let offsets = vec![OffsetAxis::Zero];
+        let settings = Settings::new(Weighting::Absolute);
+        let c = found_with(vec![ObservedCurve { offsets, ..curve(&start, &measured) }], &settings);
+        assert!(c.unidentified.is_empty(), "{tare}: {:?}", c.unidentified);
+        let [low, high] = c.constants[0].interval.unwrap_or_else(|| panic!("{tare}: {:?}", c.constants));
+        (c.constants[0].value, high - low, c.curves[0].rms_relative)
+    };
+    let (value, width, misfit) = of(0.0);
+    for tare in [3.0, 100.0] {
+        let (other, wide, rms) = of(tare);
+        assert!((other / value - 1.0).abs() < 1e-3 && (wide / width - 1.0).abs() < 0.01, "{tare}: {other} {wide}");
+        assert!((rms / misfit - 1.0).abs() < 1e-3, "{tare}: {rms} {misfit}");
+    }
 }
 
 /// Three data points of thirty far off, as of a slipped grip: squares follow them, Huber's loss stays.

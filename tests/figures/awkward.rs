@@ -155,6 +155,7 @@ fn predictions(records: usize, quantities: usize, words: &str) -> Analysis<Valid
             measured: Some(size),
             inside: Some(true),
             score: Some(0.4 * quantity as f64 - 1.3 * record as f64),
+            lacks: vec![],
             doubts: vec![],
         }
     };

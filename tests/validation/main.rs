@@ -7,6 +7,7 @@ mod algebraic;
 mod beam;
 mod families;
 mod intervals;
+mod law_files;
 mod markers;
 mod motion;
 mod motion_files;

@@ -160,18 +160,25 @@ impl Found {
         })
     }
 
+    /// Whether a constant that was left has changed all the same, with others.
+    pub fn moved(&self) -> bool {
+        (self.value - self.start).abs() > STAYS * self.start.abs()
+    }
+
     /// Says where the search left the constant at its start.
     pub fn left_at_start(&self) -> Option<String> {
         self.left.then(|| {
-            let moved = match (self.value - self.start).abs() > STAYS * self.start.abs() {
-                true => format!(" (to {} it changed with others only)", self.value),
-                false => String::new(),
-            };
-            format!(
-                "{}: the search left it at its starting value, {} in SI units{moved}, because the misfit does not fall along it by more than the \
-                 scatter of the data; the values of the others go with it",
-                self.key, self.start
-            )
+            let because = "because the misfit does not fall along it by more than the scatter of the data";
+            let (key, start) = (&self.key, self.start);
+            match self.moved() {
+                true => format!(
+                    "{key}: from its starting value, {start} in SI units, it changed to {} with others only, {because}",
+                    self.value
+                ),
+                false => format!(
+                    "{key}: the search left it at its starting value, {start} in SI units, {because}; the values of the others go with it"
+                ),
+            }
         })
     }
 
@@ -187,5 +194,33 @@ impl Found {
              take it as known",
             self.key, self.value
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A constant that has changed along a direction that was searched is not said to be at its start.
+    #[test]
+    fn what_moved_with_others_was_not_left_at_its_start() {
+        let words = |value: f64| {
+            let found = Found {
+                key: "laws.rubber.E".into(),
+                symbol: "E".into(),
+                unit: "Pa".into(),
+                start: 250e3,
+                value,
+                std_error: None,
+                interval: None,
+                profile: None,
+                bound: Bound::Free,
+                left: true,
+            };
+            found.left_at_start().expect("it was left")
+        };
+        assert!(words(250.1e3).contains("the search left it at its starting value"), "{}", words(250.1e3));
+        let moved = words(273e3);
+        assert!(moved.contains("it changed to 273000 with others only") && !moved.contains("left it"), "{moved}");
     }
 }

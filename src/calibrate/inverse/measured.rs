@@ -4,12 +4,14 @@
 use super::{InverseError, OffsetAxis};
 use crate::calibrate::same_data;
 use crate::calibrate::treatment::cycle::{self, Cycle};
-use crate::math::units::{self, UnitError};
+use crate::calibrate::treatment::{hold, rupture};
+use crate::math::units::{self, Dimension, UnitError};
 use crate::scene::column;
 use crate::storage::columns::Named;
 use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Location of a measured curve and the quantities it is compared with.
@@ -121,28 +123,60 @@ impl Measured {
             return Err(InverseError::NoRows { path, reason });
         }
         if spec.x.is != "t_s" {
-            out.keep_loading(spec.cycle)?;
+            let is_force = [Dimension::FORCE, Dimension::ENERGY].contains(&column::dimension(&spec.y.is).0);
+            out.keep_loading(spec.cycle, is_force)?;
         }
         Ok(out)
     }
 
-    /// Drops all but one loading where x turns: unloading and later loadings are other curves than the first.
-    fn keep_loading(&mut self, cycle: Option<Cycle>) -> Result<(), InverseError> {
+    /// Drops all but one loading where x turns: unloading and later loadings are other curves than the first. Of a force, or a moment, the loading ends before a
+    /// hold at its peak and before the rupture.
+    fn keep_loading(&mut self, cycle: Option<Cycle>, is_force: bool) -> Result<(), InverseError> {
         let path: Vec<f64> = self.x.iter().map(|x| (x - self.x[0]).abs()).collect();
-        let Some(loadings) = cycle::loadings_along(&path) else { return Ok(()) };
         let (rows, chosen) = (self.x.len(), cycle.unwrap_or(Cycle::FirstLoading));
-        let kept = cycle::pick(&self.file, &loadings, rows, chosen)
-            .map_err(|why| InverseError::Cycle { why: why.to_string().replace("--cycle", "cycle =") })?;
-        if kept.len() < rows {
-            self.notes.push(format!(
-                "{} of {rows} data points are unloading or another loading, and were left out (cycle = \"{chosen}\" of {})",
-                rows - kept.len(),
-                loadings.len()
-            ));
+        let mut kept = 0..rows;
+        if let Some(loadings) = cycle::loadings_along(&path) {
+            kept = cycle::pick(&self.file, &loadings, rows, chosen)
+                .map_err(|why| InverseError::Cycle { why: why.to_string().replace("--cycle", "cycle =") })?;
+            if kept.len() < rows {
+                self.notes.push(format!(
+                    "{} of {rows} data points are unloading or another loading, and were left out (cycle = \"{chosen}\" of {})",
+                    rows - kept.len(),
+                    loadings.len()
+                ));
+            }
+        }
+        if is_force && chosen != Cycle::All {
+            kept = self.before_end(&path, kept);
         }
         (self.x, self.y, self.lines) =
             (self.x[kept.clone()].to_vec(), self.y[kept.clone()].to_vec(), self.lines[kept].to_vec());
         Ok(())
+    }
+
+    /// The rows of a loading before a hold at its peak and before the rupture, with notes on the others.
+    fn before_end(&mut self, path: &[f64], loading: Range<usize>) -> Range<usize> {
+        let changes: Vec<f64> = self.y.iter().map(|y| y - self.y[0]).collect();
+        let (mut kept, sizes) = (loading, changes.iter().map(|c| c.abs()).collect::<Vec<f64>>());
+        if let Some(found) = hold::along(path, &sizes, kept.clone()) {
+            self.notes.push(format!(
+                "{} data points of a hold at the peak were left out: the force relaxes by {:.1} % at constant x, which is no loading (cycle = \"all\" takes them)",
+                found.rows.len(),
+                100.0 * found.relaxed
+            ));
+            kept.end = kept.end.min(found.rows.start);
+        }
+        let peak = changes[kept.clone()].iter().fold(0.0_f64, |most, c| if c.abs() > most.abs() { *c } else { most });
+        let side: Vec<f64> = changes[kept.clone()].iter().map(|c| c * peak.signum()).collect();
+        let whole = kept.start + rupture::before_along(&path[kept.clone()], &side);
+        if whole < kept.end {
+            self.notes.push(format!(
+                "{} data points after rupture were left out: the force falls below half of its largest level and does not return (cycle = \"all\" takes them)",
+                kept.end - whole
+            ));
+            kept.end = whole;
+        }
+        kept
     }
 }
 

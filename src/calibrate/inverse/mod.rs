@@ -242,7 +242,12 @@ fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failur
     for of in 0..objective.curves.len() {
         objective.guess_offsets(of, &point.answers[of], &mut values);
     }
-    if values == point.values { Ok(point) } else { objective.at(&values) }
+    if values == point.values {
+        return Ok(point);
+    }
+    let point = objective.at(&values)?;
+    objective.weigh(&values, &point.answers);
+    Ok(objective.point(values, point.answers))
 }
 
 /// Errors and estimates of the unknowns that no bound holds.
@@ -266,8 +271,10 @@ fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[Bou
     let errors = rows.errors(&jacobian, origin, rounding);
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
-    let identified =
-        identify::identify(&parameters, &values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
+    // An offset may be zero: what it leaves open is compared with the curve
+    let bases: Vec<f64> = free.iter().map(|k| if *k < unknown.len() { point.values[*k] } else { 0.0 }).collect();
+    let values = (values.as_slice(), bases.as_slice());
+    let identified = identify::identify(&parameters, values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
     let pattern = rows.over(errors.sizes.as_ref()).unlimited;
     Judged { errors, identified, places, pattern }
 }
@@ -315,11 +322,22 @@ fn fitted(
         let predicted: Vec<f64> = answer.y.iter().map(|y| y + zero).collect();
         let square = |v: &mut dyn Iterator<Item = f64>| v.map(|r| r * r).sum::<f64>();
         let r2 = square(&mut m.y.iter().zip(&predicted).map(|(a, b)| a - b));
-        let changes = square(&mut m.y.iter().map(|y| y - answer.at_rest()));
+        let changes = square(&mut m.y.iter().map(|y| y - zero - answer.at_rest()));
         let y2 = if changes > 0.0 { changes } else { square(&mut m.y.iter().copied()) };
         let [median, p95, largest, _] = stretches(&answer.scene.elastic, &answer.run.last.x)[..] else {
             unreachable!("the probe has four columns")
         };
+        let mut measured = m.clone();
+        if let Some(share) = model::jump(&answer.curve).filter(|_| curve.model.x != "t_s") {
+            let remedy =
+                "let it act in a stage of its own before x moves, or leave out the first data points by `range`";
+            let fact = "off the curve of the next ones, as by a load that acts from the beginning";
+            let share = 100.0 * share;
+            measured.notes.push(format!(
+                "the first {} of the scene is {share:.0} % of its range {fact}: {remedy}",
+                curve.model.y
+            ));
+        }
         let name = |f: &Found, axis| {
             let (key, column) = match axis {
                 OffsetAxis::Slack => ("slack", &curve.model.x),
@@ -331,7 +349,7 @@ fn fitted(
             name: curve.name.clone(),
             x: curve.model.x.clone(),
             y: curve.model.y.clone(),
-            measured: m.clone(),
+            measured,
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),

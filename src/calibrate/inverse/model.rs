@@ -1,10 +1,12 @@
 //! A scene as a forward model: unknowns θ in, the values ŷ(θ) at the measured x and ∂ŷ/∂θ out.
 //!
 //! Between the steps of the protocol ŷ is the cubic through the four nearest ones (Lagrange), which is linear in the recorded values: the
-//! derivative of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ.
+//! derivative of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ. Of steps at which x does not move the last one
+//! counts: a load that acts before x moves, such as the weight, is then carried at the beginning of the curve.
 
 use super::unknown::{Unknown, scene_table};
 use super::{InverseError, Measured};
+use crate::math::statistics::range;
 use crate::scene::protocol::extremes;
 use crate::scene::{
     Body, ParameterKey, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, from_text,
@@ -15,6 +17,10 @@ use nalgebra::DMatrix;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Share of the range of y by which the first one is off the next ones, and how many times the term of third order there, from which on it is a jump \[–\]
+const JUMP: f64 = 0.01;
+const BEYOND: f64 = 10.0;
 
 /// A scene whose unknowns are varied.
 #[derive(Clone)]
@@ -201,16 +207,18 @@ impl SceneModel {
             }
             (status, _) => return Err(Failure::Run(status.clone())),
         }
-        let sensitivities: Vec<Vec<f64>> =
-            sensitivities.rows.into_iter().map(|mut row| row.swap_remove(of_sensitivities)).collect();
         let k = column(&run.columns).expect("a column with a derivative is recorded");
         let x: Vec<f64> = self.position(&scene, run.rows.iter().map(|row| row[0])).map_err(Failure::Input)?;
+        let rows = last_of_equal(&x);
+        let x: Vec<f64> = rows.iter().map(|row| x[*row]).collect();
+        let sensitivities: Vec<&Vec<f64>> =
+            rows.iter().map(|row| &sensitivities.rows[*row][of_sensitivities]).collect();
         let (weights, slopes) = weights(&self.x, &x, &wanted).map_err(Failure::Input)?;
         let mut used = weights.iter().flatten().filter(|(_, w)| *w != 0.0).map(|(row, _)| *row);
         if let Some(row) = used.find(|row| sensitivities[*row].iter().any(|d| d.is_nan())) {
-            return Err(Failure::Input(InverseError::NoDerivative { name: self.y.clone(), t: run.rows[row][0] }));
+            return Err(Failure::Input(InverseError::NoDerivative { name: self.y.clone(), t: run.rows[rows[row]][0] }));
         }
-        let values: Vec<f64> = run.rows.iter().map(|row| row[k]).collect();
+        let values: Vec<f64> = rows.iter().map(|row| run.rows[*row][k]).collect();
         let (n, p) = (wanted.len(), self.unknown.len());
         let sum = |row: &Stencil, of: &dyn Fn(usize) -> f64| {
             row.iter().filter(|(_, w)| *w != 0.0).map(|(i, w)| w * of(*i)).sum::<f64>()
@@ -286,6 +294,29 @@ fn is_of_values(why: &InverseError) -> bool {
     matches!(why, InverseError::Sensitivity(SensitivityError::Differs { .. } | SensitivityError::Stopped { .. }))
 }
 
+/// Places of the values that differ from the next one.
+fn last_of_equal(x: &[f64]) -> Vec<usize> {
+    (0..x.len()).filter(|k| x.get(k + 1) != Some(&x[*k])).collect()
+}
+
+/// How far the first y of a curve is off the curve of the next ones, as a share of the range of y; none where it may belong to it.
+pub fn jump(curve: &[[f64; 2]]) -> Option<f64> {
+    let ([x, y], next) = (*curve.first()?, curve.get(1..5)?);
+    let cubic = lagrange(next, x);
+    let off = (y - cubic).abs();
+    let share = off / range(curve.iter().map(|point| point[1]));
+    (share > JUMP && off > BEYOND * (cubic - lagrange(&next[..3], x)).abs()).then_some(share)
+}
+
+/// The polynomial through these points.
+fn lagrange(points: &[[f64; 2]], x: f64) -> f64 {
+    let weight = |i: usize| {
+        let others = (0..points.len()).filter(|j| *j != i);
+        others.map(|j| (x - points[j][0]) / (points[i][0] - points[j][0])).product::<f64>()
+    };
+    (0..points.len()).map(|i| weight(i) * points[i][1]).sum()
+}
+
 /// Steps and weights of an interpolated value.
 type Stencil = Vec<(usize, f64)>;
 
@@ -332,5 +363,26 @@ mod tests {
             assert!((sum(derivative) - slope(*x)).abs() < 1e-12, "{x}: {}", sum(derivative));
         }
         assert!(weights("x", &[0.0, 1.0, 0.5], &x).is_err());
+    }
+
+    /// A stage in which the load settles leaves its last row.
+    #[test]
+    fn of_steps_without_movement_the_last_one_counts() {
+        assert_eq!(last_of_equal(&[0.0, 0.0, 0.0, 0.1, 0.2, 0.2]), [2, 3, 5]);
+        assert_eq!(last_of_equal(&[0.0, 0.1, 0.2]), [0, 1, 2]);
+        assert!(last_of_equal(&[]).is_empty());
+    }
+
+    /// A weight of a fifth of the force that is not carried in the first row is a jump; a curve that is bent, and one that begins steeply, have none.
+    #[test]
+    fn a_load_that_acts_from_the_beginning_shows_as_a_jump() {
+        let curve = |of: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
+            (0..11).map(|k| 0.1 * f64::from(k)).map(|x| [x, of(x)]).collect()
+        };
+        let bent = |x: f64| (1.0 + x) - (1.0 + x).powi(-2);
+        assert_eq!(jump(&curve(&bent)), None);
+        assert_eq!(jump(&curve(&|x: f64| (8.0 * x).tanh())), None);
+        let share = jump(&curve(&|x: f64| bent(x) + if x > 0.0 { 0.4 } else { 0.0 })).expect("a jump");
+        assert!((share - 0.4 / 2.15).abs() < 0.01, "{share}");
     }
 }

@@ -12,12 +12,16 @@ use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::huber_share;
 use crate::calibrate::solve::rows::padded;
 use crate::calibrate::{Loss, Weighting};
+use crate::math::statistics::range;
 use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
 /// Values of the slack that are tried at the start
 const GRID: u32 = 40;
+
+/// Distance of a data point from the beginning of a curve, over the range of x, below which it is there \[–\]
+const KINK: f64 = 1e-6;
 
 /// A follower of a search: a closure of its progress, or more.
 pub trait SearchWatch {
@@ -133,11 +137,22 @@ impl<'a> Objective<'a> {
             }
         }
         if self.size.is_none() {
-            let changes = weights::measured(self.curves, &answers);
-            self.weights = self.rule.weights(&changes, &changes, &self.origin);
-            self.size = Some(weights::norm(&self.weights, &changes));
+            self.weigh(values, &answers);
         }
         Ok(self.point(values.to_vec(), answers))
+    }
+
+    /// Weights by the measured values, before there is an answer that is close to them.
+    pub fn weigh(&mut self, values: &[f64], answers: &[Answer]) {
+        let changes = weights::measured(self.curves, answers, &self.zeros(values));
+        self.weights = self.rule.weights(&changes, &changes, &self.origin);
+        self.size = Some(weights::norm(&self.weights, &changes));
+    }
+
+    /// The zero of y of each curve.
+    fn zeros(&self, values: &[f64]) -> Vec<f64> {
+        let zero = |of| self.offset(of, OffsetAxis::Zero).map_or(0.0, |k| values[self.constants() + k]);
+        (0..self.curves.len()).map(zero).collect()
     }
 
     /// The residuals of these answers with the weights of now.
@@ -164,11 +179,25 @@ impl<'a> Objective<'a> {
         Point { values, answers, residual, jacobian }
     }
 
+    /// Whether a slack lies at a data point, where the curve begins: as far as rounding tells.
+    pub fn is_at_kink(&self, point: &Point) -> bool {
+        let begins = |(offset, slack): (&Offset, &f64)| {
+            let x = &self.curves[offset.of].measured.x;
+            let begin = point.answers[offset.of].curve.first().map_or(0.0, |first| first[0] + slack);
+            offset.axis == OffsetAxis::Slack
+                && x.iter().any(|x_i| (x_i - begin).abs() <= KINK * range(x.iter().copied()))
+        };
+        self.offsets.iter().zip(&point.values[self.constants()..]).any(begins)
+    }
+
     /// Slack, on a grid up to half of the range of x, and zero of a curve that fit the answer best, with a factor of y that is forgotten.
     pub fn guess_offsets(&self, of: usize, answer: &Answer, values: &mut [f64]) {
         let p = self.constants();
-        let Some(slack) = self.offset(of, OffsetAxis::Slack).filter(|k| values[p + k] == 0.0) else { return };
-        let zero = self.offset(of, OffsetAxis::Zero);
+        let [slack, zero] = [OffsetAxis::Slack, OffsetAxis::Zero].map(|axis| self.offset(of, axis));
+        // Those of an earlier search are kept
+        if slack.or(zero).is_none_or(|k| values[p + k] != 0.0) {
+            return;
+        }
         let (curve, w) = (&self.curves[of], &self.weights[of]);
         let Measured { x, y, .. } = &curve.measured;
         let reach = x.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });
@@ -185,11 +214,13 @@ impl<'a> Objective<'a> {
             let rest = (&wanted - &columns * found.rows(0, columns.ncols())).norm();
             Some((rest, e, if columns.ncols() > 1 { found[1] } else { 0.0 }))
         };
-        let best = (0..=GRID).filter_map(one).min_by(|a, b| a.0.total_cmp(&b.0));
+        let tried = if slack.is_some() { GRID } else { 0 };
+        let best = (0..=tried).filter_map(one).min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, e, b)) = best else { return };
-        values[p + slack] = e;
-        if let Some(k) = zero {
-            values[p + k] = b;
+        for (k, found) in [(slack, e), (zero, b)] {
+            if let Some(k) = k {
+                values[p + k] = found;
+            }
         }
     }
 
@@ -239,14 +270,13 @@ impl<'a> Objective<'a> {
     /// Weights by this answer, and those of a robust loss at its residuals; returns the largest change of a weight, relative.
     pub fn reweigh(&mut self, loss: Loss, point: &Point) -> f64 {
         self.least = f64::INFINITY;
-        let measured = weights::measured(self.curves, &point.answers);
+        let zeros = self.zeros(&point.values);
+        let measured = weights::measured(self.curves, &point.answers, &zeros);
         let base = self.rule.weights(&weights::simulated(&point.answers), &measured, &self.origin);
         let size = weights::norm(&base, &measured);
         self.size = Some(size);
-        let p = self.constants();
         let mut change = 0.0_f64;
-        for (of, curve) in self.curves.iter().enumerate() {
-            let b = self.offset(of, OffsetAxis::Zero).map_or(0.0, |k| point.values[p + k]);
+        for (of, (curve, b)) in self.curves.iter().zip(&zeros).enumerate() {
             let rows = curve.measured.y.iter().zip(&point.answers[of].y).zip(&base[of]);
             let r: Vec<f64> = rows.map(|((y, f), w)| (w * (y - f - b)).abs()).collect();
             self.shares[of] = match loss {

@@ -3,7 +3,7 @@
 //! √(S(θⱼ) − Ŝ) ≤ t dⱼ/d⁰ⱼ with dⱼ the standard error of the constant by the model of the errors and d⁰ⱼ that of independent errors of size 1: of
 //! independent errors this is S ≤ Ŝ(1 + t²/(n − p)), as for direct fits ([`crate::calibrate`]'s profile). The root is almost straight in θⱼ: from
 //! the end of the covariance interval, with the others where the linearised problem has them, a secant needs one or two points. Each costs
-//! a forward solve or two. A bound ends it.
+//! a forward solve or two. A bound of the constant ends it; another one that meets its bound is held there.
 
 use super::Unknown;
 use super::determined::{Coordinates, Searched};
@@ -78,9 +78,13 @@ fn squares(
         let step = svd.solve(&pull, 1e-12 * svd.singular_values.max()).unwrap_or_else(|_| DVector::zeros(others.len()));
         others.iter().enumerate().for_each(|(k, o)| values[*o] += step[k] / length(*o));
     }
-    let inside = unknown.iter().zip(&values).all(|(q, v)| (q.bounds[0]..=q.bounds[1]).contains(v));
-    if !inside {
-        return Err(Failure::Constants("beyond its bounds".into()));
+    for (k, q) in unknown.iter().enumerate() {
+        let [low, high] = q.bounds;
+        if k == j && !(low..=high).contains(&values[k]) {
+            return Err(Failure::Constants("beyond its bounds".into()));
+        }
+        // Another one is held where it meets its bound, and the search may let it go
+        values[k] = values[k].clamp(low, high);
     }
     let start = objective.at(&values)?;
     if others.is_empty() {

@@ -9,7 +9,7 @@
 //! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back
 //! and the region shrinks. The search ends where a full
 //! Gauss–Newton step would lower f by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than
-//! rounding.
+//! rounding. Where a specimen begins to carry exactly at a data point, the curve has a kink in the slack: a search that has no step left there has settled.
 //!
 //! Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. 2006, ch. 4 and 10.
 
@@ -44,7 +44,7 @@ const BLIND: f64 = 1e-12;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
-    /// The next step was below what counts
+    /// The next step was below what counts, or the misfit has a kink there
     Settled,
     /// No step was left that lowers the misfit
     Stuck,
@@ -91,7 +91,8 @@ pub fn search(
             return Ok(Found { point, bound, end: End::Settled });
         }
         if radius < NOTHING || step.length == 0.0 {
-            return Ok(Found { point, bound, end: End::Stuck });
+            let end = at_the_last(objective, &point);
+            return Ok(Found { point, bound, end });
         }
         let begin = Instant::now();
         // One step at least, so that a search that goes on comes to its end
@@ -117,8 +118,13 @@ pub fn search(
         }
         longest = longest.max(begin.elapsed().as_secs_f64());
     }
-    let bound = vec![Bound::Free; u.len()];
-    Ok(Found { point, bound, end: End::Stuck })
+    let (bound, end) = (vec![Bound::Free; u.len()], at_the_last(objective, &point));
+    Ok(Found { point, bound, end })
+}
+
+/// The end of a search that has no step left: a kink of the misfit is its least value, although the gradient does not vanish there.
+fn at_the_last(objective: &Objective, point: &Point) -> End {
+    if objective.is_at_kink(point) { End::Settled } else { End::Stuck }
 }
 
 /// The best step from u, on the bounds where it would cross them.

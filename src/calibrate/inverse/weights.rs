@@ -70,14 +70,14 @@ impl Rule {
     }
 }
 
-/// y − ŷ₀ of the measured curves; of data that say that nothing changes their values.
-pub fn measured(curves: &[ObservedCurve], answers: &[Answer]) -> Rows {
-    let one = |(curve, answer): (&ObservedCurve, &Answer)| {
+/// y − b − ŷ₀ of the measured curves, b the zero of each; of data that say that nothing changes their values.
+pub fn measured(curves: &[ObservedCurve], answers: &[Answer], zeros: &[f64]) -> Rows {
+    let one = |((curve, answer), zero): ((&ObservedCurve, &Answer), &f64)| {
         let y = &curve.measured.y;
-        let changes: Vec<f64> = y.iter().map(|y| y - answer.at_rest()).collect();
+        let changes: Vec<f64> = y.iter().map(|y| y - zero - answer.at_rest()).collect();
         if largest(&changes) > NOTHING * largest(y) { changes } else { y.clone() }
     };
-    curves.iter().zip(answers).map(one).collect()
+    curves.iter().zip(answers).zip(zeros).map(one).collect()
 }
 
 /// ŷ − ŷ₀ of the scenes.

@@ -34,10 +34,11 @@ pub struct Identified {
 }
 
 /// `residual` and `jacobian` \[weighted Pa\], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
-/// stresses by a smaller part than `rounding` counts as not determined. `errors`: those of the data points, independent without them.
+/// stresses by a smaller part than `rounding` counts as not determined. Changes are relative to the second values, and to the size of the curve where these are zero.
+/// `errors`: those of the data points, independent without them.
 pub fn identify(
     parameters: &[Parameter],
-    values: &[f64],
+    (values, bases): (&[f64], &[f64]),
     jacobian: &DMatrix<f64>,
     residual: &DVector<f64>,
     size: f64,
@@ -48,8 +49,8 @@ pub fn identify(
     let scale: Vec<f64> = (0..p)
         .map(|k| {
             let length = jacobian.column(k).norm();
-            if values[k] != 0.0 {
-                values[k].abs()
+            if bases[k] != 0.0 {
+                bases[k].abs()
             } else if length > 0.0 {
                 size / length
             } else {
@@ -93,7 +94,7 @@ pub fn identify(
             let seen: Vec<f64> = vt.row(told[0]).iter().zip(&scale).map(|(v, z)| v / z).collect();
             combination(&seen, &names)
         });
-        Direction { changes: changes(&v, &names, values), known, half_width }
+        Direction { changes: changes(&v, &names, bases), known, half_width }
     };
     let directions = (0..p).filter(|k| loose(*k)).map(direction).collect();
     let least = (0..p).min_by(|a, b| sigma[*a].total_cmp(&sigma[*b])).map(|k| direction(k).changes);

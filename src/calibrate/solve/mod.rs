@@ -258,7 +258,15 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     let q = setting.slack.len();
     let parameters = [setting.model.parameters(), &vec![OFFSET; q]].concat();
     let values = [found.values.clone(), setting.slack.iter().map(|o| o.strain).collect()].concat();
-    found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
+    found.identified = identify::identify(
+        &parameters,
+        (values.as_slice(), values.as_slice()),
+        &jacobian,
+        &residual,
+        size,
+        0.0,
+        Some(&errors),
+    );
     found.offsets = found.identified.estimates.split_off(found.values.len());
     if tested && !rounding {
         found.pattern = Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.correlation);

@@ -40,11 +40,15 @@ pub struct Hold {
 
 /// The hold at the end of a loading, rows of the samples in the order of the test; `None` where none is evident.
 pub fn at_the_end(samples: &[Sample], loading: Range<usize>) -> Option<Hold> {
-    let refs: Vec<&Sample> = samples.iter().collect();
-    let raw = path(&refs);
-    let a = medians(&raw);
+    let stress: Vec<f64> = samples.iter().map(|s| s.stress.abs()).collect();
+    along(&path(&samples.iter().collect::<Vec<_>>()), &stress, loading)
+}
+
+/// The same of rows with these a, which grow from the rest on, and these sizes of the stress.
+pub fn along(raw: &[f64], stress: &[f64], loading: Range<usize>) -> Option<Hold> {
+    let a = medians(raw);
     let top = a[loading.clone()].iter().copied().fold(0.0, f64::max);
-    let band = scatter(&raw).clamp(BAND[0] * top, BAND[1] * top);
+    let band = scatter(raw).clamp(BAND[0] * top, BAND[1] * top);
     let inside = |k: &usize| a[*k] >= top - band;
     let reached = loading.clone().rev().take_while(inside).last()?;
     let end = (loading.end..a.len()).find(|k| !inside(k)).unwrap_or(a.len());
@@ -53,8 +57,7 @@ pub fn at_the_end(samples: &[Sample], loading: Range<usize>) -> Option<Hold> {
     if !long || held.len() < MORE * most_within(&a[ramp], band, BEGINNING * top) || !is_flat(&a[held.clone()], band) {
         return None;
     }
-    let stress: Vec<f64> = samples[held.clone()].iter().map(|s| s.stress.abs()).collect();
-    relaxed(&stress, samples[reached].stress.abs()).map(|relaxed| Hold { rows: held, relaxed })
+    relaxed(&stress[held.clone()], stress[reached]).map(|relaxed| Hold { rows: held, relaxed })
 }
 
 /// Most of the values above the least one that lie within a band of this width.

@@ -27,19 +27,23 @@ const NOTHING: f64 = 0.02;
 
 /// How many of these data points of one loading come before the rupture.
 pub fn before(samples: &[Sample]) -> usize {
-    let all = samples.len();
     let side: Vec<f64> = samples.iter().map(|s| if s.stretch < 1.0 { -s.stress } else { s.stress }).collect();
-    let medians = levels(&side);
+    before_along(&samples.iter().map(|s| s.stretch.ln().abs()).collect::<Vec<f64>>(), &side)
+}
+
+/// The same of rows with these |ln λ|, or another size that grows from the rest on, and these stresses, positive along the stretch.
+pub fn before_along(amount: &[f64], side: &[f64]) -> usize {
+    let all = side.len();
+    let medians = levels(side);
     let [low, high] = extent(medians.iter().copied());
     let carried: Vec<f64> = side.iter().zip(&medians).map(|(own, near)| own.min(*near)).collect();
     let Some(top) = (0..all).max_by(|a, b| carried[*a].total_cmp(&carried[*b])) else { return 0 };
-    let amount = |s: &Sample| s.stretch.ln().abs();
-    if let Some(whole) = snapped(samples, &side, top) {
-        return before(&samples[..whole]);
+    if let Some(whole) = snapped(amount, side, top) {
+        return before_along(&amount[..whole], &side[..whole]);
     }
-    let least = BACK * amount(&samples[top]);
+    let least = BACK * amount[top];
     // Of stresses against the stretch the largest level is negative, and no rupture
-    if high <= -low || carried[top] <= 0.0 || samples[top..].iter().any(|s| amount(s) < least) {
+    if high <= -low || carried[top] <= 0.0 || amount[top..].iter().any(|a| *a < least) {
         return all;
     }
     // From the end back to the last data point that carries; one far above its neighbours does not
@@ -49,14 +53,13 @@ pub fn before(samples: &[Sample]) -> usize {
 }
 
 /// The first of the last data points, where the stretch has jumped back from there on while the piece carries nothing: an extensometer on a broken piece. `top`: the largest level.
-fn snapped(samples: &[Sample], side: &[f64], top: usize) -> Option<usize> {
-    let amount = |k: usize| samples[k].stretch.ln().abs();
-    let jumps = |k: &usize| amount(k - 1) - amount(*k) > SNAP * amount(top);
-    let first = (top + 1..samples.len()).find(jumps)?;
+fn snapped(amount: &[f64], side: &[f64], top: usize) -> Option<usize> {
+    let jumps = |k: &usize| amount[k - 1] - amount[*k] > SNAP * amount[top];
+    let first = (top + 1..amount.len()).find(jumps)?;
     // An unloaded piece carries nothing near rest only: a whole one carried more at a smaller stretch before
-    let carried = |k: usize| (0..first).any(|i| amount(i) <= amount(k) && side[i] > NOTHING * side[top]);
+    let carried = |k: usize| (0..first).any(|i| amount[i] <= amount[k] && side[i] > NOTHING * side[top]);
     let is_broken = |k: usize| side[k].abs() < NOTHING * side[top] && carried(k);
-    (first..samples.len()).all(is_broken).then_some(first)
+    (first..amount.len()).all(is_broken).then_some(first)
 }
 
 /// Medians of each stress and its neighbours.

@@ -1,6 +1,6 @@
 //! Laws of a scene with their constants and where these come from, in sentences.
 
-use crate::calibrate::{interval_of, provenance_pair, within};
+use crate::calibrate::{interval_at, provenance_pair, within};
 use crate::material::parameter::Choice;
 use crate::material::volumetric::CHOICE;
 use crate::material::{LawInfo, Parameter, VolumetricKind, find};
@@ -129,7 +129,7 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
         [] => return None,
         [number] => {
             let in_use = provenance_pair(provenance, &format!("{}_interval_in_use", p.name));
-            match interval_of(provenance, p.name) {
+            match interval_at(provenance, p.name, number) {
                 None => given(number),
                 Some(ends) if !ends.iter().any(|end| end.is_finite()) => {
                     format!("{} (without an interval)", given(number))
@@ -198,6 +198,9 @@ mod tests {
         let markdown =
             format!("{:?}", describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }));
         assert!(markdown.contains("U(J) = ½κ(J − 1)²"), "{markdown}");
+        // Another value than that of the file has no interval
+        let other: Table = text.replace("C10 = \"90 kPa\"", "C10 = \"180 kPa\"").parse().expect("TOML");
+        assert!(!constants(&[&other]).contains("interval"), "{}", constants(&[&other]));
         // The formula has a third term
         let markdown = describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }).markdown();
         assert!(words.ends_with("ν = 0.49") && markdown.contains("ν = 0.49, C₃₀ = 0; constants from"), "{markdown}");

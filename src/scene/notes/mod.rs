@@ -4,11 +4,8 @@ pub(super) mod beyond_data;
 pub(super) mod collapse;
 pub(super) mod cut_regions;
 pub(super) mod feedback;
-<<<<<<< HEAD
 pub(super) mod friction;
-=======
 pub(super) mod implausible;
->>>>>>> fxk
 pub(super) mod jump;
 pub(super) mod mesh_limits;
 pub(super) mod stable;

@@ -18,12 +18,17 @@ pub(super) fn recorder<'a>(
         true => SensitivityRecorder::at_extremes(scene, &task.constants),
         false => SensitivityRecorder::new(scene, &task.constants),
     };
+    let asked = &task.case.derivatives;
     match made {
         Ok(recorder) => Ok(Some(recorder)),
         // Intervals of constants are an addition; a scene without derivatives has its result
-        Err(why) if task.input_uncertainty => {
-            notes.push(left_out(&task.constants, &why.to_string()));
-            Ok(None)
+        Err(why) if task.input_uncertainty && task.constants.len() > asked.len() => {
+            let added: Vec<ParameterKey> = task.constants.iter().filter(|key| !asked.contains(key)).cloned().collect();
+            notes.push(left_out(&added, &why.to_string()));
+            if asked.is_empty() {
+                return Ok(None);
+            }
+            SensitivityRecorder::new(scene, asked).map(Some).map_err(|why| InverseError::from(why).into())
         }
         Err(why) => Err(InverseError::from(why).into()),
     }

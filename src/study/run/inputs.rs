@@ -2,10 +2,11 @@
 //!
 //! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval, and with several constants the table `correlation`.
 //! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. Where the interval of a constant
-//! has an open end, or the file says why there is none, nothing bounds its share.
+//! has an open end, or the file says why there is none, nothing bounds its share. A constant that a scene sets to a value outside of the interval is not that of the file.
 
-use crate::calibrate::{correlation_of, interval_of, is_poisson_of_term};
-use crate::scene::{ParameterKey, Run, SceneSpec, Sensitivities, extreme};
+use crate::calibrate::{correlation_of, interval_at, is_poisson_of_term};
+use crate::math::statistics::larger;
+use crate::scene::{KeyValue, ParameterKey, Run, SceneSpec, Sensitivities, extreme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Table;
@@ -15,7 +16,7 @@ use toml::Table;
 pub struct InputRecord {
     /// `laws.rubber.mu`; keys that have one value, as in `laws.foam.nu1 = laws.foam.nu2`
     pub constant: String,
-    /// Half of its 95 % interval \[SI\]
+    /// The larger side of its 95 % interval, from its value \[SI\]
     pub half_width: f64,
     /// Column → derivative of its largest departure from the start \[unit of the column per SI unit of the constant\]
     pub derivatives: BTreeMap<String, f64>,
@@ -29,6 +30,8 @@ pub struct Uncertain {
     /// Several where they have one value
     pub keys: Vec<ParameterKey>,
     /// \[SI\]
+    pub value: f64,
+    /// The larger side of its interval \[SI\]
     pub half_width: f64,
     /// Other constant → correlation with it \[–\]
     pub correlation: BTreeMap<String, f64>,
@@ -38,7 +41,8 @@ pub struct Uncertain {
 pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     let of = |(law, table): (&String, &Table)| {
         let mut own: Vec<(Uncertain, [f64; 2])> = vec![];
-        for (name, [low, high]) in intervals(table).filter(|(_, [low, high])| (high - low).is_finite() && high > low) {
+        let known = |(_, _, [low, high]): &(_, f64, [f64; 2])| (high - low).is_finite() && high > low;
+        for (name, value, [low, high]) in intervals(table).filter(known) {
             let (ends, is_poisson) = ([low, high], is_poisson_of_term(name));
             let is_shared = |(other, of): &&mut (Uncertain, [f64; 2])| {
                 is_poisson && *of == ends && other.keys[0].law_constant().is_some_and(|c| is_poisson_of_term(c.key))
@@ -48,9 +52,10 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
                 Some((one, _)) => one.keys.push(key),
                 None => own.push((
                     Uncertain {
+                        value,
                         correlation: correlations(law, table, name),
                         keys: vec![key],
-                        half_width: 0.5 * (high - low),
+                        half_width: larger(value - low, high - value),
                     },
                     ends,
                 )),
@@ -65,8 +70,8 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
 pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
     let used = spec.laws_in_use();
     let of = |(law, table): (&String, &Table)| {
-        let open = intervals(table).filter(|(_, ends)| ends.iter().any(|end| end.is_infinite()));
-        open.map(|(key, _)| ParameterKey::of_law(law, key).to_string()).collect::<Vec<_>>()
+        let open = intervals(table).filter(|(_, _, ends)| ends.iter().any(|end| end.is_infinite()));
+        open.map(|(key, ..)| ParameterKey::of_law(law, key).to_string()).collect::<Vec<_>>()
     };
     spec.laws.iter().filter(|(law, _)| used.contains(law.as_str())).flat_map(of).collect()
 }
@@ -74,17 +79,20 @@ pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
 /// Correlations of a constant with the others of its law.
 fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
     let provenance = table.get("provenance").and_then(toml::Value::as_table);
-    let with = |(other, _): (&String, [f64; 2])| {
+    let with = |(other, ..): (&String, f64, [f64; 2])| {
         let r = if other == name { 0.0 } else { correlation_of(provenance?, name, other) };
         (r != 0.0).then(|| (ParameterKey::of_law(law, other).to_string(), r))
     };
     intervals(table).filter_map(with).collect()
 }
 
-/// The constants of a law with the intervals of its file.
-fn intervals(law: &Table) -> impl Iterator<Item = (&String, [f64; 2])> {
+/// The constants of a law with their values \[SI\] and the intervals of its file.
+fn intervals(law: &Table) -> impl Iterator<Item = (&String, f64, [f64; 2])> {
     let provenance = law.get("provenance").and_then(toml::Value::as_table);
-    law.keys().filter_map(move |key| Some((key, interval_of(provenance?, key)?)))
+    law.iter().filter_map(move |(key, value)| {
+        let value = KeyValue::of(value).ok()?.si();
+        Some((key, value, interval_at(provenance?, key, value)?))
+    })
 }
 
 /// Derivatives of the extremes of all columns; none where they stop before one.
@@ -93,11 +101,11 @@ pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities)
         let k = run.columns.iter().position(|c| c == name)?;
         sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
     };
-    let mut places = 0_usize..;
+    let place = |key: &ParameterKey| sensitivities.keys.iter().position(|own| own == key);
     let record = |constant: &Uncertain| {
-        let own: Vec<usize> = places.by_ref().take(constant.keys.len()).collect();
+        let own: Vec<usize> = constant.keys.iter().filter_map(place).collect();
         let derivative = |(j, name): (usize, &String)| {
-            let row = column(name)?;
+            let row = column(name).filter(|_| own.len() == constant.keys.len())?;
             let d = own.iter().map(|n| row[j][*n] - sensitivities.rows[0][j][*n]).sum::<f64>();
             d.is_finite().then(|| (name.clone(), d))
         };
@@ -139,5 +147,14 @@ mod tests {
         let names: Vec<&str> = known.iter().map(|one| one.0.as_str()).collect();
         assert_eq!(names, ["laws.a.mu", "laws.c.alpha1", "laws.c.nu1 laws.c.nu2"]);
         assert!((known[0].1 - 100.0).abs() < 1e-9 && (known[2].1 - 0.05).abs() < 1e-12, "{known:?}");
+        let mu = |ends: &str| {
+            let changed = text.replace("mu_interval = [\"0.9 kPa\", \"1.1 kPa\"]", &format!("mu_interval = [{ends}]"));
+            let spec = SceneSpec::from_text(std::path::Path::new("scene.toml"), &changed, "").expect("a scene");
+            let of = |one: &Uncertain| one.keys[0].to_string() == "laws.a.mu";
+            uncertain_constants(&spec).into_iter().find(of).map(|one| one.half_width)
+        };
+        let skewed = mu("\"0.95 kPa\", \"1.3 kPa\"").expect("known");
+        assert!((skewed - 300.0).abs() < 1e-9, "the larger side: {skewed}");
+        assert_eq!(mu("\"1.9 kPa\", \"2.1 kPa\""), None, "the scene has another value than the file");
     }
 }

@@ -23,6 +23,8 @@ pub struct Task {
     pub estimates_errors: bool,
     /// Derivatives are an addition: a scene without them has its result
     pub input_uncertainty: bool,
+    /// All derivatives are known along the curves
+    pub along_curves: bool,
     /// A scene that is refused is a result
     pub keep_refusals: bool,
     /// The states are kept
@@ -57,6 +59,7 @@ impl Task {
             repeats: if vtu { 1 } else { study.repeats(&case) },
             estimates_errors: study.estimates_errors(&case),
             input_uncertainty: study.rules.input_uncertainty,
+            along_curves: study.rules.along_curves,
             keep_refusals: study.rules.keep_refusals,
             keep_states: study.rules.keep_states,
             vtu,
@@ -71,7 +74,8 @@ impl Task {
     /// The task of a case whose inputs are known, with the derivatives that its study asks for.
     pub fn of(study: &Study, case: &Case, vtu: bool) -> Self {
         let uncertain = if study.rules.input_uncertainty { uncertain_constants(&case.spec) } else { vec![] };
-        let constants = case.derivatives.iter().cloned().chain(uncertain.into_iter().flat_map(|one| one.keys));
+        let uncertain = uncertain.into_iter().flat_map(|one| one.keys).filter(|key| !case.derivatives.contains(key));
+        let constants = case.derivatives.iter().cloned().chain(uncertain);
         Self::new(study, case.clone(), constants.collect(), vtu)
     }
 
@@ -88,7 +92,7 @@ impl Task {
 
     /// Whether derivatives are asked for at extremes only: other analyses than those of the intervals of constants take them along curves.
     pub fn is_at_extremes(&self) -> bool {
-        self.input_uncertainty && self.case.derivatives.is_empty()
+        self.input_uncertainty && self.case.derivatives.is_empty() && !self.along_curves
     }
 
     /// Every column that is judged must be recorded, as a curve over time, and no signal be left to a controller.

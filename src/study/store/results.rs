@@ -27,7 +27,7 @@ pub struct Results {
     pub motions: BTreeMap<String, Packed>,
     /// Case id → constants that were found there
     pub found: BTreeMap<String, Calibration>,
-    /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
+    /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`, in the rows of its time series
     pub sensitivities: BTreeMap<String, Series>,
     /// Record of the work on all cases, [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
     pub derived: Option<serde_json::Value>,
@@ -132,7 +132,9 @@ impl Results {
         let missing = missing.iter().filter(|f| !is_picture(f));
         self.damaged.extend(missing.map(|f| sentence(f, "The case is without what it holds")));
         let series_of_case = series(&file("csv"))?.unwrap_or_default();
-        let (found, sensitivities) = (json::<Calibration>(&file("fit.json"))?, series(&file("sensitivities.csv"))?);
+        // They have the rows of every step; those of the series may be fewer
+        let sensitivities = series(&file("sensitivities.csv"))?.map(|s| s.at(&series_of_case.t_s));
+        let found = json::<Calibration>(&file("fit.json"))?;
         self.cases.push(StoredCase::new(record, series_of_case));
         self.found.extend(found.map(|c| (id.to_string(), c)));
         self.sensitivities.extend(sensitivities.map(|s| (id.to_string(), s)));

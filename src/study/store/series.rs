@@ -1,7 +1,7 @@
 //! A stored case with its time series.
 
 use crate::study::store::record::CaseRecord;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// A case that was read from the folder of results: its record, its time series, and its places in the study.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,4 +86,33 @@ pub struct Series {
     pub t_s: Vec<f64>,
     /// Column name → \[samples\], unit in the name
     pub columns: BTreeMap<String, Vec<f64>>,
+}
+
+impl Series {
+    /// Its rows at these times; numbers are NaN where it has no row.
+    pub fn at(&self, times: &[f64]) -> Self {
+        let rows: HashMap<u64, usize> = self.t_s.iter().enumerate().map(|(k, t)| (t.to_bits(), k)).collect();
+        let places: Vec<Option<usize>> = times.iter().map(|t| rows.get(&t.to_bits()).copied()).collect();
+        let of = |values: &Vec<f64>| places.iter().map(|k| k.map_or(f64::NAN, |k| values[k])).collect();
+        let columns = self.columns.iter().map(|(name, values)| (name.clone(), of(values))).collect();
+        Self { t_s: times.to_vec(), columns }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Derivatives of every step are those of the rows that were written, whichever these are.
+    #[test]
+    fn rows_are_told_by_their_times() {
+        let slopes = Series {
+            t_s: vec![0.0, 0.1, 0.2, 0.30000000000000004],
+            columns: [("d f_N/d laws.rubber.mu".to_string(), vec![0.0, 1.0, 2.0, 3.0])].into(),
+        };
+        let at = |times: &[f64]| slopes.at(times).columns["d f_N/d laws.rubber.mu"].clone();
+        assert_eq!(at(&[0.0, 0.2, 0.30000000000000004]), [0.0, 2.0, 3.0]);
+        let [first, beyond] = at(&[0.1, 0.4])[..] else { panic!("two rows") };
+        assert!(first == 1.0 && beyond.is_nan(), "{beyond}");
+    }
 }

@@ -210,7 +210,7 @@ fn judge(
         corners: corners.and_then(|c| c.note),
         gauge,
         bias: gauge.map(|g| g / own.value - 1.0),
-        cases: listed.into_iter().map(|s| one(s, k)).collect(),
+        cases: listed.into_iter().map(|s| one(s, &sizes, k)).collect(),
     }
 }
 
@@ -234,18 +234,28 @@ fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option
 
 /// Changes of a constant by the nuisance families from the size on the same mesh; none without such a family.
 fn corners_of(cases: &[SolvedSearch], sizes: &[&SolvedSearch], value: f64, k: usize) -> Option<Corners> {
-    let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
     let (mut single, mut runs): (BTreeMap<&str, Vec<f64>>, Vec<f64>) = (BTreeMap::new(), vec![]);
     for s in cases.iter().filter(|s| s.role == Role::Nuisance) {
-        let near = sizes.iter().min_by_key(|o| cells(o).abs_diff(cells(s)));
-        let change = near.map_or(0.0, |o| s.found.constants[k].value - o.found.constants[k].value);
+        let change = base_of(s, sizes).map_or(0.0, |o| s.found.constants[k].value - o.found.constants[k].value);
         if s.family == corners::FAMILY { &mut runs } else { single.entry(s.family).or_default() }.push(change);
     }
     corners::judge(value, &single, &runs)
 }
 
-fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
+/// The size that a case of a dimension is compared with: of its formulation, on its mesh, and else with the nearest number of cells.
+fn base_of<'s, 'a>(s: &SolvedSearch, sizes: &[&'s SolvedSearch<'a>]) -> Option<&'s SolvedSearch<'a>> {
+    let own = &s.stored.record;
+    let rank = |o: &&&SolvedSearch| {
+        let record = &o.stored.record;
+        let is_other = record.formulation != own.formulation;
+        (is_other, !record.has_mesh_of(own), record.mesh.cells.abs_diff(own.mesh.cells))
+    };
+    sizes.iter().min_by_key(rank).copied()
+}
+
+fn one(s: &SolvedSearch, sizes: &[&SolvedSearch], k: usize) -> ConstantInCase {
     let c = &s.found.constants[k];
+    let base = base_of(s, sizes).filter(|_| s.role == Role::Nuisance);
     ConstantInCase {
         case: s.stored.record.id.clone(),
         family: s.family.into(),
@@ -255,5 +265,6 @@ fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
         value: c.value,
         interval: c.widest(),
         rms_relative: s.found.curves[0].rms_relative,
+        base: base.map(|o| o.stored.record.id.clone()),
     }
 }

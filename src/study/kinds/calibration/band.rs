@@ -49,7 +49,7 @@ pub struct Band {
     pub mesh_share: Option<f64>,
 }
 
-/// None where the constants have no band, or what the dimensions change is not known.
+/// None where the constants have no band, the derivatives at the peak are not known, or what the dimensions change.
 pub fn band(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -100,7 +100,7 @@ pub fn band(
     let Extreme { at, value: peak, kind } = extreme(y.f.iter().copied())?;
     let start = y.start();
     let scale = (peak - start).abs();
-    if scale == 0.0 {
+    if scale == 0.0 || !(ends[0][at] + ends[1][at]).is_finite() {
         return None;
     }
     Some(Band {
@@ -148,9 +148,9 @@ impl<'a> Moved<'a> {
     fn of(answer: &'a CalibratedVariant, own: &[usize]) -> Self {
         let mut out = Self { single: BTreeMap::new(), corners: vec![] };
         let Some(first) = answer.constants.first() else { return out };
-        let sizes = || first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Sizes);
+        let place = |id: &String| first.cases.iter().position(|o| o.case == *id);
         for (k, o) in first.cases.iter().enumerate().filter(|(_, o)| o.role == Role::Nuisance) {
-            if let Some((base, _)) = sizes().min_by_key(|(_, s)| s.cells.abs_diff(o.cells)) {
+            if let Some(base) = o.base.as_ref().and_then(place) {
                 let constants = own.iter().map(|place| &answer.constants[*place].cases);
                 let change = constants.map(|cases| cases[k].value - cases[base].value).collect();
                 let is_corner = o.family == corners::FAMILY;

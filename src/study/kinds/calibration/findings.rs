@@ -87,4 +87,7 @@ pub struct ConstantInCase {
     pub value: f64,
     pub interval: Option<[f64; 2]>,
     pub rms_relative: f64,
+    /// Of a dimension, the case of the sizes that its change counts from
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
 }

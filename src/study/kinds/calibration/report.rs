@@ -1,6 +1,7 @@
 //! Report of a calibration, and the files of laws: those of the scene with the constants that were found.
 
-use crate::calibrate::inverse::FittedCurve;
+use crate::calibrate::correlation_key;
+use crate::calibrate::inverse::{Calibration, FittedCurve};
 use crate::report::figure::drawn;
 use crate::report::names::constant;
 use crate::report::numbers::{percent, percent_cell};
@@ -274,6 +275,54 @@ fn law_file(
     }
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());
+    let correlation = correlations(v, found, &|c| law_of(c) == Some(name));
+    if !correlation.is_empty() {
+        p.insert("correlation".into(), correlation.into());
+    }
     law.insert("provenance".into(), p.into());
     toml::to_string(&law).ok()
+}
+
+/// Correlations of the constants of a law that have intervals, by pairs of names: those by the data points, times the shares of these in the intervals. The
+/// rest of an interval counts as independent of those of other constants.
+fn correlations(
+    v: &CalibratedVariant,
+    found: &Calibration,
+    is_own: &dyn Fn(&CalibratedConstant) -> bool,
+) -> toml::Table {
+    let Some(covariance) = &found.covariance else { return toml::Table::new() };
+    let share = |k: usize| {
+        let c = &v.constants[k];
+        let [low, high] = c.interval?;
+        Some((k, c.key.rsplit('.').next()?, c.rows? * c.value.abs() / (0.5 * (high - low)) / covariance[k][k].sqrt()))
+    };
+    let own: Vec<(usize, &str, f64)> =
+        (0..v.constants.len()).filter(|k| is_own(&v.constants[*k])).filter_map(share).collect();
+    by_pairs(&own, covariance)
+}
+
+/// Covariances of these constants, each a place with a name and a factor, times their factors.
+fn by_pairs(own: &[(usize, &str, f64)], covariance: &[Vec<f64>]) -> toml::Table {
+    let pairs = own.iter().enumerate().flat_map(|(n, a)| own[n + 1..].iter().map(move |b| (a, b)));
+    let of = |((a, first, x), (b, second, y)): (&(usize, &str, f64), &(usize, &str, f64))| {
+        let r = covariance[*a][*b] * x * y;
+        r.is_finite().then(|| (correlation_key(first, second), toml::Value::from(r)))
+    };
+    pairs.filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::correlation_of;
+
+    /// Two of three constants belong to a law: deviations 2 and 5, correlation −0.9, and half of the interval of the second is by other errors than those of the data.
+    #[test]
+    fn a_law_file_has_the_correlation_of_its_own_constants() {
+        let covariance = [vec![4.0, 0.1, -9.0], vec![0.1, 1.0, 0.1], vec![-9.0, 0.1, 25.0]];
+        let table = by_pairs(&[(0, "C10", 1.0 / 2.0), (2, "C01", 0.5 / 5.0)], &covariance);
+        assert_eq!(table.keys().collect::<Vec<_>>(), ["C10_C01"]);
+        let provenance = toml::Table::from_iter([("correlation".to_string(), toml::Value::Table(table))]);
+        assert!((correlation_of(&provenance, "C01", "C10") + 0.45).abs() < 1e-12, "{provenance}");
+    }
 }

@@ -51,13 +51,25 @@ pub fn unknown_dimensions(without_constants: &[String]) -> String {
     format!("what the dimensions change is not known, as {} {have} no constants", few(without_constants))
 }
 
-/// The words after the fact that a constant is not determined, where the search left it or others at their starting values.
+/// Keys of the constants that the search left at their starting values, and of those that it changed with others only.
+fn left_and_moved(found: &Calibration) -> [Vec<&str>; 2] {
+    let keys = |is_moved: bool| {
+        let own = found.constants.iter().filter(|c| c.left && c.moved() == is_moved);
+        own.map(|c| c.key.as_str()).collect()
+    };
+    [keys(false), keys(true)]
+}
+
+/// The words after the fact that a constant is not determined, where the search left it or others at their starting values, or changed them with others only.
 pub fn left_words(found: &Calibration, own: &Found) -> String {
-    match &found.left()[..] {
-        [] => String::new(),
+    let [left, moved] = left_and_moved(found);
+    match (&left[..], &moved[..]) {
+        ([], []) => String::new(),
+        _ if own.left && own.moved() => ", and the search changed it with others only".into(),
         _ if own.left => ", and the search left it at its starting value".into(),
-        [one] => format!("; the search left {one} at its starting value"),
-        several => format!("; the search left {} at their starting values", several.join(", ")),
+        ([one], _) => format!("; the search left {one} at its starting value"),
+        ([], moved) => format!("; the search changed {} with others only", moved.join(", ")),
+        (several, _) => format!("; the search left {} at their starting values", several.join(", ")),
     }
 }
 
@@ -216,7 +228,7 @@ pub fn warnings(
 /// The meaning of a pattern in the residuals: nothing against the law where the constants are not the best ones of the law.
 fn cause(found: &Calibration) -> String {
     let held: Vec<&str> = found.constants.iter().filter(|c| !c.bound.is_free()).map(|c| c.key.as_str()).collect();
-    let left = found.left();
+    let [left, moved] = left_and_moved(found);
     if !found.settled() {
         return "the search did not come to its end, so that this says nothing against the law".into();
     }
@@ -224,6 +236,12 @@ fn cause(found: &Calibration) -> String {
         return format!(
             "the search left {} at the starting value, and another one may describe the curve, so that this says nothing against the law",
             left.join(", ")
+        );
+    }
+    if !moved.is_empty() {
+        return format!(
+            "the search changed {} with others only, and other values may describe the curve, so that this says nothing against the law",
+            moved.join(", ")
         );
     }
     if !held.is_empty() {

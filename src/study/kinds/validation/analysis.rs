@@ -1,7 +1,9 @@
 //! Analysis of a validation: the calibration, the predictions with their budgets, and their score.
 
-use crate::report::numbers::{capital, space};
+use crate::math::statistics::larger;
+use crate::report::numbers::{capital, percent, space};
 use crate::study::analysis::{self, Analysis};
+use crate::study::kinds::validation::evaluate::still_rings;
 use crate::study::kinds::validation::findings::{FoundScatter, ValidationFindings};
 use crate::study::kinds::validation::outcomes::Calibration;
 use crate::study::kinds::validation::plan::{QuantityPlan, ValidationPlan};
@@ -43,6 +45,7 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     let scatter = scatters(plan, &repeats);
     warn_of_scatter(&scatter, warnings);
     let targets = targets(results, plan, &repeats)?;
+    warn_of_ringing(results, &targets, warnings);
     let of = |purpose: Purpose| targets.iter().filter(move |t| t.record.purpose == purpose).collect::<Vec<&Target>>();
     let (data, predicted) = (of(Purpose::Calibration), of(Purpose::Prediction));
     let calibration = Calibration::of(results, plan, &data)?;
@@ -66,6 +69,25 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
         scatter,
         tracks: plan.tracks.clone(),
     })
+}
+
+/// Adds a warning of each last row that is taken of a record in time while its column goes to and fro by more than the tolerance.
+fn warn_of_ringing(results: &Results, targets: &[Target], warnings: &mut Vec<String>) {
+    for t in targets {
+        let runs = results
+            .cases
+            .iter()
+            .filter(|c| c.is_of(&t.record.name) && c.record.converged() && c.record.depends_on_steps());
+        let most = runs.filter_map(|c| still_rings(t.quantity, &c.series)).fold(0.0, larger);
+        if most > results.study.tolerance {
+            warnings.push(format!(
+                "{} of {} still rings by {} of its change at the end of the run, and its value is that of the last row: run longer, or take a static stage.",
+                capital(&t.quantity.label),
+                t.record.label,
+                percent(most)
+            ));
+        }
+    }
 }
 
 /// Scatter of the quantities that have repeats.

@@ -61,6 +61,7 @@ pub fn record(
         purpose: r.purpose,
         unknowns: own,
         inputs,
+        open: vec![],
     }
 }
 

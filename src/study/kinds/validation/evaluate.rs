@@ -1,5 +1,6 @@
 //! The number of a record that a quantity is, with its derivatives.
 
+use crate::math::statistics::{larger, range};
 use crate::motion::Curve;
 use crate::motion::ring_down::{Creep, RingDown, ring_down};
 use crate::study::kinds::validation::plan::QuantityPlan;
@@ -45,4 +46,59 @@ pub fn evaluate(
     };
     let all_finite = value.is_finite() && by.iter().all(|d| d.is_finite());
     all_finite.then(|| (q.factor * value, by.into_iter().map(|d| q.factor * d).collect()))
+}
+
+/// How far the column of a quantity that is its last row goes to and fro over the last third of the run, as a share of its largest change: a ramp has none.
+pub fn still_rings(q: &QuantityPlan, series: &Series) -> Option<f64> {
+    if !matches!(q.value, Evaluation::Final | Evaluation::Change) {
+        return None;
+    }
+    let column = series.columns.get(&q.column)?;
+    let (first, end) = (*column.first()?, *series.t_s.last()?);
+    let late: Vec<f64> = column
+        .iter()
+        .zip(&series.t_s)
+        .filter(|(_, t)| **t >= end - (end - series.t_s[0]) / 3.0)
+        .map(|(y, _)| *y)
+        .collect();
+    let net = (late.last()? - late.first()?).abs();
+    let share =
+        (range(late.iter().copied()) - net) / column.iter().fold(0.0, |most, y| larger(most, (y - first).abs()));
+    share.is_finite().then_some(share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(value: Evaluation) -> QuantityPlan {
+        QuantityPlan {
+            name: "tip".into(),
+            label: "tip".into(),
+            symbol: "u".into(),
+            unit: "mm".into(),
+            column: "tip_x_m".into(),
+            value,
+            factor: 1e3,
+            window: None,
+            records: [].into(),
+            errors: vec![],
+            by_record: [].into(),
+        }
+    }
+
+    /// A release that rings on is told, one that has come to rest and a ramp that goes on are not, and a frequency is no last row.
+    #[test]
+    fn a_last_row_that_rings_is_told() {
+        let t_s: Vec<f64> = (0..=200).map(|k| 0.01 * f64::from(k)).collect();
+        let of = |value: Evaluation, y: &dyn Fn(f64) -> f64| {
+            let columns = [("tip_x_m".to_string(), t_s.iter().map(|t| y(*t)).collect())].into();
+            still_rings(&plan(value), &Series { t_s: t_s.clone(), columns })
+        };
+        let ring = |decay: f64| move |t: f64| 1.0 - (20.0 * t).cos() * (-decay * t).exp();
+        assert!(of(Evaluation::Final, &ring(0.5)).is_some_and(|share| share > 0.2));
+        assert!(of(Evaluation::Change, &ring(6.0)).is_some_and(|share| share < 1e-3));
+        assert!(of(Evaluation::Final, &|t| 3.0 * t).is_some_and(|share| share < 1e-9));
+        assert_eq!(of(Evaluation::Frequency, &ring(0.5)), None);
+    }
 }

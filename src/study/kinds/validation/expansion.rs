@@ -1,13 +1,14 @@
 //! The variants, families and plan of a validation, read from the study file with every mistake in it.
 //!
-//! All cases of the [design](super::design) have derivatives by unknowns and inputs.
+//! All cases of the [design](super::design) have derivatives by unknowns and inputs, and by constants of [law files](super::law_files).
 
 use crate::scene::column;
-use crate::scene::{ParameterKey, SceneError, from_text, hint, read_scene, unit_of_column};
-use crate::study::kind::Expansion;
+use crate::scene::{ParameterKey, SceneError, SceneSpec, from_text, hint, read_scene, unit_of_column};
+use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::validation::constants::{record, unknown, without_use};
 use crate::study::kinds::validation::design::cases;
 use crate::study::kinds::validation::field::{Errors, Field};
+use crate::study::kinds::validation::law_files::with_inputs;
 use crate::study::kinds::validation::plan::{FamilyPlan, InputPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::quantities::Sources;
 use crate::study::kinds::validation::spec::{Purpose, RecordSpec, ValidationStudy};
@@ -20,14 +21,13 @@ use std::path::Path;
 
 /// Variants, families and the plan of a validation in a study file.
 pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expansion<ValidationPlan>, SceneError> {
-    let mut builder =
-        Builder { study, file, wrong: vec![], probes: BTreeMap::new(), scenes: scenes(study, file, scene)? };
+    let (specs, scenes): (Vec<SceneSpec>, Vec<toml::Table>) = scenes(study, file, scene)?.into_iter().unzip();
+    let mut builder = Builder { study, file, wrong: vec![], probes: BTreeMap::new(), scenes };
     let plan = builder.plan();
     if !builder.wrong.is_empty() {
         let fact = format!("{}: {}", count(builder.wrong.len(), "mistake"), builder.wrong.join("; "));
         return Err(refuse(file, ("validation".into(), fact, "correct them".into())));
     }
-    let (plan, families) = cases(study, &builder.scenes, plan);
     let mut derivatives = BTreeMap::new();
     for r in &plan.records {
         let keys = r.keys(&plan.unknowns).iter().map(|k| k.parse()).collect::<Result<Vec<ParameterKey>, _>>();
@@ -38,6 +38,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         })?;
         derivatives.insert(r.name.clone(), keys);
     }
+    let (plan, families) = cases(study, &builder.scenes, with_inputs(plan, &specs));
     let variants = study.records.iter().map(|r| {
         let of = |q: &&QuantityPlan| q.records.contains_key(&r.name);
         let mut columns: Vec<&QuantityPlan> = plan.quantities.iter().filter(of).collect();
@@ -63,21 +64,22 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         }
     });
     let variants = variants.collect();
-    Ok(Expansion { derivatives, ..Expansion::new(variants, families, plan) })
+    let rules = RunRules { input_uncertainty: true, along_curves: true, ..RunRules::default() };
+    Ok(Expansion { derivatives, rules, ..Expansion::new(variants, families, plan) })
 }
 
 /// The scenes of all records with their changes.
-fn scenes(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Vec<toml::Table>, SceneError> {
+fn scenes(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Vec<(SceneSpec, toml::Table)>, SceneError> {
     let one = |r: &RecordSpec| {
         let own = r.scene.as_ref().map(|own| file.parent().unwrap_or(Path::new("")).join(own));
         let scene = own.as_deref().unwrap_or(scene);
         let set: Vec<_> = r.set.clone().into_iter().collect();
-        let (_, text) = read_scene(scene, &set).map_err(|e| SceneError::Part {
+        let (spec, text) = read_scene(scene, &set).map_err(|e| SceneError::Part {
             file: file.into(),
             place: format!("record {}", r.name),
             source: e.into(),
         })?;
-        from_text(scene, &text, "")
+        Ok((spec, from_text(scene, &text, "")?))
     };
     study.records.iter().map(one).collect()
 }
@@ -115,6 +117,7 @@ impl<'a> Builder<'a> {
             group: i.group.clone().unwrap_or_else(|| i.name.clone()),
             deviation: i.deviation.clone(),
             source: i.source.clone(),
+            of_law_file: false,
         });
         let inputs = inputs.collect();
         let own = study.records.iter().zip(&self.scenes);

@@ -99,10 +99,13 @@ pub struct Prediction {
     pub curved: bool,
     /// Mean of the measured values, where it was measured
     pub measured: Option<f64>,
-    /// Whether the interval contains the measured value; `None` where it lacks the error of the mesh
+    /// Whether the interval contains the measured value; `None` where it lacks an error
     pub inside: Option<bool>,
     /// (measured − predicted) over the half of the interval on that side, where it is judged
     pub score: Option<f64>,
+    /// Errors that the interval lacks, in words
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lacks: Vec<String>,
     /// Reasons to doubt the numerical error bars
     pub doubts: Vec<String>,
 }

@@ -22,6 +22,7 @@ pub mod field;
 pub mod figures;
 pub mod findings;
 pub mod joint;
+pub mod law_files;
 pub mod measured;
 mod methods;
 pub mod monte_carlo;

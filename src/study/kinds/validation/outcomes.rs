@@ -116,7 +116,8 @@ impl<'a> Calibration<'a> {
             let Some(response) = t.moved(shift) else { return Ok(None) };
             Ok(self.moved(shift)?.map(|found| response.value(&found.xi, &found.s)))
         };
-        let numerical = self.numerical(value, Some(t), &influence, &again);
+        let mut numerical = self.numerical(value, Some(t), &influence, &again);
+        let lacks = self.lacks(t, &mut numerical);
         // Errors of the data reach a prediction by way of the constants
         let through =
             |all: &Vec<(String, f64)>| all.iter().map(|(g, share)| (format!("constants: {g}"), *share)).collect();
@@ -129,8 +130,8 @@ impl<'a> Calibration<'a> {
         let value = value + numerical.correction;
         let interval = self.interval(value, &budget, simulated.filter(|_| curved), &numerical);
         let measured = (!t.measured.is_empty()).then(|| mean(t.measured));
-        // An interval without the error of the mesh is too narrow to be judged
-        let judged = measured.filter(|_| !numerical.lacks_mesh);
+        // An interval that lacks an error is too narrow to be judged
+        let judged = measured.filter(|_| lacks.is_empty());
         let score =
             |m: f64| if m > value { (m - value) / (interval[1] - value) } else { (m - value) / (value - interval[0]) };
         Prediction {
@@ -149,8 +150,28 @@ impl<'a> Calibration<'a> {
             measured,
             inside: judged.map(|m| (interval[0]..=interval[1]).contains(&m)),
             score: judged.map(score),
+            lacks,
             doubts: numerical.doubts,
         }
+    }
+
+    /// The errors that the interval of a prediction lacks, in words; a doubt is added of those of law files.
+    fn lacks(&self, t: &Target, numerical: &mut Numerical) -> Vec<String> {
+        let mut constants: Vec<String> = vec![];
+        for name in self.data.iter().flat_map(|data| &data.lacks).chain(&t.lacks) {
+            if !constants.contains(name) {
+                constants.push(name.clone());
+            }
+        }
+        let of_laws = (!constants.is_empty()).then(|| format!("the uncertainty of {}", constants.join(", ")));
+        if let Some(lack) = &of_laws {
+            let why = "its law file leaves it open, or derivatives by it are not known";
+            numerical.doubts.push(format!(
+                "the interval lacks {lack}, and is not judged by the measured value: {why}; state it as an input"
+            ));
+        }
+        let of_mesh = numerical.lacks_mesh.then(|| "the error of the mesh".to_string());
+        of_mesh.into_iter().chain(of_laws).collect()
     }
 
     /// 95 % around a value, with the ends of simulated experiments where these count.

@@ -67,6 +67,9 @@ pub struct InputPlan {
     /// The deviation as the study gives it
     pub deviation: String,
     pub source: String,
+    /// It is the interval of a law file, not stated by the study
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub of_law_file: bool,
 }
 
 /// One record.
@@ -80,6 +83,9 @@ pub struct RecordPlan {
     pub unknowns: Vec<usize>,
     /// Inputs that its scene has: index, and its keys with one standard deviation \[SI\]
     pub inputs: Vec<(usize, Vec<(String, f64)>)>,
+    /// Constants of its laws whose files leave their intervals open
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub open: Vec<String>,
 }
 
 impl RecordPlan {

@@ -15,6 +15,8 @@ pub struct Target<'a> {
     pub measured: &'a [f64],
     /// \[independent errors of the response\] group of each
     pub groups: Vec<String>,
+    /// Constants of law files whose uncertainty it lacks
+    pub lacks: Vec<String>,
 }
 
 /// Amount by which the quantity of a record is another one elsewhere, such as on another mesh; `None` where it has no run there.
@@ -39,7 +41,7 @@ pub fn targets<'a>(
     for record in &plan.records {
         for (place, (quantity, repeats)) in plan.quantities.iter().zip(repeats).enumerate() {
             let Some(measured) = quantity.records.get(&record.name) else { continue };
-            let samples = samples(results, plan, record, quantity);
+            let (samples, without) = samples(results, plan, record, quantity);
             let surface = Surface::fit(record.unknowns.len(), &samples)
                 .map_err(|e| format!("{} of {}: {e}", quantity.label, record.label))?;
             let (mut noise, mut groups) = (vec![], vec![]);
@@ -66,25 +68,45 @@ pub fn targets<'a>(
                 scatter: scatter.map(estimated),
                 shared: quantity.errors_of(&record.name).filter_map(amount).collect(),
             };
-            all.push(Target { record, quantity, response, measured, groups });
+            let lacks = record.open.iter().cloned().chain(without).collect();
+            all.push(Target { record, quantity, response, measured, groups, lacks });
         }
     }
     Ok(all)
 }
 
-fn samples(results: &Results, plan: &ValidationPlan, record: &RecordPlan, q: &QuantityPlan) -> Vec<Sample> {
+/// The runs of a design, and the inputs of law files by which they have no derivatives.
+fn samples(
+    results: &Results,
+    plan: &ValidationPlan,
+    record: &RecordPlan,
+    q: &QuantityPlan,
+) -> (Vec<Sample>, Vec<String>) {
     let keys = record.keys(&plan.unknowns);
-    let one = |(case, at): (&String, &Vec<f64>)| {
+    let of_law_file = |(k, _): &&(usize, Vec<(String, f64)>)| plan.inputs[*k].of_law_file;
+    let stated = record.inputs.iter().filter(|input| !of_law_file(input)).cloned().collect();
+    let stated = RecordPlan { inputs: stated, ..record.clone() }.keys(&plan.unknowns);
+    let mut without: Vec<String> = vec![];
+    let mut one = |(case, at): (&String, &Vec<f64>)| {
         let stored = results.cases.iter().find(|c| c.record.id == *case && c.is_of(&record.name))?;
         let derivatives = results.sensitivities.get(case);
-        let (value, by) = evaluate(q, &stored.series, derivatives, &keys).filter(|_| stored.record.converged())?;
-        let of = |key: &String| keys.iter().position(|k| k == key).map_or(0.0, |k| by[k]);
+        let by = |keys: &[String]| evaluate(q, &stored.series, derivatives, keys).filter(|_| stored.record.converged());
+        let ((value, by), known) = if let Some(found) = by(&keys) {
+            (found, &keys)
+        } else {
+            let found = by(&stated)?;
+            let lost = record.inputs.iter().filter(of_law_file).map(|(k, _)| plan.inputs[*k].name.clone());
+            without = lost.collect();
+            (found, &stated)
+        };
+        let of = |key: &String| known.iter().position(|k| k == key).map_or(0.0, |k| by[k]);
         let by_constants =
             record.unknowns.iter().map(|k| &plan.unknowns[*k]).map(|u| of(&u.key) * u.half() * u.factor).collect();
         let along = |(_, keys): &(usize, Vec<(String, f64)>)| keys.iter().map(|(key, d)| of(key) * d).sum();
         Some(Sample { at: at.clone(), value, by_constants, by_inputs: record.inputs.iter().map(along).collect() })
     };
-    plan.points.iter().filter_map(one).collect()
+    let samples = plan.points.iter().filter_map(&mut one).collect();
+    (samples, without)
 }
 
 /// Sources that several data share: name and group, each once.

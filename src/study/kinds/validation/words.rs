@@ -7,6 +7,7 @@ use crate::study::kinds::validation::findings::{FittedDatum, FoundScatter, Predi
 use crate::study::kinds::validation::joint::Solution;
 use crate::study::kinds::validation::plan::{UnknownPlan, ValidationPlan};
 use crate::wording::count;
+use std::collections::BTreeSet;
 
 /// Predictions that a verdict names.
 const SHOWN: usize = 4;
@@ -46,9 +47,9 @@ pub fn sentence(p: &Prediction, reference: &str) -> String {
     );
     if let Some(m) = p.measured {
         let place = match p.inside {
-            Some(true) => "inside the interval",
-            Some(false) => "outside of the interval",
-            None => "not judged, since the interval lacks the error of the mesh",
+            Some(true) => "inside the interval".into(),
+            Some(false) => "outside of the interval".into(),
+            None => format!("not judged, since the interval lacks {}", p.lacks.join(" and ")),
         };
         words += &format!("; {reference} {m:.n$}{}, {place}", space(&p.unit));
     }
@@ -69,14 +70,17 @@ pub fn verdict(found: &ValidationFindings) -> String {
         };
         words.push(format!("{inside} of {} {lie}.", compared(found, scored.len())));
     }
-    let unjudged = found.predictions.iter().filter(|p| p.measured.is_some() && p.inside.is_none()).count();
-    if unjudged > 0 {
-        let of = if unjudged == 1 {
+    let unjudged: Vec<&Prediction> =
+        found.predictions.iter().filter(|p| p.measured.is_some() && p.inside.is_none()).collect();
+    if !unjudged.is_empty() {
+        let of = if unjudged.len() == 1 {
             "is not judged, since its interval lacks"
         } else {
             "are not judged, since their intervals lack"
         };
-        words.push(format!("{} {of} the error of the mesh.", compared(found, unjudged)));
+        let lacks: BTreeSet<&str> = unjudged.iter().flat_map(|p| &p.lacks).map(String::as_str).collect();
+        let lacks = lacks.into_iter().collect::<Vec<_>>().join(" or ");
+        words.push(format!("{} {of} {lacks}.", compared(found, unjudged.len())));
     }
     words.extend(found.predictions.iter().take(SHOWN).map(|p| sentence(p, found.reference())));
     if found.predictions.len() > SHOWN {
