@@ -16,6 +16,8 @@ const INTERVAL: f64 = 64.0;
 /// Rates that are compared, and the share of the largest one that is none, well above rounding.
 const RATES: u32 = 64;
 const NO_RATE: f64 = 1e-6;
+/// Rounding of a rate by differences, in units of ε of the value over their length: about 8 from each side.
+const ROUNDING: f64 = 16.0;
 
 /// Side of a time from which rates are looked at, where they jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,9 +135,19 @@ impl Signal {
 
     /// Whether the rate jumps at a time, against the largest one from then until another time.
     pub fn jumps_at(&self, from: f64, to: f64) -> bool {
-        let now = Clock::from(from);
-        let [before, after] = [self.rate_before(now), self.rate(now)];
-        (after - before).abs() > NO_RATE * self.largest_rate(from, to).max(before.abs())
+        let before = self.rate_before(Clock::from(from)).abs();
+        self.jump(from) > self.rounding(from).max(NO_RATE * self.largest_rate(from, to).max(before))
+    }
+
+    /// Of the rate at a time.
+    fn jump(&self, t: f64) -> f64 {
+        let now = Clock::from(t);
+        (self.rate(now) - self.rate_before(now)).abs()
+    }
+
+    /// Of rates by differences, at most.
+    fn rounding(&self, t: f64) -> f64 {
+        ROUNDING * f64::EPSILON * self.at(Clock::from(t)).abs() / difference(t)
     }
 
     /// Of the rates between two times, these not included.
@@ -190,28 +202,30 @@ fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
     let point = |k: u32| from + f64::from(k) / f64::from(count) * (to - from);
     let signal = Signal::Formula(formula.clone());
     let least = NO_RATE * signal.largest_rate(from, to);
+    let is_sharp = |t: f64, sharp: f64| sharp > least.max(signal.rounding(t));
     let within = (0..count).any(|k| {
         let mut interval = [point(k), point(k + 1)];
         while interval[1] - interval[0] > 2.0 * shortest {
             interval = sharper(interval);
         }
         let short = sharper(sharper(sharper(interval)));
-        bend(short) > least.max(0.25 * bend(interval))
+        is_sharp(short[0], bend(short)) && bend(short) > 0.25 * bend(interval)
     });
-    within || (1..count).any(|k| signal.jumps_at(point(k), to))
+    within || (1..count).map(point).any(|t| is_sharp(t, signal.jump(t)))
 }
 
 /// ds/dt and d²s/dt² of a formula on one side of a time.
 fn of_formula(formula: &Formula, t: f64, side: Side) -> [f64; 2] {
     let step = side.step(difference(t));
-    let first = |[now, next, last]: [f64; 3]| (4.0 * next - 3.0 * now - last) / (2.0 * step);
+    // By differences from the value itself, which are exactly zero where nothing changes
+    let first = |[now, next, last]: [f64; 3]| (4.0 * (next - now) - (last - now)) / (2.0 * step);
     let places = [0.0, 1.0, 2.0].map(|k| t + k * step);
     if let [Some(now), Some(next), Some(last)] = places.map(|t| formula.rate(t)) {
         return [now, first([now, next, last])];
     }
     let long = SECOND * step;
     let [now, one, two, three] = [0.0, 1.0, 2.0, 3.0].map(|k| formula.at(t + k * long));
-    let second = (2.0 * now - 5.0 * one + 4.0 * two - three) / (long * long);
+    let second = (4.0 * (two - now) - 5.0 * (one - now) - (three - now)) / (long * long);
     [formula.rate(t).unwrap_or_else(|| first(places.map(|t| formula.at(t)))), second]
 }
 
@@ -308,8 +322,23 @@ mod tests {
         for kinked in ["10 * max(t - 1.7, 0)", "abs(t - 1.7)", "sin(3 * t) + 0.2 * min(t, 1.7)", "3 * max(t, 1.7)^2"] {
             assert_eq!(corners(&formula(kinked)), [false, true, true, false, false], "{kinked}");
         }
-        for smooth in ["sin(30 * t)", "abs(5 + sin(30 * t))", "max(t - 1.7, 0)^3", "max(t^2, -1)", "max(0.3, 0.4)"] {
-            assert_eq!(corners(&formula(smooth)), [false; 5], "{smooth}");
+        for smooth in [
+            "sin(30 * t)",
+            "abs(5 + sin(30 * t))",
+            "max(t - 1.7, 0)^3",
+            "max(t^2, -1)",
+            "max(0.3, 0.4)",
+            // Held from the middle on, by smooth steps, at values whose multiples are rounded; a slow motion far from zero; a pulse
+            "0.4 * min(t / 1.7, 1)^2 * (3 - 2 * min(t / 1.7, 1))",
+            "0.001 * (1 - cos(PI * min(t / 1.7, 1)))",
+            "max(50, 0) + 0.01 * t",
+            "max(exp(-((t - 1.7) / 0.02)^2), -1)",
+        ] {
+            let signal = formula(smooth);
+            assert_eq!(corners(&signal), [false; 5], "{smooth}");
+            assert!([1.0, 2.0, 3.0].iter().all(|t| !signal.jumps_at(*t, 4.0)), "{smooth}");
         }
+        let held = formula("0.4 * min(t / 1.7, 1)^2");
+        assert!(!held.moves_at(2.0, 3.0) && held.moves_at(1.0, 2.0));
     }
 }

@@ -15,10 +15,13 @@ pub struct SpanStart<'a> {
 }
 
 impl SpanStart<'_> {
-    /// Whether the span continues the one before, as if both were one: it has the same rule and the same nominal step.
+    /// Whether the span continues the one before, as if both were one: it has the same rule and the same nominal step, with which that one ended. After a shorter
+    /// last step a rule of several steps would carry the errors of that step on, and an undamped one its velocity for ever.
     pub fn goes_on(&self) -> bool {
         let Self { span, before } = self;
-        let is_same = |before: &TimeSpan| before.integrator == span.integrator && before.dt == span.dt;
+        let is_same = |before: &TimeSpan| {
+            before.integrator == span.integrator && before.dt == span.dt && before.ends_with_whole_step()
+        };
         !span.integrator.is_static() && before.is_some_and(is_same)
     }
 

@@ -22,6 +22,11 @@ impl TimeSpan {
         ((self.end - self.start) / self.dt - REMAINDER).ceil().max(1.0) as usize
     }
 
+    /// Whether the last step has the nominal length, as all others have, within what may be left at the end.
+    pub fn ends_with_whole_step(&self) -> bool {
+        (self.end - self.point(self.steps() - 1) - self.dt).abs() <= 2.0 * REMAINDER * self.dt
+    }
+
     /// Whether the rounding of the time at the end is less than a thousandth of the nominal step, so that every step has its length.
     pub fn is_resolved(&self) -> bool {
         f64::EPSILON * self.end.abs() <= REMAINDER * self.dt
@@ -60,6 +65,10 @@ mod tests {
                     }
                 }
             }
+        }
+        for (end, is_whole) in [(1.0, true), (1.000_05, true), (1.0003, false), (0.95, false), (0.04, false)] {
+            let span = TimeSpan { integrator: Integrator::Bdf2, start: 0.0, end, dt: 0.1 };
+            assert_eq!(span.ends_with_whole_step(), is_whole, "{end}");
         }
         let swallowed = TimeSpan { integrator: Integrator::Bdf2, start: 86400.0, end: 86400.0 + 1e-6, dt: 1e-9 };
         assert!(!swallowed.is_resolved());
