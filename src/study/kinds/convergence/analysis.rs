@@ -38,6 +38,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
         verdict += &verdict::constants_alone(&quantities);
     }
     verdict += &verdict::undetermined_words(&quantities);
+    verdict += &verdict::without_share_words(&quantities);
     let extension = next.and_then(NextMesh::extension);
     let found = ConvergenceFindings { quantities, settings, recommended, extension };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
@@ -57,8 +58,13 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
     }
     let of_constants = |r| independent::input_uncertainty(cases, (variant, quantity), &estimates, r);
-    let undetermined = cases.undetermined(variant).to_vec();
+    let constants = cases.constants(variant);
+    let undetermined = constants.map_or(vec![], |c| c.undetermined.clone());
     let inputs = reference.as_ref().filter(|_| undetermined.is_empty()).and_then(of_constants);
+    let without_share = match (&inputs, &reference) {
+        (None, Some(_)) if undetermined.is_empty() => constants.map_or(vec![], |c| c.bounded.clone()),
+        _ => vec![],
+    };
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
@@ -99,6 +105,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         one_run,
         inputs,
         undetermined,
+        without_share,
         reference,
         errors,
         supported,

@@ -44,6 +44,8 @@ pub struct MeshErrors {
     pub inputs: Option<InputUncertainty>,
     /// Constants of the laws whose interval is open
     pub undetermined: Vec<String>,
+    /// Constants of the laws with an interval whose share of the quantity is not known, since no derivative by them is there
+    pub without_share: Vec<String>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
     /// A reference within the tolerance exists, and the time steps resolve the motion
