@@ -4,7 +4,6 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::curve::{Curve, peak};
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::{Estimate, Level};
-use crate::study::estimate::richardson::Convergence;
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
@@ -127,22 +126,13 @@ fn families(
         }
         let members = cases.of(f, variant);
         let level = |c: &&StoredCase| {
-            let level = Level::of(&c.record, peak(c, quantity)?);
+            let level = Level::of(&c.record, quantity, peak(c, quantity)?);
             let edge = level.edge.filter(|_| f.role != Role::Nested);
-            let cut = c.record.cut_regions_of(quantity);
-            Some(Level { edge, cut, ..level })
+            Some(Level { edge, ..level })
         };
         let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
-        let mut estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
-        // Three meshes may have an order where there is no limit, too
-        let is_open = |e: &&mut Estimate| e.asymptotic != Some(true) && e.class != Convergence::Exact;
-        if let Some(e) = estimate.as_mut().filter(is_open).filter(|_| is_local_extreme(quantity)) {
-            e.object(
-                "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
-                 meshes whose orders agree show one: take a percentile or a place of your choice",
-            );
-        }
+        let estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
         estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
@@ -154,11 +144,4 @@ fn families(
         }
     }
     (estimates, curves)
-}
-
-/// Columns of the largest or smallest value within the body, by the ends of their names.
-const LOCAL: [&str; 5] = ["min_j", "stretch_max", "stretch_min", "stress_max_Pa", "thickness_min_m"];
-
-fn is_local_extreme(quantity: &str) -> bool {
-    LOCAL.iter().any(|end| quantity.ends_with(end))
 }

@@ -1,7 +1,7 @@
 //! The mesh that would support a verdict where the evidence does not, and its cost.
 //!
-//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no region whose border runs through cells, and do not
-//! oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
+//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no objection that lasts whatever the mesh is (a region whose
+//! border runs through cells, a value that may have no limit), and do not oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
 //! family, and its kind counts its cells. The cost is that of the power law through the means over the variants of the family.
@@ -160,7 +160,7 @@ impl<'a> Candidate<'a> {
         }
         let (mut bar, mut wanted, mut all) = (0.0_f64, LEAST_RATIO, false);
         for q in open {
-            let e = q.estimate(&family.name).filter(|e| !e.cuts_cells)?;
+            let e = q.estimate(&family.name).filter(|e| !e.lasting)?;
             let finest = e.cases.first()?;
             let own = q.errors.iter().find(|c| c.id == *finest).map_or(f64::INFINITY, |c| c.bar);
             bar = bar.max(own);

@@ -210,5 +210,6 @@ fn warnings(
             ));
         }
     }
+    analysis::add_notes(&mut out, stored);
     out
 }

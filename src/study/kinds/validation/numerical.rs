@@ -263,7 +263,10 @@ impl<'a> Meshes<'a> {
         let tolerance = self.results.study.tolerance;
         let of = (family.name.as_str(), family.role, family.formulation.as_str());
         if family.role != Role::TimeStep {
-            let levels = self.levels((family, plan), records, outcome, doubts, |_, c, z| Level::of(&c.record, z));
+            let own = outcome.own.filter(|t| records.iter().any(|r| r.name == t.record.name));
+            let column = own.map_or("", |t| t.quantity.column.as_str());
+            let level = |_: usize, c: &StoredCase, z: f64| Level::of(&c.record, column, z);
+            let levels = self.levels((family, plan), records, outcome, doubts, level);
             return estimate(of, levels, None, tolerance);
         }
         let members = (0..plan.members).map(|k| Some(&self.member((family, plan), k, records.first()?)?.record));
