@@ -9,7 +9,7 @@ use durometer::study::analysis::Analysis;
 use durometer::study::estimate::family::{Level, estimate};
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
-use durometer::study::store::record::Role;
+use durometer::study::store::record::{Role, StoredCase};
 use durometer::study::store::results::read;
 
 /// A cantilever of 40 × 10 × 10 mm that a traction bends, held by a region.
@@ -148,6 +148,30 @@ fn members_of_other_problems_are_named() {
     }
     let found = warned(&cases);
     assert!(found.iter().any(|w| w.starts_with("Family nested: no estimate uses nested-")), "{found:?}");
+}
+
+/// Variants of one family may differ in the element, and each estimate has the order of its own meshes; members of one variant that do have none in common.
+#[test]
+fn an_estimate_has_the_order_of_its_meshes() {
+    let (study, mut cases) = study();
+    let quadratic = |c: &&mut StoredCase| c.record.family == "sizes" && c.record.variant == "tension";
+    cases.iter_mut().filter(quadratic).for_each(|c| c.record.formulation = "tet10".into());
+    let analysed = analyse(&study, &cases);
+    let order = |variant: &str| {
+        let estimate = analysed.find(variant, "bending_angle_deg").and_then(|q| q.estimate("sizes"));
+        estimate.map(|e| (e.formal_order, e.formulation.clone()))
+    };
+    assert_eq!(order("length"), Some((2.0, "tet4".into())));
+    assert_eq!(order("tension"), Some((4.0, "tet10".into())));
+    let mixed = |warnings: &[String]| warnings.iter().filter(|w| w.contains("formal orders differ")).count();
+    assert_eq!(mixed(&analysed.warnings), 0, "{:?}", analysed.warnings);
+    let coarsest = |c: &&mut StoredCase| quadratic(c) && c.record.mesh.cells == SIZES[3];
+    cases.iter_mut().filter(coarsest).for_each(|c| c.record.formulation = "tet4".into());
+    let warnings = analyse(&study, &cases).warnings;
+    assert!(
+        mixed(&warnings) == 1 && warnings.iter().any(|w| w.starts_with("Family sizes: its members are of tet")),
+        "{warnings:?}"
+    );
 }
 
 /// Facets on a curved surface miss its volume by c h², and are not reported. Another body has another volume, whichever place it has in the family.

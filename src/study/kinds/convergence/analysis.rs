@@ -130,16 +130,17 @@ fn families(
             let edge = level.edge.filter(|_| f.role != Role::Nested);
             Some(Level { edge, ..level })
         };
-        let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let formulation = f.formulation_of(&members);
+        let scatter = noise.iter().find(|n| n.formulation == formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
-        let estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
+        let estimate = family::estimate((&f.name, f.role, formulation), levels, scatter, tolerance);
         estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
             .collect();
         series.sort_by(|a, b| a.1.total_cmp(&b.1));
         if series.len() >= 2 {
-            let formal = family::formal_order(&f.formulation);
+            let formal = family::formal_order(formulation);
             curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
         }
     }

@@ -135,7 +135,7 @@ fn extrapolated(
         Some(if by_mesh { Level::of(&c.record, quantity, f) } else { Level::of_steps(&c.record, f, size) })
     };
     let levels = cases.iter().zip(sizes).filter_map(level).collect();
-    estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
+    estimate_of_order((&family.name, family.role, family.formulation_of(cases)), formal, levels, None, tolerance)
 }
 
 /// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame
