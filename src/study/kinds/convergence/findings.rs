@@ -59,6 +59,11 @@ impl MeshErrors {
         self.estimates.iter().find(|e| e.family == family)
     }
 
+    /// Whether the reference is of a family that is refused, since all are.
+    pub fn has_refused_reference(&self) -> bool {
+        self.reference.as_ref().and_then(|r| self.estimate(&r.family)).is_some_and(|e| e.refused)
+    }
+
     /// The family the study is about.
     pub fn sizes(&self) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.role == Role::Sizes)
