@@ -7,6 +7,7 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::study::analysis::Analysis;
 use durometer::study::estimate::family::{Level, estimate};
+use durometer::study::estimate::method::Method;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
 use durometer::study::store::record::{Role, StoredCase};
@@ -118,6 +119,38 @@ fn a_region_that_ends_within_cells_gets_no_verdict() {
     assert!(within.recommended.is_none() && within.verdict.contains("border of clamp runs through cells"));
     assert!(within.extension.is_none(), "no mesh removes the reason: {:?}", within.extension);
     assert!(!between.verdict.contains("runs through cells"), "{}", between.verdict);
+}
+
+/// A bracket that is held at the inner face of its corner, which ends at the re-entrant edge: two meshes assume the first order there, and 2 on one that is held at
+/// the end of an arm.
+#[test]
+fn two_meshes_at_a_glued_edge_assume_the_first_order() {
+    let orders = ["inner", "ymax"].map(|held| {
+        let scene = format!(
+            "[mesh]\nelement = \"tet10\"\ngrid = {{ kind = \"bracket\", edge = \"20 mm\", thickness = \"10 mm\", divisions = [2, 1] }}\n\
+             [mesh.regions]\ninner = {{ kind = \"plane\", point = [\"10 mm\", \"0 mm\", \"0 mm\"], normal = [1, 0, 0], \
+             tolerance = \"0.01 mm\", pick = \"facets\", rule = \"all\" }}\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\n\
+             nu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\n\
+             region = \"{held}\"\n[[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [0, -1, 0]\ntraction = {{ kind = \"ramp\", \
+             from = \"0 kPa\", to = \"1 kPa\", end = \"1 s\" }}\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n\
+             [[probe]]\nkind = \"position\"\nregion = \"xmax\"\n"
+        );
+        let study = "kind = \"convergence\"\nquestion = \"q\"\nexpectation = \"e\"\nscene = \"scene.toml\"\ntolerance = \"10 %\"\n\
+             [[variant]]\nname = \"sag\"\nquantity = [{ name = \"xmax_y_m\", label = \"sag\", symbol = \"y\", unit = \"m\" }]\n\
+             [[family]]\nname = \"sizes\"\nrole = \"sizes\"\n[family.members]\n\
+             a = { \"mesh.grid.divisions\" = [2, 1] }\nb = { \"mesh.grid.divisions\" = [4, 2] }\n";
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for (name, text) in [("scene.toml", scene.as_str()), ("study.toml", study)] {
+            std::fs::write(folder.path().join(name), text).expect("writable");
+        }
+        run_folder(folder.path());
+        let results = read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
+        let a = analyse(&results.study, &results.cases);
+        let q = a.find("sag", "xmax_y_m").expect("listed");
+        println!("{held}: {}", a.verdict);
+        q.estimate("sizes").expect("two meshes").method.clone()
+    });
+    assert_eq!(orders, [1.0, 2.0].map(|p| Method::TwoMeshes { p }));
 }
 
 /// Members with other moduli or dimensions are other bodies: the report says so. Members of one size are named.

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | 4 or more meshes, sane p | φ₀ of the least squares | Eça–Hoekstra U | max of δ and (Fs − 1)ε₁ + σ + \|φ₁ − fit\|; U₁ if the orders of two triples differ |
 //! | 3, monotone, sane p | Richardson | GCI, Fs = 1.25 | max of δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
-//! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
+//! | 2 | Richardson with p = min(formal, 2), 1 where a held face ends at a re-entrant edge | GCI, Fs = 3 | U₁ |
 //! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
 //!
 //! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
@@ -58,6 +58,8 @@ pub struct Level {
     pub extreme: bool,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
+    /// A held face ends at a re-entrant edge
+    pub glued: bool,
 }
 
 impl Level {
@@ -75,6 +77,7 @@ impl Level {
             cut: case.cut_regions_of(column),
             extreme: LOCAL.iter().any(|end| column.ends_with(end)),
             no_limit: case.no_limit.clone(),
+            glued: case.glued_edge,
         }
     }
 
@@ -248,7 +251,7 @@ pub fn estimate_of_order(
         values: f,
         ratios,
     };
-    let assumed = set_richardson(&mut e, first);
+    let assumed = set_richardson(&mut e, first, levels[0].glued);
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
     add_other_size(&mut e, &levels, scatter, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), &mut reasons);
@@ -266,6 +269,9 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     let alone = if f.len() == 3 { (f[1] - f[0]).abs() * by_first_order(h[1]) } else { 0.0 };
     coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
+
+/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there, and three times the change by the first order covers it.
+const GLUED_ORDER: f64 = 1.0;
 
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
 const SMALL: f64 = 0.1;
@@ -412,8 +418,9 @@ fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tole
     e.by_edge = Some((other.observed_order, other.extrapolated));
 }
 
-/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume.
-fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume: of two meshes 2 at most, which clamped edges permit, and
+/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge.
+fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
         Some(t) if t.is_sane(q) => {
@@ -421,7 +428,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
             t.p
         }
         Some(_) => None,
-        None if e.class == Convergence::TwoMeshes => Some(q.min(2.0)),
+        None if e.class == Convergence::TwoMeshes => Some(if glued { GLUED_ORDER } else { q.min(2.0) }),
         None => None,
     };
     if let Some(p) = assumed {

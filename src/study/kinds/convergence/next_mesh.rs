@@ -13,6 +13,7 @@ use crate::scene::{MeshSpec, from_text};
 use crate::scene::{cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
+use crate::study::estimate::method::Method;
 use crate::study::estimate::power_law::{Predicted, power_law};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::{ADD, Extension};
@@ -228,9 +229,12 @@ fn left_by(e: &Estimate, ratio: f64) -> f64 {
     CAUTIOUS_FACTOR * oscillation(&h, &f)
 }
 
-/// Order by which the bar is expected to fall.
+/// Order by which the bar is expected to fall, that of two meshes the one they assume.
 fn order(e: &Estimate) -> f64 {
-    let usual = e.formal_order.min(2.0);
+    let usual = match e.method {
+        Method::TwoMeshes { p } => p,
+        _ => e.formal_order.min(2.0),
+    };
     e.observed_order.map_or(usual, |p| p.clamp(LEAST_ORDER, usual))
 }
 
