@@ -98,7 +98,7 @@ pub use build::{Scene, SceneBuilder};
 pub use error::{Line, Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
-    path_dependence,
+    has_glued_edge, path_dependence,
 };
 pub use import::fixture::{Fixture, Slab};
 pub(crate) use import::nearest_cells;

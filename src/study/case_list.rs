@@ -38,8 +38,8 @@ pub struct CaseList<'a> {
     changes: &'a Changes<'a>,
     all: Vec<Case>,
     ids: HashSet<String>,
-    /// Variant with what is asked of it, where it counts, and scene → id of the case that runs it
-    scenes: HashMap<(String, String), String>,
+    /// Variant with what is asked of it, where it counts, the folder of the files that a scene names, and the scene → id of the case that runs it
+    scenes: HashMap<(String, PathBuf, String), String>,
     differences: Differences,
 }
 
@@ -142,8 +142,12 @@ impl<'a> CaseList<'a> {
         let formulation = spec.formulation();
         let expansion = self.expansion;
         let plan = self.plan((family, variant, label), scene_file, member, place)?;
-        let asked = plan.as_ref().map_or_else(String::new, |p| format!("{} {}", variant.name, p.sha256));
-        let scene = (asked, text.clone());
+        // Constants are found, and derivatives are taken, for one variant
+        let of_variant = plan.as_ref().map(|p| p.sha256.as_str());
+        let of_variant = of_variant.or_else(|| expansion.derivatives.contains_key(&variant.name).then_some(""));
+        let asked = of_variant.map_or_else(String::new, |sha256| format!("{} {sha256}", variant.name));
+        let folder = scene_file.parent().unwrap_or(Path::new("")).to_path_buf();
+        let scene = (asked, folder, text.clone());
         if let Some(same) = self.scenes.get(&scene).filter(|_| expansion.rules.share_cases) {
             return Ok((same.clone(), formulation));
         }

@@ -1,6 +1,6 @@
 //! Verdicts of convergence studies with synthetic cases: what they say, and what is refused.
 
-use crate::common::synthetic::{SIZES, size, study};
+use crate::common::synthetic::{self, SIZES, size, study};
 use durometer::study::analysis::{Analysis, ByQuantity};
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::richardson::Convergence;
@@ -10,6 +10,7 @@ use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshEr
 use durometer::study::kinds::convergence::report::quantities::{quantities, settings};
 use durometer::study::kinds::convergence::verdict;
 use durometer::study::locking;
+use durometer::study::report;
 use durometer::study::run::inputs::InputRecord;
 use durometer::study::store::record::*;
 use std::collections::BTreeMap;
@@ -372,6 +373,38 @@ fn a_largest_stretch_needs_orders_that_agree() {
     let three: Vec<StoredCase> = cases.iter().filter(|c| least(c)).cloned().collect();
     let a = analyse(&study, &three);
     assert!(a.find("length", "stretch_max").is_some_and(|q| !q.supported && q.sentence.contains(why)), "{}", a.verdict);
+    // Where no mesh is fine enough, no finer one would help
+    let alone: Vec<StoredCase> = three.into_iter().filter(|c| c.record.family == "sizes").collect();
+    let a = analyse(&study, &alone);
+    assert!(a.verdict.contains(why) && !a.verdict.contains("would help") && a.extension.is_none(), "{}", a.verdict);
+}
+
+/// A family that is refused is no reference where another one is not, however small its U(f*) is. Where all are refused, the captions say so.
+#[test]
+fn a_refused_family_is_the_last_to_be_a_reference() {
+    let (study, mut cases) = study();
+    let study = StudyRecord { tolerance: 1e-4, ..study };
+    let leads = |cases: &[StoredCase]| {
+        let a = analyse(&study, cases);
+        let q = a.find("length", "cable_tension_N").expect("listed");
+        (q.reference.as_ref().expect("a reference").family.clone(), q.has_refused_reference())
+    };
+    let (first, is_refused) = leads(&cases);
+    assert!(!is_refused);
+    let cut = |cases: &mut [StoredCase], family: Option<&str>| {
+        let own = cases.iter_mut().filter(|c| family.is_none_or(|name| c.record.family == name));
+        own.for_each(|c| c.record.cut_regions = vec!["clamp".into()]);
+    };
+    cut(&mut cases, Some(&first));
+    let (second, is_refused) = leads(&cases);
+    assert!(second != first && !is_refused, "{second} in place of {first}");
+    cut(&mut cases, None);
+    assert!(leads(&cases).1);
+    let dir = tempfile::tempdir().expect("a folder");
+    synthetic::store(dir.path(), &(study, cases));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let page = std::fs::read_to_string(dir.path().join("index.html")).expect("a page");
+    assert!(page.contains("distances from the limit of one that is refused"));
 }
 
 #[test]

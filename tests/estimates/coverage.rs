@@ -132,6 +132,16 @@ fn a_bar_counts_where_it_contains_the_truth() {
     assert!(a.effectivities.iter().all(|e| e.bars == 3) && near.iter().all(|n| *n == 0), "{:?}", a.effectivities);
 }
 
+/// Families with a region whose border runs through cells know no truth.
+#[test]
+fn a_border_through_cells_leaves_the_truth_unknown() {
+    let mut made = made([2.0, 0.9, 1.5], 0.0, false);
+    let is_truth = |c: &&mut StoredCase| c.record.family != "judged";
+    made.cases.iter_mut().filter(is_truth).for_each(|c| c.record.cut_regions = vec!["clamp".into()]);
+    let a = found(&made);
+    assert!(a.truths.is_empty() && a.marks.is_empty() && a.problems == 0, "{:?}", a.truths);
+}
+
 /// Bars of less than ten times the distance of the two families of the truth are left out, and their number is told.
 #[test]
 fn a_bar_does_not_count_where_the_truth_is_uncertain() {

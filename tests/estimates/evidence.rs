@@ -140,6 +140,29 @@ fn constants_that_are_not_determined_have_no_share() {
     assert!(refused.recommended.is_none() && refused.verdict.contains(words), "{}", refused.verdict);
 }
 
+/// The energies of the study have no derivative by the constants: their bars lack the share of these, and no verdict on them claims to be whole.
+#[test]
+fn a_quantity_without_a_derivative_has_no_share() {
+    let Results { study, cases, .. } = of_study();
+    let a = analyse(study, cases);
+    let of = |name: &str| a.find("pull", name).expect("listed");
+    let energy = of("elastic_J");
+    assert!(energy.inputs.is_none() && energy.without_share == ["laws.rubber.mu"], "{:?}", energy.without_share);
+    assert!(of("xmax_x_m").without_share.is_empty());
+    assert!(a.recommended.is_some() && !a.verdict.contains("can be trusted"), "{}", a.verdict);
+    assert!(a.verdict.contains("no derivative of ") && a.verdict.contains(&energy.peak_title()), "{}", a.verdict);
+    let told = |w: &&String| w.contains("elastic energy") && w.contains("is in no error bar");
+    assert_eq!(a.warnings.iter().filter(told).count(), 1, "{:?}", a.warnings);
+    let summary = durometer::study::kinds::convergence::report::summary::headline(&a);
+    assert_eq!(summary["elastic_J"]["pull"]["without_share"][0], "laws.rubber.mu", "{summary:?}");
+    // Where it decides nothing, the bars that decide are whole
+    let mut study = study.clone();
+    let listed = study.quantities.get_mut("pull").expect("a variant");
+    listed.iter_mut().filter(|q| q.name == "xmax_x_m").for_each(|q| q.deciding = true);
+    let a = analyse(&study, cases);
+    assert!(a.verdict.contains("can be trusted") && !a.verdict.contains("no derivative of "), "{}", a.verdict);
+}
+
 /// A constant that a calibration holds at a bound has no interval, whatever the data say of it.
 #[test]
 fn constants_at_a_bound_have_no_share() {

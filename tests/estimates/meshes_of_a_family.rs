@@ -7,9 +7,10 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::study::analysis::Analysis;
 use durometer::study::estimate::family::{Level, estimate};
+use durometer::study::estimate::method::Method;
 use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::findings::ConvergenceFindings;
-use durometer::study::store::record::Role;
+use durometer::study::store::record::{Role, StoredCase};
 use durometer::study::store::results::read;
 
 /// A cantilever of 40 × 10 × 10 mm that a traction bends, held by a region.
@@ -120,6 +121,38 @@ fn a_region_that_ends_within_cells_gets_no_verdict() {
     assert!(!between.verdict.contains("runs through cells"), "{}", between.verdict);
 }
 
+/// A bracket that is held at the inner face of its corner, which ends at the re-entrant edge: two meshes assume the first order there, and 2 on one that is held at
+/// the end of an arm.
+#[test]
+fn two_meshes_at_a_glued_edge_assume_the_first_order() {
+    let orders = ["inner", "ymax"].map(|held| {
+        let scene = format!(
+            "[mesh]\nelement = \"tet10\"\ngrid = {{ kind = \"bracket\", edge = \"20 mm\", thickness = \"10 mm\", divisions = [2, 1] }}\n\
+             [mesh.regions]\ninner = {{ kind = \"plane\", point = [\"10 mm\", \"0 mm\", \"0 mm\"], normal = [1, 0, 0], \
+             tolerance = \"0.01 mm\", pick = \"facets\", rule = \"all\" }}\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\n\
+             nu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[constraint]]\nkind = \"fixed\"\n\
+             region = \"{held}\"\n[[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [0, -1, 0]\ntraction = {{ kind = \"ramp\", \
+             from = \"0 kPa\", to = \"1 kPa\", end = \"1 s\" }}\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n\
+             [[probe]]\nkind = \"position\"\nregion = \"xmax\"\n"
+        );
+        let study = "kind = \"convergence\"\nquestion = \"q\"\nexpectation = \"e\"\nscene = \"scene.toml\"\ntolerance = \"10 %\"\n\
+             [[variant]]\nname = \"sag\"\nquantity = [{ name = \"xmax_y_m\", label = \"sag\", symbol = \"y\", unit = \"m\" }]\n\
+             [[family]]\nname = \"sizes\"\nrole = \"sizes\"\n[family.members]\n\
+             a = { \"mesh.grid.divisions\" = [2, 1] }\nb = { \"mesh.grid.divisions\" = [4, 2] }\n";
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for (name, text) in [("scene.toml", scene.as_str()), ("study.toml", study)] {
+            std::fs::write(folder.path().join(name), text).expect("writable");
+        }
+        run_folder(folder.path());
+        let results = read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
+        let a = analyse(&results.study, &results.cases);
+        let q = a.find("sag", "xmax_y_m").expect("listed");
+        println!("{held}: {}", a.verdict);
+        q.estimate("sizes").expect("two meshes").method.clone()
+    });
+    assert_eq!(orders, [1.0, 2.0].map(|p| Method::TwoMeshes { p }));
+}
+
 /// Members with other moduli or dimensions are other bodies: the report says so. Members of one size are named.
 #[test]
 fn members_of_other_problems_are_named() {
@@ -148,6 +181,30 @@ fn members_of_other_problems_are_named() {
     }
     let found = warned(&cases);
     assert!(found.iter().any(|w| w.starts_with("Family nested: no estimate uses nested-")), "{found:?}");
+}
+
+/// Variants of one family may differ in the element, and each estimate has the order of its own meshes; members of one variant that do have none in common.
+#[test]
+fn an_estimate_has_the_order_of_its_meshes() {
+    let (study, mut cases) = study();
+    let quadratic = |c: &&mut StoredCase| c.record.family == "sizes" && c.record.variant == "tension";
+    cases.iter_mut().filter(quadratic).for_each(|c| c.record.formulation = "tet10".into());
+    let analysed = analyse(&study, &cases);
+    let order = |variant: &str| {
+        let estimate = analysed.find(variant, "bending_angle_deg").and_then(|q| q.estimate("sizes"));
+        estimate.map(|e| (e.formal_order, e.formulation.clone()))
+    };
+    assert_eq!(order("length"), Some((2.0, "tet4".into())));
+    assert_eq!(order("tension"), Some((4.0, "tet10".into())));
+    let mixed = |warnings: &[String]| warnings.iter().filter(|w| w.contains("formal orders differ")).count();
+    assert_eq!(mixed(&analysed.warnings), 0, "{:?}", analysed.warnings);
+    let coarsest = |c: &&mut StoredCase| quadratic(c) && c.record.mesh.cells == SIZES[3];
+    cases.iter_mut().filter(coarsest).for_each(|c| c.record.formulation = "tet4".into());
+    let warnings = analyse(&study, &cases).warnings;
+    assert!(
+        mixed(&warnings) == 1 && warnings.iter().any(|w| w.starts_with("Family sizes: its members are of tet")),
+        "{warnings:?}"
+    );
 }
 
 /// Facets on a curved surface miss its volume by c h², and are not reported. Another body has another volume, whichever place it has in the family.

@@ -10,7 +10,9 @@ use durometer::study::kinds::cost::line::How;
 use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
 use durometer::study::run::work::RepeatRecord;
-use durometer::study::store::record::{FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::store::record::{
+    CaseRecord, FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord,
+};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -268,6 +270,35 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     for figure in ["work-precision-length.svg", "work-amounts-length.svg"] {
         assert!(!dir.path().join("figures").join(figure).exists(), "{figure}");
     }
+}
+
+/// What has no limit in a convergence study has none here: a region whose border runs through cells, forces at points, a largest value within the body on
+/// three meshes. The notes of the runs are among the warnings.
+#[test]
+fn a_family_without_a_limit_is_no_reference() {
+    let (mut study, mut stored) = study();
+    let refused = |study: &StudyRecord, stored: &[StoredCase], why: &str, change: &dyn Fn(&mut CaseRecord)| {
+        let mut stored = stored.to_vec();
+        stored.iter_mut().for_each(|c| change(&mut c.record));
+        let a = analyse(study, &stored);
+        assert!(a.quantities[0].reference.as_ref().is_some_and(|r| r.refused), "{why}: {}", a.verdict);
+        assert!(a.verdict.contains(why), "{why}: {}", a.verdict);
+        a.warnings
+    };
+    let cut = refused(&study, &stored, "the border of clamp runs through cells", &|r| {
+        (r.cut_regions, r.notes) = (vec!["clamp".into()], vec!["clamp depends on the mesh".into()]);
+    });
+    assert!(cut.iter().any(|w| w == "clamp depends on the mesh"), "{cut:?}");
+    refused(&study, &stored, "through points, so the answer has no limit", &|r| {
+        r.no_limit = Some("the cable acts through points".into());
+    });
+    study.quantities.get_mut("length").expect("a variant")[0].name = "stretch_max".into();
+    for c in &mut stored {
+        let (probe, wave) = (c.record.probes["cable_tension_N"].clone(), c.series.columns["cable_tension_N"].clone());
+        c.record.probes.insert("stretch_max".into(), probe);
+        c.series.columns.insert("stretch_max".into(), wave);
+    }
+    refused(&study, &stored, "may lie at a clamped or re-entrant edge", &|_| {});
 }
 
 /// Without results nothing is said of the settings, neither what they cost nor that none is known; where other quantities have a reference, the verdict names those

@@ -1,7 +1,8 @@
 //! Numerical errors of calibration records: of discretisation, where their families are not those of the predicted record, and of their response surfaces.
 
-use crate::beam::{LOADS, by_formula, drop};
+use crate::beam::{LOADS, SCENE, STUDY, by_formula, drop, plan};
 use durometer::study::analysis::Analysis;
+use durometer::study::expand::Study;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::{COVERAGE, Contribution};
 use durometer::study::kinds::validation::findings::ValidationFindings;
@@ -217,4 +218,37 @@ fn response_surfaces_of_different_records_are_independent() {
         [variance(&[]), variance(&["light"]), variance(&["heavy"]), variance(&["light", "heavy"])];
     assert!(light > 2.0 * neither && heavy > 2.0 * neither, "{neither} {light} {heavy}");
     assert!(((both + neither) / (light + heavy) - 1.0).abs() < 1e-9, "{neither} {light} {heavy} {both}");
+}
+
+/// The scene of a record may have the text of another one and name other files, and records of one scene may have other inputs: each has runs of its own,
+/// and shares those of one scene within itself.
+#[test]
+fn records_of_one_text_have_runs_of_their_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let ramp = "{ kind = \"ramp\", from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }";
+    let scene = SCENE.replace(ramp, "{ kind = \"table\", file = \"g.csv\", unit = \"m/s^2\" }");
+    assert!(scene.contains("g.csv"));
+    let pull = "set = { \"effect.load.traction.to\" = \"1 Pa\" }\n";
+    let light = "name = \"light\"\npurpose = \"calibration\"\n";
+    for own in ["scene.toml", "other/scene.toml"] {
+        let text = STUDY.replace(light, &format!("{light}scene = \"{own}\"\n{pull}"));
+        assert_ne!(text, STUDY);
+        std::fs::create_dir_all(at.join("other")).expect("writable");
+        for (file, g) in [("g.csv", "9.81"), ("other/g.csv", "4.9")] {
+            std::fs::write(at.join(file), format!("t,a\n0,0\n1,{g}\n")).expect("writable");
+        }
+        std::fs::write(at.join("study.toml"), &text).expect("writable");
+        let plan = plan(at, &text).unwrap_or_else(|e| panic!("{e}"));
+        for file in ["scene.toml", "other/scene.toml"] {
+            std::fs::write(at.join(file), &scene).expect("writable");
+        }
+        let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let case = |id: &str| study.cases.iter().find(|c| c.id == id).unwrap_or_else(|| panic!("no case {id}"));
+        assert!(plan.points.keys().chain(plan.checks.keys()).all(|id| id.contains(&case(id).variant)));
+        assert!(case("design-light-centre").scene_file.ends_with(own));
+        assert_eq!(case("design-light-centre").text, case("design-none-centre").text);
+        let sizes = study.record.families.iter().find(|f| f.name == "sizes").expect("a family");
+        assert!(sizes.cases.contains(&"design-light-centre".to_string()), "{:?}", sizes.cases);
+    }
 }

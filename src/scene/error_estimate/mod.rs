@@ -36,6 +36,7 @@ pub use enrichment::Enrichment;
 pub use geometry::GeometryError;
 pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
+pub use singular_edge::has_glued_edge;
 
 use super::body::source_volume::SourceVolume;
 use super::notes::volumes::lost_volumes;
@@ -52,7 +53,6 @@ use enrichment::{EnrichedScene, check_branch};
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
-use singular_edge::has_glued_edge;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use unresolved::unresolved_columns;

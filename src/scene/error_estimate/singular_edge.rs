@@ -123,7 +123,7 @@ fn turn(scene: &Scene, edge: [u32; 2], [one, other]: [u32; 2]) -> Option<f64> {
 }
 
 /// Whether a body has an edge of an inner angle above 180° with a face that is held along an axis on one side, and one that is not on the other.
-pub(super) fn has_glued_edge(scene: &Scene) -> bool {
+pub fn has_glued_edge(scene: &Scene) -> bool {
     singular_edges(scene).iter().any(|edge| edge.glued)
 }
 

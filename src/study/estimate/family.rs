@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | 4 or more meshes, sane p | φ₀ of the least squares | Eça–Hoekstra U | max of δ and (Fs − 1)ε₁ + σ + \|φ₁ − fit\|; U₁ if the orders of two triples differ |
 //! | 3, monotone, sane p | Richardson | GCI, Fs = 1.25 | max of δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
-//! | 2 | Richardson with p = min(formal, 2) | GCI, Fs = 3 | U₁ |
+//! | 2 | Richardson with p = min(formal, 2), 1 where a held face ends at a re-entrant edge | GCI, Fs = 3 | U₁ |
 //! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
 //!
 //! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
@@ -34,6 +34,9 @@ use crate::study::locking;
 use crate::study::store::record::{CaseRecord, Role};
 use serde::Serialize;
 
+/// Columns of the largest or smallest value within the body, by the ends of their names.
+const LOCAL: [&str; 5] = ["min_j", "stretch_max", "stretch_min", "stress_max_Pa", "thickness_min_m"];
+
 /// One mesh of a family.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Level {
@@ -51,15 +54,31 @@ pub struct Level {
     pub locked: bool,
     /// Regions whose border, given by place, runs through its cells
     pub cut: Vec<String>,
+    /// Its value is a largest or smallest one within the body
+    pub extreme: bool,
+    /// Why the answer has no limit as h → 0
+    pub no_limit: Option<String>,
+    /// A held face ends at a re-entrant edge
+    pub glued: bool,
 }
 
 impl Level {
-    /// The mesh of a case, with the value f.
-    pub fn of(case: &CaseRecord, f: f64) -> Self {
-        let locked = locking::alarm(case).is_some();
+    /// The mesh of a case, with the value f of a column; without a name where f is none of a column.
+    pub fn of(case: &CaseRecord, column: &str, f: f64) -> Self {
         let mesh = &case.mesh;
-        let (id, extents) = (case.id.clone(), mesh.extents_m);
-        Self { id, h: mesh.h_m, edge: mesh.edge_m, extents, f, wall: mesh.wall_cells, locked, cut: vec![] }
+        Self {
+            id: case.id.clone(),
+            h: mesh.h_m,
+            edge: mesh.edge_m,
+            extents: mesh.extents_m,
+            f,
+            wall: mesh.wall_cells,
+            locked: locking::alarm(case).is_some(),
+            cut: case.cut_regions_of(column),
+            extreme: LOCAL.iter().any(|end| column.ends_with(end)),
+            no_limit: case.no_limit.clone(),
+            glued: case.glued_edge,
+        }
     }
 
     /// A case with time steps of `dt` \[s\], in a family whose mesh stays, and with it the cells across its walls and its locking.
@@ -109,11 +128,11 @@ pub struct Estimate {
     /// The cells stay as long in a direction
     #[serde(skip)]
     pub keeps_length: bool,
-    /// The border of a region runs through cells, as it does on a finer mesh too
+    /// No finer mesh removes what speaks against it
     #[serde(skip)]
-    pub cuts_cells: bool,
-    /// It diverges, locks, does not resolve the thinnest wall, keeps the cells as long in a direction, or has a region whose border runs through
-    /// cells: f* ± U(f*) is no claim
+    pub lasting: bool,
+    /// It diverges, locks, does not resolve the thinnest wall, keeps the cells as long in a direction, has a region whose border runs through
+    /// cells, or may have no limit: f* ± U(f*) is no claim
     pub refused: bool,
     /// U(f*) is within the tolerance and nothing speaks against the family, so that f* can be a reference
     pub defensible: bool,
@@ -122,12 +141,6 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Adds a reason for which f* ± U(f*) is no claim.
-    pub fn object(&mut self, reason: &str) {
-        self.reasons.push(reason.into());
-        (self.refused, self.defensible) = (true, false);
-    }
-
     /// Observed order that f* is found with: that of the least squares over all meshes, or that of the three finest. None where the order is assumed, or
     /// nothing is extrapolated.
     pub fn order_of_limit(&self) -> Option<f64> {
@@ -230,7 +243,7 @@ pub fn estimate_of_order(
         uncertainty_finest: 0.0,
         method: Method::Spread,
         keeps_length: length_objection(class, &levels).is_some(),
-        cuts_cells: class != Convergence::Exact && !levels[0].cut.is_empty(),
+        lasting: false,
         refused: false,
         defensible: false,
         reasons: vec![],
@@ -238,15 +251,11 @@ pub fn estimate_of_order(
         values: f,
         ratios,
     };
-    let assumed = set_richardson(&mut e, first);
+    let assumed = set_richardson(&mut e, first, levels[0].glued);
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
     add_other_size(&mut e, &levels, scatter, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), &mut reasons);
-    let mut against = objections(&e, &levels, noisy, tolerance);
-    e.refused = !against.is_empty();
-    against.extend(imprecision(&e, tolerance));
-    e.defensible = against.is_empty();
-    reasons.extend(against);
+    reasons.extend(judge(&mut e, &levels, noisy, tolerance));
     e.reasons = reasons;
     Some(e)
 }
@@ -261,10 +270,25 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
 
+/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there, and three times the change by the first order covers it.
+const GLUED_ORDER: f64 = 1.0;
+
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
 const SMALL: f64 = 0.1;
 
-/// Reasons for which f* ± U(f*) is no claim, however wide it is.
+/// Judges whether f* ± U(f*) is a claim, and can be a reference: the reasons against it.
+fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
+    let lasting = lasting_objections(e, levels);
+    e.lasting = !lasting.is_empty();
+    let mut against = objections(e, levels, noisy, tolerance);
+    against.extend(lasting);
+    e.refused = !against.is_empty();
+    against.extend(imprecision(e, tolerance));
+    e.defensible = against.is_empty();
+    against
+}
+
+/// Reasons for which f* ± U(f*) is no claim, however wide it is, until a finer mesh removes them.
 fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
     let mut out = vec![];
     let allowed = tolerance.allowed(e.extrapolated);
@@ -276,9 +300,28 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
     }
     out.extend(wall_objection(e));
     out.extend(length_objection(e.class, levels));
-    out.extend(region_objection(e, levels));
     if levels[0].locked {
         out.push("its finest mesh raises the locking alarm".into());
+    }
+    out
+}
+
+/// Reasons for which f* ± U(f*) is no claim, and that no finer mesh removes. A quantity that no mesh changes has a limit.
+fn lasting_objections(e: &Estimate, levels: &[Level]) -> Vec<String> {
+    let no_limit = levels.iter().find_map(|l| l.no_limit.as_ref());
+    let mut out: Vec<String> =
+        no_limit.map(|why| format!("{why}, so the answer has no limit as h → 0")).into_iter().collect();
+    if e.class == Convergence::Exact {
+        return out;
+    }
+    out.extend(region_objection(&levels[0].cut));
+    // Three meshes may have an order where there is no limit, too
+    if levels[0].extreme && e.asymptotic != Some(true) {
+        out.push(
+            "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
+             meshes whose orders agree show one: take a percentile or a place of your choice"
+                .into(),
+        );
     }
     out
 }
@@ -346,9 +389,8 @@ fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
 }
 
 /// A border that runs through cells moves by up to a cell from mesh to mesh, or stays off by as much on all of them.
-fn region_objection(e: &Estimate, levels: &[Level]) -> Option<String> {
-    let cut = &levels.first()?.cut;
-    e.cuts_cells.then(|| {
+fn region_objection(cut: &[String]) -> Option<String> {
+    (!cut.is_empty()).then(|| {
         format!(
             "the border of {} runs through cells, and its extent, which changes with the mesh (O(h)), is not seen; let it run along edges of \
              the cells, or take a region of the mesh",
@@ -376,8 +418,9 @@ fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tole
     e.by_edge = Some((other.observed_order, other.extrapolated));
 }
 
-/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume.
-fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume: of two meshes 2 at most, which clamped edges permit, and
+/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge.
+fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
         Some(t) if t.is_sane(q) => {
@@ -385,7 +428,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
             t.p
         }
         Some(_) => None,
-        None if e.class == Convergence::TwoMeshes => Some(q.min(2.0)),
+        None if e.class == Convergence::TwoMeshes => Some(if glued { GLUED_ORDER } else { q.min(2.0) }),
         None => None,
     };
     if let Some(p) = assumed {

@@ -1,7 +1,7 @@
 //! The reference value of a quantity: the limits of all families that can be one, together.
 //!
 //! ```text
-//! leading     argmin U(f*)/scale · 1, 2, 3      with four meshes or more, three, two
+//! leading     argmin U(f*)/scale · 1, 2, 3      with four meshes or more, three, two; of the defensible families, else of those that are not refused, else of all
 //! f*, U(f*)   of the leading family;   U² = U(f*)² + max |f* − f*ᵢ|² over every defensible family i
 //! ```
 //!
@@ -61,11 +61,13 @@ fn caution(meshes: usize) -> f64 {
 /// The reference from the estimates of one quantity, one per family.
 pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option<Reference> {
     let tolerance = tolerance.into();
+    // A small U(f*) of a family that is refused is no claim
+    let rank = |e: &Estimate| (!e.defensible, e.refused);
     let claim =
         |e: &&Estimate| caution(e.cases.len()) * e.uncertainty / tolerance.scale(e.extrapolated).max(f64::MIN_POSITIVE);
     let leading = (estimates.iter())
         .filter(|e| e.uncertainty.is_finite() && e.extrapolated.is_finite())
-        .min_by(|a, b| b.defensible.cmp(&a.defensible).then(claim(a).total_cmp(&claim(b))))?;
+        .min_by(|a, b| rank(a).cmp(&rank(b)).then(claim(a).total_cmp(&claim(b))))?;
     let rounding = ROUNDING * leading.extrapolated.abs();
     let gap = |e: &Estimate| (e.extrapolated - leading.extrapolated).abs();
     let others = || estimates.iter().filter(|e| e.family != leading.family);

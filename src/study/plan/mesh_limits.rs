@@ -98,7 +98,7 @@ pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
 
 /// Estimate of the limit by each element with three meshes or more.
 pub fn estimates(choices: &[Choice], of: &[Vec<StoredCase>], quantity: &str, tolerance: f64) -> Vec<Estimate> {
-    let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, peak(c, quantity)?) });
+    let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, quantity, peak(c, quantity)?) });
     let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
         let levels: Vec<Level> = own.iter().filter_map(level).collect();
         let mut e = estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)?;
@@ -109,9 +109,10 @@ pub fn estimates(choices: &[Choice], of: &[Vec<StoredCase>], quantity: &str, tol
     choices.iter().zip(of).filter_map(one).collect()
 }
 
-/// The reference among the families as f_h and U(f_h)/|f_h|; none where it is zero.
+/// The reference among the families as f_h and U(f_h)/|f_h|; none where it is zero, or may be no limit whatever the meshes are.
 pub fn of_estimates(estimates: &[Estimate], tolerance: f64) -> Option<(f64, f64)> {
-    let mut best = reference::choose(estimates, tolerance)?;
+    let estimates: Vec<Estimate> = estimates.iter().filter(|e| !e.lasting).cloned().collect();
+    let mut best = reference::choose(&estimates, tolerance)?;
     let apart = |e: &&Estimate| !e.refused && e.family != best.family && !best.envelope.contains(&e.family);
     let others: Vec<&Estimate> = estimates.iter().filter(apart).collect();
     others.iter().for_each(|e| best.check(&e.family, e.extrapolated, e.uncertainty));
@@ -140,5 +141,26 @@ mod tests {
         assert!((p - 2.0).abs() < 1e-12, "{p}");
         // The pair 4, 8 of the sequence: 0.75/(2² − 1) (1/4)²
         assert!((largest_of_sequence(&e) - 0.25 / 16.0).abs() < 1e-12, "{}", largest_of_sequence(&e));
+    }
+
+    /// A largest value within the body on three meshes, a border through cells, a force at a point: no mesh tells a limit, and that of another element counts.
+    #[test]
+    fn what_no_mesh_tells_is_no_limit() {
+        let of = |name: &str, level: &Level| {
+            let levels = [(1.0, 1.01), (1.3, 1.017), (1.7, 1.029)].map(|(h, f)| Level { h, f, ..level.clone() });
+            estimate((name, Role::Element, name), levels.into(), None, 0.05).expect("three meshes")
+        };
+        let sound = of("tet10", &Level::default());
+        let limit = of_estimates(std::slice::from_ref(&sound), 0.05).expect("a limit");
+        for level in [
+            Level { extreme: true, ..Level::default() },
+            Level { cut: vec!["clamp".into()], ..Level::default() },
+            Level { no_limit: Some("a force on a point".into()), ..Level::default() },
+        ] {
+            let e = of("tet4", &level);
+            assert!(e.lasting && e.refused && !e.defensible, "{e:?}");
+            assert_eq!(of_estimates(std::slice::from_ref(&e), 0.05), None);
+            assert_eq!(of_estimates(&[e, sound.clone()], 0.05), Some(limit));
+        }
     }
 }

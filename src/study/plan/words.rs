@@ -20,7 +20,8 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
                 out.push(format!("{q} is not judged: {why}."));
             }
             None => out.push(format!(
-                "{q} is not judged: its pilots have no limit other than zero, or no element has three of them."
+                "{q} is not judged: its pilots have no limit other than zero, or none on any mesh (a largest value within the body, a force at a point, a \
+                 region whose border runs through cells), or no element has three of them."
             )),
             Some(limit) => out.push(knowledge(q, limit, plan.tolerance)),
         }

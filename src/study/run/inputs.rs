@@ -37,6 +37,13 @@ pub struct Uncertain {
     pub correlation: BTreeMap<String, f64>,
 }
 
+impl Uncertain {
+    /// Its keys in one word, as in `laws.foam.nu1 = laws.foam.nu2`.
+    fn name(&self) -> String {
+        self.keys.iter().map(ToString::to_string).collect::<Vec<_>>().join(" = ")
+    }
+}
+
 /// The constants of the laws of a scene whose files give an interval with two ends.
 pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     let of = |(law, table): (&String, &Table)| {
@@ -76,6 +83,13 @@ pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
     spec.laws.iter().filter(|(law, _)| used.contains(law.as_str())).flat_map(of).collect()
 }
 
+/// The constants of the laws that a scene uses whose interval has two ends.
+pub fn bounded_constants(spec: &SceneSpec) -> Vec<String> {
+    let used = spec.laws_in_use();
+    let is_used = |one: &Uncertain| one.keys[0].law_constant().is_some_and(|c| used.contains(c.law));
+    uncertain_constants(spec).iter().filter(|one| is_used(one)).map(Uncertain::name).collect()
+}
+
 /// Correlations of a constant with the others of its law.
 fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
     let provenance = table.get("provenance").and_then(toml::Value::as_table);
@@ -109,9 +123,8 @@ pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities)
             let d = own.iter().map(|n| row[j][*n] - sensitivities.rows[0][j][*n]).sum::<f64>();
             d.is_finite().then(|| (name.clone(), d))
         };
-        let names: Vec<String> = constant.keys.iter().map(ToString::to_string).collect();
         InputRecord {
-            constant: names.join(" = "),
+            constant: constant.name(),
             half_width: constant.half_width,
             correlation: constant.correlation.clone(),
             derivatives: sensitivities.columns.iter().enumerate().filter_map(derivative).collect(),
@@ -138,6 +151,7 @@ mod tests {
         let rest = "[mesh]\ngrid = { kind = \"box\", size = [\"1 m\", \"1 m\", \"1 m\"], divisions = [1, 1, 1] }\n\
             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
         let text = text.to_string() + &["a", "b", "c"].map(effect).concat() + rest;
+        let without_c = text.replace(&effect("c"), "");
         let spec = SceneSpec::from_text(std::path::Path::new("scene.toml"), &text, "").expect("a scene");
         assert_eq!(undetermined_constants(&spec), ["laws.a.J_m", "laws.b.C10", "laws.b.C01"]);
         let known: Vec<(String, f64)> = uncertain_constants(&spec)
@@ -146,6 +160,9 @@ mod tests {
             .collect();
         let names: Vec<&str> = known.iter().map(|one| one.0.as_str()).collect();
         assert_eq!(names, ["laws.a.mu", "laws.c.alpha1", "laws.c.nu1 laws.c.nu2"]);
+        assert_eq!(bounded_constants(&spec), ["laws.a.mu", "laws.c.alpha1", "laws.c.nu1 = laws.c.nu2"]);
+        let fewer = SceneSpec::from_text(std::path::Path::new("scene.toml"), &without_c, "").expect("a scene");
+        assert_eq!(bounded_constants(&fewer), ["laws.a.mu"]);
         assert!((known[0].1 - 100.0).abs() < 1e-9 && (known[2].1 - 0.05).abs() < 1e-12, "{known:?}");
         let mu = |ends: &str| {
             let changed = text.replace("mu_interval = [\"0.9 kPa\", \"1.1 kPa\"]", &format!("mu_interval = [{ends}]"));

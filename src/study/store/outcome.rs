@@ -10,7 +10,8 @@ use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
 use crate::scene::{
-    CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, no_limit_at, path_dependence, wall,
+    CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, has_glued_edge, no_limit_at,
+    path_dependence, wall,
 };
 use crate::solve::{TimeSpan, integrator_order};
 use crate::study::case::Case;
@@ -121,6 +122,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         events: run.events.clone(),
         cut_regions,
         cut_columns,
+        glued_edge: has_glued_edge(scene),
         no_limit: no_limit_at(scene, &run.peak.x),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },

@@ -133,6 +133,9 @@ pub struct CaseRecord {
     /// Column → regions of its probe whose border, given by place, runs through cells
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub cut_columns: BTreeMap<String, Vec<String>>,
+    /// A held face ends at a re-entrant edge, where quantities converge with an order of about 1 or less
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub glued_edge: bool,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,

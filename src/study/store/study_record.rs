@@ -202,13 +202,21 @@ impl Quantity {
 pub struct FamilyRecord {
     pub name: String,
     pub role: Role,
-    /// Short name of element and formulation: `tet4`, `tet10_up`
+    /// Short name of element and formulation: `tet4`, `tet10_up`; that of the last variant, where variants differ in it
     pub formulation: String,
     /// Ids of the cases, of every variant, also those that have no result yet
     pub cases: Vec<String>,
     /// Variant and member of each of these cases; empty in files of earlier versions, whose records have them
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub members: Vec<VariantMember>,
+}
+
+impl FamilyRecord {
+    /// Formulation of these members of it: variants may differ in it, and of members that do the finest mesh tells.
+    pub fn formulation_of<'a>(&'a self, members: &[&'a StoredCase]) -> &'a str {
+        let finest = members.iter().map(|c| &c.record).min_by(|a, b| a.mesh.h_m.total_cmp(&b.mesh.h_m));
+        finest.map(|r| r.formulation.as_str()).filter(|own| !own.is_empty()).unwrap_or(&self.formulation)
+    }
 }
 
 impl PartialEq for FamilyRecord {

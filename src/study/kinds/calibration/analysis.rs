@@ -140,7 +140,7 @@ impl Meshes {
         let sizes: Vec<&SolvedSearch> =
             cases.iter().filter(|s| s.role == Role::Sizes && s.family == finest.family).collect();
         let drift = sizes.len().checked_sub(2).map(|i| value(finest) - value(sizes[i]));
-        let levels = sizes.iter().map(|s| Level::of(&s.stored.record, value(s))).collect();
+        let levels = sizes.iter().map(|s| Level::of(&s.stored.record, "", value(s))).collect();
         let record = &finest.stored.record;
         let estimate = estimate((finest.family, Role::Sizes, &record.formulation), levels, None, tolerance);
         let refused = match (locking::alarm(record), &estimate) {

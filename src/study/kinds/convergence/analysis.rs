@@ -4,7 +4,6 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::curve::{Curve, peak};
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::{Estimate, Level};
-use crate::study::estimate::richardson::Convergence;
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
@@ -38,6 +37,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
         verdict += &verdict::constants_alone(&quantities);
     }
     verdict += &verdict::undetermined_words(&quantities);
+    verdict += &verdict::without_share_words(&quantities);
     let extension = next.and_then(NextMesh::extension);
     let found = ConvergenceFindings { quantities, settings, recommended, extension };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
@@ -57,8 +57,13 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
     }
     let of_constants = |r| independent::input_uncertainty(cases, (variant, quantity), &estimates, r);
-    let undetermined = cases.undetermined(variant).to_vec();
+    let constants = cases.constants(variant);
+    let undetermined = constants.map_or(vec![], |c| c.undetermined.clone());
     let inputs = reference.as_ref().filter(|_| undetermined.is_empty()).and_then(of_constants);
+    let without_share = match (&inputs, &reference) {
+        (None, Some(_)) if undetermined.is_empty() => constants.map_or(vec![], |c| c.bounded.clone()),
+        _ => vec![],
+    };
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
@@ -99,6 +104,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         one_run,
         inputs,
         undetermined,
+        without_share,
         reference,
         errors,
         supported,
@@ -120,38 +126,23 @@ fn families(
         }
         let members = cases.of(f, variant);
         let level = |c: &&StoredCase| {
-            let level = Level::of(&c.record, peak(c, quantity)?);
+            let level = Level::of(&c.record, quantity, peak(c, quantity)?);
             let edge = level.edge.filter(|_| f.role != Role::Nested);
-            let cut = c.record.cut_regions_of(quantity);
-            Some(Level { edge, cut, ..level })
+            Some(Level { edge, ..level })
         };
-        let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let formulation = f.formulation_of(&members);
+        let scatter = noise.iter().find(|n| n.formulation == formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
-        let mut estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
-        // Three meshes may have an order where there is no limit, too
-        let is_open = |e: &&mut Estimate| e.asymptotic != Some(true) && e.class != Convergence::Exact;
-        if let Some(e) = estimate.as_mut().filter(is_open).filter(|_| is_local_extreme(quantity)) {
-            e.object(
-                "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
-                 meshes whose orders agree show one: take a percentile or a place of your choice",
-            );
-        }
+        let estimate = family::estimate((&f.name, f.role, formulation), levels, scatter, tolerance);
         estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
             .collect();
         series.sort_by(|a, b| a.1.total_cmp(&b.1));
         if series.len() >= 2 {
-            let formal = family::formal_order(&f.formulation);
+            let formal = family::formal_order(formulation);
             curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
         }
     }
     (estimates, curves)
-}
-
-/// Columns of the largest or smallest value within the body, by the ends of their names.
-const LOCAL: [&str; 5] = ["min_j", "stretch_max", "stretch_min", "stress_max_Pa", "thickness_min_m"];
-
-fn is_local_extreme(quantity: &str) -> bool {
-    LOCAL.iter().any(|end| quantity.ends_with(end))
 }

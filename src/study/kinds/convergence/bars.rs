@@ -34,13 +34,15 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         let has = |q: &MeshErrors| q.step.as_ref().is_some_and(|step| step.cause == cause);
         terms.extend(with_bars().any(|(q, _)| has(q)).then(|| words.to_string()));
     }
-    let constants = if with_bars().any(|(q, _)| !q.undetermined.is_empty()) {
-        " Constants without a closed interval are in no bar."
+    let mut constants = String::new();
+    if with_bars().any(|(q, _)| !q.undetermined.is_empty()) {
+        constants += " Constants without a closed interval are in no bar.";
     } else if with_bars().any(|(q, _)| q.inputs.is_some()) {
-        " Shares of uncertain constants are added as root of the sum of squares [@asme2009]."
-    } else {
-        ""
-    };
+        constants += " Shares of uncertain constants are added as root of the sum of squares [@asme2009].";
+    }
+    if with_bars().any(|(q, _)| !q.without_share.is_empty()) {
+        constants += " Bars of quantities without a derivative by uncertain constants have no share of these.";
+    }
     format!(
         "The error of a value is its distance from the limit f* for h → 0, by {}. An error bar is {}, added as absolute values.{constants}",
         all(&methods),

@@ -2,7 +2,7 @@
 
 use crate::scene::SceneSpec;
 use crate::study::estimate::step_size::has_steps_of;
-use crate::study::run::inputs::undetermined_constants;
+use crate::study::run::inputs::{bounded_constants, undetermined_constants};
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 use crate::wording::distinct;
 use std::collections::BTreeMap;
@@ -14,18 +14,25 @@ pub struct Cases<'a> {
     pub stored: &'a [StoredCase],
     /// Variant → a run with the time steps of its mesh studies
     steps: BTreeMap<&'a str, &'a CaseRecord>,
-    /// Variant → constants of its laws whose interval is open, by the scenes of its cases
-    undetermined: BTreeMap<&'a str, Vec<String>>,
+    /// Variant → constants of its laws, by the scenes of its cases
+    constants: BTreeMap<&'a str, Constants>,
+}
+
+/// Constants of laws that are not known exactly.
+pub struct Constants {
+    /// Their interval is open
+    pub undetermined: Vec<String>,
+    /// Their interval has two ends
+    pub bounded: Vec<String>,
 }
 
 impl<'a> Cases<'a> {
     pub fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
         let steps = study.variants.iter().filter_map(|v| Some((v.as_str(), with_steps_of_study(study, stored, v)?)));
         let steps = steps.collect();
-        let cases = Self { study, stored, steps, undetermined: BTreeMap::new() };
-        let of = |variant: &str| distinct(cases.of_variant(variant).flat_map(|c| undetermined(&c.record)));
-        let undetermined = study.variants.iter().map(|v| (v.as_str(), of(v.as_str()))).collect();
-        Self { undetermined, ..cases }
+        let cases = Self { study, stored, steps, constants: BTreeMap::new() };
+        let constants = study.variants.iter().map(|v| (v.as_str(), Constants::of(cases.of_variant(v)))).collect();
+        Self { constants, ..cases }
     }
 
     /// Converged cases of a family in a variant.
@@ -43,9 +50,9 @@ impl<'a> Cases<'a> {
         self.steps.get(variant).is_some_and(|of| has_steps_of(c, of))
     }
 
-    /// Constants of the laws of a variant whose interval is open.
-    pub fn undetermined(&self, variant: &str) -> &[String] {
-        self.undetermined.get(variant).map_or(&[], Vec::as_slice)
+    /// Constants of the laws of a variant that are not known exactly.
+    pub fn constants(&self, variant: &str) -> Option<&Constants> {
+        self.constants.get(variant)
     }
 
     /// Reason why the answer has no limit as h → 0, if a case names one.
@@ -54,10 +61,14 @@ impl<'a> Cases<'a> {
     }
 }
 
-/// The constants of a case whose interval is open; none where this version does not read its scene.
-fn undetermined(record: &CaseRecord) -> Vec<String> {
-    let scene = SceneSpec::from_text(Path::new(&record.id), &record.provenance.scene, "");
-    scene.map_or_else(|_| vec![], |scene| undetermined_constants(&scene))
+impl Constants {
+    /// Those of some cases; none of a case whose scene this version does not read.
+    fn of<'a>(cases: impl Iterator<Item = &'a StoredCase>) -> Self {
+        let spec = |c: &StoredCase| SceneSpec::from_text(Path::new(&c.record.id), &c.record.provenance.scene, "").ok();
+        let specs: Vec<SceneSpec> = cases.filter_map(spec).collect();
+        let of_all = |of: fn(&SceneSpec) -> Vec<String>| distinct(specs.iter().flat_map(of));
+        Self { undetermined: of_all(undetermined_constants), bounded: of_all(bounded_constants) }
+    }
 }
 
 /// The first case of the sizes of a variant, or where it has none of another family, one of time steps last.

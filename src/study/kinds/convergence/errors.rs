@@ -105,7 +105,7 @@ fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str)
     let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     Some(Noise {
         family: family.name.clone(),
-        formulation: family.formulation.clone(),
+        formulation: family.formulation_of(&members).into(),
         seeds: values.len(),
         h_m: members.iter().map(|c| c.record.mesh.h_m).sum::<f64>() / n,
         mean: values.iter().sum::<f64>() / n,

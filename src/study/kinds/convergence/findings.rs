@@ -44,6 +44,8 @@ pub struct MeshErrors {
     pub inputs: Option<InputUncertainty>,
     /// Constants of the laws whose interval is open
     pub undetermined: Vec<String>,
+    /// Constants of the laws with an interval whose share of the quantity is not known, since no derivative by them is there
+    pub without_share: Vec<String>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
     /// A reference within the tolerance exists, and the time steps resolve the motion
@@ -55,6 +57,11 @@ pub struct MeshErrors {
 impl MeshErrors {
     pub fn estimate(&self, family: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.family == family)
+    }
+
+    /// Whether the reference is of a family that is refused, since all are.
+    pub fn has_refused_reference(&self) -> bool {
+        self.reference.as_ref().and_then(|r| self.estimate(&r.family)).is_some_and(|e| e.refused)
     }
 
     /// The family the study is about.

@@ -1,12 +1,14 @@
 //! Members of families that are not meshes of one problem, and those of a size that another one has.
 
 use crate::math::units::shown;
+use crate::report::names::title;
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::peak;
+use crate::study::estimate::family::formal_order;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
-use crate::wording::few;
+use crate::wording::{all, distinct, few};
 use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
 
@@ -22,7 +24,7 @@ const OF_FACETS: f64 = 4.0;
 /// Change of the volume over the tolerance that is worth a word \[–\]
 const TELLING: f64 = 0.2;
 
-/// One sentence for each family whose members differ in more than their meshes, whose meshes are of several bodies by their volumes, or that has two
+/// One sentence for each family whose members differ in more than their meshes or have no formal order in common, whose meshes are of several bodies by their volumes, or that has two
 /// members of one size.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     let is_of_meshes = |f: &&FamilyRecord| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep);
@@ -38,6 +40,14 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
                 "Family {}: its members differ in {} too, so that the differences of their values are not those of the meshes alone.",
                 family.name,
                 few(&differing.iter().collect::<Vec<_>>())
+            ));
+        }
+        let mixed = |variant: &String| orders(&cases.of(family, variant));
+        if let Some(formulations) = cases.study.variants.iter().find_map(mixed) {
+            out.push(format!(
+                "Family {}: its members are of {}, whose formal orders differ, so that no order is that of the family.",
+                family.name,
+                all(&formulations)
             ));
         }
         let of_variant = |variant: &String| other_volume(&cases.of(family, variant), cases.study.tolerance);
@@ -59,6 +69,13 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
         }
     }
     out
+}
+
+/// The formulations of these members, where they do not have one formal order.
+fn orders(members: &[&StoredCase]) -> Option<Vec<String>> {
+    let all = || members.iter().map(|c| c.record.formulation.as_str());
+    let several = distinct(all().map(formal_order)).len() > 1;
+    several.then(|| distinct(all().map(title)))
 }
 
 /// Largest change of the volume from mesh to mesh, over the volume, where meshes of one body do not have it: facets on a curved surface miss its volume

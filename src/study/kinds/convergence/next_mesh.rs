@@ -1,7 +1,7 @@
 //! The mesh that would support a verdict where the evidence does not, and its cost.
 //!
-//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no region whose border runs through cells, and do not
-//! oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
+//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no objection that lasts whatever the mesh is (a region whose
+//! border runs through cells, a value that may have no limit), and do not oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
 //! family, and its kind counts its cells. The cost is that of the power law through the means over the variants of the family.
@@ -13,6 +13,7 @@ use crate::scene::{MeshSpec, from_text};
 use crate::scene::{cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
+use crate::study::estimate::method::Method;
 use crate::study::estimate::power_law::{Predicted, power_law};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::{ADD, Extension};
@@ -160,7 +161,7 @@ impl<'a> Candidate<'a> {
         }
         let (mut bar, mut wanted, mut all) = (0.0_f64, LEAST_RATIO, false);
         for q in open {
-            let e = q.estimate(&family.name).filter(|e| !e.cuts_cells)?;
+            let e = q.estimate(&family.name).filter(|e| !e.lasting)?;
             let finest = e.cases.first()?;
             let own = q.errors.iter().find(|c| c.id == *finest).map_or(f64::INFINITY, |c| c.bar);
             bar = bar.max(own);
@@ -228,9 +229,12 @@ fn left_by(e: &Estimate, ratio: f64) -> f64 {
     CAUTIOUS_FACTOR * oscillation(&h, &f)
 }
 
-/// Order by which the bar is expected to fall.
+/// Order by which the bar is expected to fall, that of two meshes the one they assume.
 fn order(e: &Estimate) -> f64 {
-    let usual = e.formal_order.min(2.0);
+    let usual = match e.method {
+        Method::TwoMeshes { p } => p,
+        _ => e.formal_order.min(2.0),
+    };
     e.observed_order.map_or(usual, |p| p.clamp(LEAST_ORDER, usual))
 }
 

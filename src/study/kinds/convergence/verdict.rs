@@ -11,7 +11,7 @@ use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
-use crate::wording::{count, distinct, few};
+use crate::wording::{all, count, distinct, few};
 
 /// All settings run with the time steps of the study, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
@@ -196,11 +196,7 @@ pub fn conclude(
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let which = if deciding.len() == quantities.len() { "" } else { " of those that decide" };
     let unstable = unstable(cases, s);
-    let (on, is) = match (unstable.is_empty(), undetermined(quantities).is_empty()) {
-        (true, true) => ("", "can be trusted within"),
-        (true, false) => ("", "is within the tolerance of"),
-        (false, _) => ("On an unstable branch of equilibria, ", "is within the tolerance of"),
-    };
+    let (on, is) = claim(quantities, unstable.is_empty());
     let mut words = format!(
         "{on}{} {is} {}: error bar {} in the worst quantity{which} ({}), {} per case.",
         s.label,
@@ -229,6 +225,16 @@ pub fn conclude(
         next: next.map(|n| (n.label.clone(), n.worst, n.cost_s)),
     };
     (Some(recommendation), words)
+}
+
+/// How far the verdict goes: nothing can be trusted on an unstable branch, or where bars lack the share of constants.
+fn claim(quantities: &[ByQuantity<MeshErrors>], is_stable: bool) -> (&'static str, &'static str) {
+    let is_whole = undetermined(quantities).is_empty() && without_share(quantities).next().is_none();
+    match (is_stable, is_whole) {
+        (true, true) => ("", "can be trusted within"),
+        (true, false) => ("", "is within the tolerance of"),
+        (false, _) => ("On an unstable branch of equilibria, ", "is within the tolerance of"),
+    }
 }
 
 /// The quantities that do not decide, with their bars in the recommended setting.
@@ -292,6 +298,26 @@ pub fn undetermined_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
         " Constants ({}) have no closed interval in their law file: the error bars are of the mesh alone, and the values may be off by any \
          share of the constants.",
         open.join(", ")
+    )
+}
+
+/// The deciding quantities whose share of the constants is not known.
+fn without_share(quantities: &[ByQuantity<MeshErrors>]) -> impl Iterator<Item = &ByQuantity<MeshErrors>> {
+    quantities.iter().filter(|q| q.deciding && !q.without_share.is_empty())
+}
+
+/// The bars of quantities without a derivative by constants that are known within intervals lack the share of these.
+pub fn without_share_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
+    let titles: Vec<String> = without_share(quantities).map(|q| format!("the {}", q.peak_title())).collect();
+    if titles.is_empty() {
+        return String::new();
+    }
+    let constants = distinct(without_share(quantities).flat_map(|q| q.without_share.iter().cloned()));
+    format!(
+        " Constants ({}) are known within the 95 % intervals of the law file only, and no derivative of {} by them is there: their share is \
+         not known, and these error bars are of the mesh alone.",
+        constants.join(", "),
+        all(&titles)
     )
 }
 

@@ -46,6 +46,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     out.extend(inaccurate(cases, quantities));
     for q in quantities {
         out.extend(error_of_steps(q));
+        out.extend(error_of_constants(q));
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
             let (a, b) = (&r.0.family, &r.1.of);
             out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.peak_title())));
@@ -93,6 +94,17 @@ fn without_estimate(stored: &[StoredCase]) -> Vec<String> {
     let lacking: BTreeSet<String> = runs().filter_map(OneRunRecord::lacking).collect();
     out.extend(lacking.iter().map(|bars| format!("{}: an error may be several times its bar.", capital(bars))));
     out
+}
+
+/// Says that no bar has the share of the constants, where no derivative tells it.
+fn error_of_constants(q: &ByQuantity<MeshErrors>) -> Option<String> {
+    (!q.without_share.is_empty()).then(|| {
+        format!(
+            "{}: the share of constants ({}) that are known within intervals is not known, since no derivative by them is there; it is in no error bar.",
+            capital(&q.peak_title()),
+            q.without_share.join(", ")
+        )
+    })
 }
 
 /// The error of the steps, where it is not negligible, and whether it is in error bars.

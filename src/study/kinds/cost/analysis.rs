@@ -147,7 +147,7 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
                 }
                 let check = power_law(others).map(|g| g.at(last.0) / last.1);
                 let next_cells = 2.0 * last.0;
-                let (variant, formulation) = (variant.clone(), family.formulation.clone());
+                let (variant, formulation) = (variant.clone(), family.formulation_of(&cases).into());
                 // More cells do not take less than what was measured
                 let most = points.iter().map(|p| p.1).fold(0.0, f64::max);
                 let next = law.predict(next_cells).at_least(most);
@@ -209,5 +209,6 @@ fn warnings(
             ));
         }
     }
+    analysis::add_notes(&mut out, stored);
     out
 }

@@ -3,7 +3,8 @@
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
 //! differ, else over the time step with the least order of the integrators of its stages. The reference is the envelope of the defensible families
-//! ([`crate::study::estimate::reference`]). Families that lock, diverge or do not resolve the thinnest wall are no reference. With an
+//! ([`crate::study::estimate::reference`]). Families that are no claim in a
+//! convergence study, as those that lock, diverge, do not resolve the thinnest wall or may have no limit, are no reference. With an
 //! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
 //!
 //! ```text
@@ -32,7 +33,7 @@ pub struct ReferenceCurve {
     pub peak: f64,
     /// Value that errors are related to, |f*| unless the tolerance is absolute \[unit of f\]
     pub scale: f64,
-    /// The family locks, diverges, or does not resolve the thinnest wall: no error is known
+    /// The family is no claim, as one that locks, diverges, or does not resolve the thinnest wall: no error is known
     pub refused: bool,
     /// U(f*)/scale \[–\]
     pub peak_uncertainty: f64,
@@ -131,10 +132,10 @@ fn extrapolated(
     let by_mesh = cases.iter().any(|c| c.record.mesh.h_m != cases[0].record.mesh.h_m);
     let level = |(c, size): (&&StoredCase, f64)| {
         let f = peak(c, quantity)?;
-        Some(if by_mesh { Level::of(&c.record, f) } else { Level::of_steps(&c.record, f, size) })
+        Some(if by_mesh { Level::of(&c.record, quantity, f) } else { Level::of_steps(&c.record, f, size) })
     };
     let levels = cases.iter().zip(sizes).filter_map(level).collect();
-    estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
+    estimate_of_order((&family.name, family.role, family.formulation_of(cases)), formal, levels, None, tolerance)
 }
 
 /// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame

@@ -3,13 +3,13 @@
 //! Each family of the truth has a limit f* (the Richardson value where the order of its three finest meshes is sane, the finest value f₁
 //! otherwise) and a change δ towards it, |f* − f₁| or, without an order, the last difference |f₁ − f₂|. The truth is the limit of the
 //! family with the smallest δ. Its uncertainty is the largest distance from the limit of another family, and at least a quarter of δ where
-//! it was extrapolated, all of it where not.
+//! it was extrapolated, all of it where not. A family whose value may have no limit, or with a region whose border runs through cells, knows no truth.
 
 use crate::study::curve::peak;
-use crate::study::estimate::family::{Level, formal_order};
+use crate::study::estimate::family::{Level, estimate, formal_order};
 use crate::study::estimate::richardson::Triple;
 use crate::study::kinds::coverage::record::ProblemRecord;
-use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// Share of a change by extrapolation that counts as its uncertainty.
@@ -72,6 +72,10 @@ fn limit(study: &StudyRecord, stored: &[StoredCase], family: &str, material: &st
     let formulation = &study.families.iter().find(|f| f.name == family)?.formulation;
     let cases = levels(stored, family, material, quantity);
     let [first, second, ..] = &cases[..] else { return None };
+    let all = cases.iter().map(|(level, _)| level.clone()).collect();
+    if estimate((family, Role::Reference, formulation), all, None, study.tolerance).is_some_and(|e| e.lasting) {
+        return None;
+    }
     let cells = first.1.record.mesh.cells;
     let (h, f): (Vec<f64>, Vec<f64>) = cases.iter().map(|(l, _)| (l.h, l.f)).unzip();
     let triple = (f.len() > 2).then(|| Triple::new([h[0], h[1], h[2]], [f[0], f[1], f[2]]));
@@ -91,7 +95,7 @@ pub fn levels<'a>(
     quantity: &str,
 ) -> Vec<(Level, &'a StoredCase)> {
     let own = stored.iter().filter(|c| c.record.family == family && c.record.variant == material);
-    let level = |c: &'a StoredCase| Some((Level::of(&c.record, peak(c, quantity)?), c));
+    let level = |c: &'a StoredCase| Some((Level::of(&c.record, quantity, peak(c, quantity)?), c));
     let mut all: Vec<_> = own.filter(|c| c.record.converged()).filter_map(level).collect();
     all.sort_by(|a, b| a.0.h.total_cmp(&b.0.h));
     all

@@ -23,7 +23,7 @@ use crate::study::kinds::validation::design::{ALGEBRAIC, TIGHTER};
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::responses::{Shift, Target};
-use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
+use crate::study::store::record::{FamilyRecord, Role, StoredCase};
 use crate::study::store::results::Results;
 use crate::wording::few;
 use std::collections::BTreeMap;
@@ -261,15 +261,20 @@ impl<'a> Meshes<'a> {
         doubts: &mut Vec<String>,
     ) -> Option<Estimate> {
         let tolerance = self.results.study.tolerance;
-        let of = (family.name.as_str(), family.role, family.formulation.as_str());
+        let first = records.first()?;
+        let member = |k: usize| Some((k, self.member((family, plan), k, first)?));
+        let members: BTreeMap<usize, &StoredCase> = (0..plan.members).filter_map(member).collect();
+        let runs: Vec<&StoredCase> = members.values().copied().collect();
+        let of = (family.name.as_str(), family.role, family.formulation_of(&runs));
         if family.role != Role::TimeStep {
-            let levels = self.levels((family, plan), records, outcome, doubts, |_, c, z| Level::of(&c.record, z));
+            let own = outcome.own.filter(|t| records.iter().any(|r| r.name == t.record.name));
+            let column = own.map_or("", |t| t.quantity.column.as_str());
+            let level = |_: usize, c: &StoredCase, z: f64| Level::of(&c.record, column, z);
+            let levels = self.levels((family, plan), records, outcome, doubts, level);
             return estimate(of, levels, None, tolerance);
         }
-        let members = (0..plan.members).map(|k| Some(&self.member((family, plan), k, records.first()?)?.record));
-        let places: Vec<(usize, &CaseRecord)> = members.enumerate().filter_map(|(k, r)| Some((k, r?))).collect();
-        let sizes = step_sizes(&places.iter().map(|(_, r)| *r).collect::<Vec<_>>());
-        let sizes: BTreeMap<usize, f64> = places.iter().map(|(k, _)| *k).zip(sizes).collect();
+        let sizes = step_sizes(&runs.iter().map(|c| &c.record).collect::<Vec<_>>());
+        let sizes: BTreeMap<usize, f64> = members.into_keys().zip(sizes).collect();
         let level = |member: usize, c: &StoredCase, z| Level::of_steps(&c.record, z, sizes[&member]);
         let levels = self.levels((family, plan), records, outcome, doubts, level);
         estimate_of_order(of, ORDER_IN_TIME, levels, None, tolerance)

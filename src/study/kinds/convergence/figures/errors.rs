@@ -15,6 +15,7 @@ use crate::study::kinds::convergence::figures::look::{self, Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
+use crate::wording::all;
 
 const SHEET: Sheet = Sheet { left: 14.0, gap: 16.0, least: 42.0, tall: 46.0, legend: 13.5, foot: 12.5 };
 
@@ -69,7 +70,20 @@ fn sheet(
     let mut entries = look::entries(&store.study.families, used);
     entries.extend(extra);
     let svg = SHEET.draw(&shown, entries, |(q, dots), area, frame, letter| panel(area, frame, letter, q, dots));
-    Some((svg, without_panel(&small)))
+    Some((svg, without_panel(&small) + &against_refused(shown.iter().map(|(q, _)| *q))))
+}
+
+/// The end of a caption where errors of these quantities are drawn against a family that is refused, since all are.
+pub(super) fn against_refused<'a>(drawn: impl Iterator<Item = &'a ByQuantity<MeshErrors>>) -> String {
+    let titles: Vec<String> =
+        drawn.filter(|q| q.has_refused_reference()).map(|q| format!("the {}", q.title())).collect();
+    if titles.is_empty() {
+        return String::new();
+    }
+    format!(
+        " No family can be a reference of {}: these errors are distances from the limit of one that is refused, and no claim.",
+        all(&titles)
+    )
 }
 
 /// U(f*) \[%\]; none without a reference.

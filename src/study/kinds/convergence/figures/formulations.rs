@@ -7,7 +7,7 @@ use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::figures::work_precision::{level_entries, levels};
-use crate::study::kinds::convergence::figures::errors::{ERROR, uncertainty};
+use crate::study::kinds::convergence::figures::errors::{ERROR, against_refused, uncertainty};
 use crate::study::kinds::convergence::figures::look::{self, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::Role;
@@ -106,7 +106,8 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let caption = format!(
         "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
          and over the CPU seconds of the case ({below}). Open marks raise the locking alarm. Errors in the grey \
-         zone are smaller than the uncertainty of the reference; {BELOW}."
+         zone are smaller than the uncertainty of the reference; {BELOW}.{}",
+        against_refused(shown.iter().map(|(q, _)| *q))
     );
     Some(Figure { name: "formulations".into(), svg, caption })
 }

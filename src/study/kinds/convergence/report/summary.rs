@@ -68,5 +68,8 @@ fn quantity(q: &ByQuantity<MeshErrors>) -> Value {
     if !q.undetermined.is_empty() {
         out["undetermined"] = json!(q.undetermined);
     }
+    if !q.without_share.is_empty() {
+        out["without_share"] = json!(q.without_share);
+    }
     out
 }
