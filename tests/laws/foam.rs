@@ -216,11 +216,11 @@ fn the_lateral_strain_is_read_as_the_fit_reads_the_table() {
         assert_eq!(ratio(&r), ratio(&expected), "{r}");
         assert!((r.parameters[0].value / expected.parameters[0].value - 1.0).abs() < 1e-9, "{r}");
     };
-    same(&written("half.csv", "Strain [%],Compressive stress [kPa],lateral strain [%]", &String::from));
+    same(&written("half.csv", "Strain [%],Compressive stress [kPa],lateral strain [%]", &str::to_owned));
     let card = "name = \"Foam\"\nfile = \"carded.csv\"\nstatus = \"own measurement\"\nmode = \"uniaxial\"\n[columns]\nstrain = \"e (%)\"\nstrain_kind = \"engineering\"\n\
                 stress = \"p (kPa)\"\nlateral = \"et\"\nlateral_unit = \"%\"\npositive = \"compression\"\n";
     std::fs::write(folder.join("card.toml"), card).expect("written");
-    same(&written("carded.csv", "e (%),p (kPa),et", &String::from));
+    same(&written("carded.csv", "e (%),p (kPa),et", &str::to_owned));
     let names = |k: u32| format!("compressive strain {k} [%],compressive stress {k} [kPa],lateral strain {k} [%]");
     let doubled = |line: &str| {
         let x: Vec<f64> = line.split(',').map(|c| c.parse().expect("a number")).collect();
