@@ -128,11 +128,12 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
         if length == 0 {
             return Ok(Outcome::Complete);
         }
-        if length as u64 == LONGEST_LINE {
-            tell(&json!({ "error": format!("a line is longer than {LONGEST_LINE} bytes; give shorter ones") }));
-            return Ok(Outcome::Complete);
-        }
-        let text = std::str::from_utf8(&bytes).map_err(|_| "the line is not UTF-8".to_string());
+        let text = if length as u64 == LONGEST_LINE && bytes.last() != Some(&b'\n') {
+            lines.skip_until(b'\n')?;
+            Err(format!("the line is longer than {LONGEST_LINE} bytes; give shorter ones"))
+        } else {
+            std::str::from_utf8(&bytes).map_err(|_| "the line is not UTF-8".to_string())
+        };
         if text.as_ref().is_ok_and(|line| line.trim().is_empty()) {
             continue;
         }
