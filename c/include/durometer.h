@@ -1,4 +1,4 @@
-/* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation.
+/* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation, but for laws whose constants change.
  *
  * Numbers are in SI units, in the order of the names. A model is used by one thread at a time; several models are independent.
  * Strings and arrays that a function returns belong to the model and are valid until it is closed; values change with each step. Arrays that are
@@ -40,7 +40,7 @@ const char *durometer_twin_quantity_name(const durometer_twin *twin, size_t quan
 int durometer_twin_range(const durometer_twin *twin, size_t input, double range[2]);
 
 /* Goes to the equilibrium of `count` inputs, all of them; a model that moves takes one step in time, at whose end the inputs have these values. Allocates
- * nothing. */
+ * nothing, but where an input that is a constant of a law has changed: that law is built anew. */
 int durometer_twin_step(durometer_twin *twin, const double *inputs, size_t count);
 /* Goes to inputs within their ranges, by those that drive, not constants of laws and weights, at which quantities have target values within tolerances, each in the unit of its quantity, as near as a local
  * search comes; a model that moves takes one step in time. Allocates. */

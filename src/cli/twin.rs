@@ -128,11 +128,12 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
         if length == 0 {
             return Ok(Outcome::Complete);
         }
-        if length as u64 == LONGEST_LINE {
-            tell(&json!({ "error": format!("a line is longer than {LONGEST_LINE} bytes; give shorter ones") }));
-            return Ok(Outcome::Complete);
-        }
-        let text = std::str::from_utf8(&bytes).map_err(|_| "the line is not UTF-8".to_string());
+        let text = if length as u64 == LONGEST_LINE && bytes.last() != Some(&b'\n') {
+            lines.skip_until(b'\n')?;
+            Err(format!("the line is longer than {LONGEST_LINE} bytes; give shorter ones"))
+        } else {
+            std::str::from_utf8(&bytes).map_err(|_| "the line is not UTF-8".to_string())
+        };
         if text.as_ref().is_ok_and(|line| line.trim().is_empty()) {
             continue;
         }
@@ -269,13 +270,17 @@ fn answer_at(
     // A model that moves goes on from where its last step has brought it, by a target too
     let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
     asked.inputs.iter().flatten().for_each(|&(k, value)| inputs[k] = value);
-    let mut reached = twin.step(&inputs);
-    let mut met = None;
-    if !asked.targets.is_empty() {
+    let (reached, mut met) = if asked.targets.is_empty() {
+        (twin.step(&inputs), None)
+    } else {
+        // The search begins at the given inputs; those that it moves, in their ranges
+        let moved = inputs.iter_mut().zip(&twin.model().inputs).zip(&asked.moving).filter(|(_, moves)| **moves);
+        moved.for_each(|((u, input), _)| *u = u.clamp(input.range[0], input.range[1]));
+        twin.step(&inputs).map_err(Refused::model)?;
         let found = reach_by(twin, &asked.targets, &asked.moving).map_err(Refused::model)?;
-        (inputs, met) = (found.inputs, Some(found.met));
-        reached = Ok(StepReport { iterations: found.iterations, parts: 1 });
-    }
+        inputs = found.inputs;
+        (Ok(StepReport { iterations: found.iterations, parts: 1 }), Some(found.met))
+    };
     let full = match fallback {
         Some(fallback) => {
             if asked.resets {

@@ -24,6 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub(super) const PACE: Duration = Duration::from_millis(40);
 /// Time after which a client without news gets a sign of life.
 const SILENCE: Duration = Duration::from_secs(2);
+/// Port of an address that names none.
+const DEFAULT_PORT: u16 = 80;
 /// Bytes that are read of what a refused client still sends.
 const DRAINED_BYTES: usize = 64 << 10;
 /// Time that is waited for what a refused client still sends.
@@ -143,7 +145,7 @@ fn bind(port: u16) -> Result<(TcpListener, u16), LiveError> {
 /// A server with its board.
 pub(super) struct Site {
     /// Names under which a browser may ask for it
-    hosts: [String; 2],
+    hosts: Vec<String>,
     /// Digest of the token, so that the time of a comparison tells nothing about it
     token: String,
     board: Arc<Board>,
@@ -152,6 +154,13 @@ pub(super) struct Site {
     followers: AtomicUsize,
     /// Clients that follow the run are sent away
     closed: AtomicBool,
+}
+
+/// Names of a server with this port; browsers leave out the port that addresses have by default.
+fn hosts(port: u16) -> Vec<String> {
+    let names = ["127.0.0.1", "localhost"];
+    let bare = names.iter().filter(|_| port == DEFAULT_PORT).map(ToString::to_string);
+    names.iter().map(|name| format!("{name}:{port}")).chain(bare).collect()
 }
 
 /// Counts one as long as it lives.
@@ -182,7 +191,7 @@ impl Drop for Follower<'_> {
 impl Site {
     pub fn new(access: &Access, board: Arc<Board>) -> Self {
         Self {
-            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", access.port)),
+            hosts: hosts(access.port),
             token: sha256(&access.token),
             board,
             connections: AtomicUsize::new(0),
@@ -335,4 +344,15 @@ fn finish(stream: &mut TcpStream) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hosts;
+
+    #[test]
+    fn the_default_port_may_be_left_out() {
+        assert_eq!(hosts(80), ["127.0.0.1:80", "localhost:80", "127.0.0.1", "localhost"]);
+        assert_eq!(hosts(8080), ["127.0.0.1:8080", "localhost:8080"]);
+    }
 }

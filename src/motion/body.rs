@@ -6,6 +6,7 @@ use super::swap;
 use super::tracks::Tracks;
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{Rotation3, UnitQuaternion};
+use std::f64::consts::TAU;
 
 /// Position and orientation of a body at a time: x = R X + t of each of its reference points X.
 #[derive(Clone, Debug)]
@@ -32,11 +33,42 @@ impl Pose {
     }
 }
 
+/// Part of a quaternion in the plane of its twist below which the twist is not counted on from: a swing of 120° about other axes \[–\]
+const SWUNG: f64 = 0.5;
+
+/// Rotations of a body about an axis \[rad\] over its rows, which go on beyond ±π: each is the nearest one to that of the row before it, from the row
+/// `first` on, and before it of the row after it. Rows in which the body has swung by more than 120° about other axes do not count turns, since the twist is
+/// hardly determined there.
+pub(super) fn turns_about(poses: &[Pose], axis: Vec3, first: usize) -> Vec<f64> {
+    let parts: Vec<[f64; 2]> = poses.iter().map(|p| twist_parts(&p.rotation, axis)).collect();
+    let mut turns: Vec<f64> = parts.iter().map(|part| angle(*part)).collect();
+    let mut follow = |rows: &mut dyn Iterator<Item = usize>| {
+        let mut last = turns[first];
+        for k in rows {
+            turns[k] += TAU * ((last - turns[k]) / TAU).round();
+            if parts[k][0].hypot(parts[k][1]) > SWUNG {
+                last = turns[k];
+            }
+        }
+    };
+    follow(&mut (first + 1..poses.len()));
+    follow(&mut (0..first).rev());
+    turns
+}
+
 /// The twist of a rotation about an axis \[rad\], within ±π.
 pub fn twist(rotation: &Mat3, axis: Vec3) -> f64 {
+    angle(twist_parts(rotation, axis))
+}
+
+/// q·a and q₀ of the unit quaternion (q₀, q) of a rotation.
+fn twist_parts(rotation: &Mat3, axis: Vec3) -> [f64; 2] {
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
-    let along = q.imag().dot(&axis.normalize());
-    let angle = 2.0 * along.atan2(q.scalar());
+    [q.imag().dot(&axis.normalize()), q.scalar()]
+}
+
+fn angle([along, scalar]: [f64; 2]) -> f64 {
+    let angle = 2.0 * along.atan2(scalar);
     angle.sin().atan2(angle.cos())
 }
 
@@ -72,4 +104,32 @@ pub fn pose(tracks: &Tracks, names: &[String], reference: &[Vec3]) -> Result<Vec
         poses.push(Pose { time_s: *time_s, samples: tracks.samples[k], rotation, translation, rms });
     }
     if poses.is_empty() { Err(MotionError::NeverSeen { names: names.to_vec() }) } else { Ok(poses) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::statistics::larger;
+
+    /// A body that turns more than once about y, and rocks a little about x: the turns go on, in both directions from the row that is near zero, and no other axis turns.
+    #[test]
+    fn turns_go_on_beyond_half_a_turn() {
+        let exact: Vec<f64> = (0..200).map(|k| 8.0 * f64::from(k) / 199.0).collect();
+        let poses: Vec<Pose> = (0..200)
+            .map(|k| {
+                let rocks = Rotation3::from_axis_angle(&Vec3::x_axis(), 0.02 * (0.7 * f64::from(k)).sin());
+                let turns = Rotation3::from_axis_angle(&Vec3::y_axis(), exact[k as usize]);
+                let rotation = (turns * rocks).into_inner();
+                Pose { time_s: f64::from(k), samples: 1.0, rotation, translation: Vec3::zeros(), rms: 0.0 }
+            })
+            .collect();
+        for (first, whole_turns) in [(0, 0.0), (60, 0.0), (199, 1.0)] {
+            let about_y = turns_about(&poses, Vec3::y(), first);
+            let differences = about_y.iter().zip(&exact).map(|(a, b)| (a + TAU * whole_turns - b).abs());
+            assert!(differences.fold(0.0, larger) < 1e-12, "{first}: {about_y:?}");
+            let about_z = turns_about(&poses, Vec3::z(), first);
+            assert!(about_z[0].abs() < 0.1 && about_z[199].abs() < 0.1, "{first}: {about_z:?}");
+        }
+        assert!(poses.iter().all(|p| p.rotation_about(Vec3::y()).abs() <= TAU / 2.0));
+    }
 }

@@ -59,6 +59,11 @@ pub enum MotionError {
     #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
     Twice { file: String, name: String, at: Option<f64> },
     #[error(
+        "{file}: the markers have different numbers of rows ({}), so that --rate gives them no times; write a row with three empty cells where a marker was not seen, or a column of times",
+        first(counts)
+    )]
+    Frames { file: String, counts: Vec<String> },
+    #[error(
         "{file}: coordinates reach {largest_m} m, which no tracked body has ({samples} samples are above {limit_m} m); the unit is probably off by 1000: pass --unit, or remove samples that are no markers"
     )]
     Large { file: String, largest_m: f64, samples: usize, limit_m: f64 },

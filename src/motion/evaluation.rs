@@ -195,7 +195,8 @@ fn body_curves(
     let all_seen = |k: &usize| group.iter().all(|m| m.points[*k].is_some());
     // Without a state the first row that shows the whole group is the reference
     let first = || (0..tracks.time_s.len()).find(all_seen).map(|k| [tracks.time_s[k]; 2]);
-    let means = tracks.mean(names, window.or_else(first).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))?;
+    let window = window.or_else(first).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+    let means = tracks.mean(names, window)?;
     let known: Vec<Vec3> = means.iter().copied().flatten().map(Vec3::from).collect();
     if known.len() < names.len() {
         let unseen = names.iter().zip(&means).filter(|m| m.1.is_none()).map(|m| m.0.clone()).collect();
@@ -215,8 +216,14 @@ fn body_curves(
     for (k, (axis, _)) in axes.iter().enumerate() {
         curves.push(curve(format!("displacement_{axis}_m"), &|p| p.displacement(at)[k])?);
     }
+    // Rotations are near zero in the reference, and are counted on from there
+    let at_rest = poses.iter().position(|p| p.time_s >= window[0]).unwrap_or(poses.len() - 1);
     for (axis, direction) in axes {
-        curves.push(curve(format!("rotation_{axis}_deg"), &|p| p.rotation_about(direction).to_degrees())?);
+        let name = format!("rotation_{axis}_deg");
+        let Curve { time_s, samples, .. } = &curves[0];
+        let turns = body::turns_about(&poses, direction, at_rest).into_iter().map(f64::to_degrees).collect();
+        let turned = Curve::weighted(&name, time_s.clone(), turns, samples.clone())?;
+        curves.push(turned);
     }
     Ok((poses, curves))
 }

@@ -9,7 +9,7 @@ use crate::calibrate::intake::names as units;
 use crate::calibrate::intake::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
 use crate::storage::columns::{self, units_below};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Reads the bytes of a table.
 pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
@@ -108,8 +108,8 @@ impl Table<'_> {
         line.cells.get(at).map_or("", String::as_str)
     }
 
-    /// Time and weight of a row, and its number of the line where a cell is none.
-    fn row(&self, line: &Line, number: usize, wrong: &mut Wrong) -> (f64, f64) {
+    /// Time and weight of a row, with the number of its frame, and its number of the line where a cell is none.
+    fn row(&self, line: &Line, frame: usize, wrong: &mut Wrong) -> (f64, f64) {
         let read = |at: Option<usize>, otherwise: f64, wrong: &mut Vec<String>| match at.map(|k| self.cell(line, k)) {
             None => otherwise,
             Some(cell) => table::number(cell, self.decimal).unwrap_or_else(|_| {
@@ -118,7 +118,7 @@ impl Table<'_> {
             }),
         };
         let time = match self.options.rate_hz {
-            Some(rate) => number as f64 / rate,
+            Some(rate) => frame as f64 / rate,
             None => read(self.columns.time, 0.0, &mut wrong.times),
         };
         let samples = read(self.columns.samples, 1.0, &mut wrong.cells);
@@ -173,23 +173,30 @@ impl Table<'_> {
     fn by_marker(&self, body: &[&Line]) -> Result<Rows, MotionError> {
         let (at, axes) = (self.columns.marker.unwrap_or_default(), self.columns.points[0].1);
         let mut wrong = Wrong::default();
-        let (mut order, mut seen): (Vec<String>, HashSet<String>) = (vec![], HashSet::new());
+        let (mut order, mut frames): (Vec<String>, HashMap<String, usize>) = (vec![], HashMap::new());
         // Times in the order of numbers, not of the file; total order of bits for times that are equal
         let mut rows: BTreeMap<Sorted, MarkerRow> = BTreeMap::new();
         for line in body {
-            let (t, n) = self.row(line, 0, &mut wrong);
             let name = self.cell(line, at).to_string();
+            let frame = frames.entry(name.clone()).or_insert_with(|| {
+                order.push(name.clone());
+                0
+            });
+            let (t, n) = self.row(line, *frame, &mut wrong);
+            *frame += 1;
             let point =
                 coordinate(axes.map(|k| k.map_or("", |k| self.cell(line, k))), line.number, self.decimal, &mut wrong);
-            if seen.insert(name.clone()) {
-                order.push(name.clone());
-            }
             let row = rows.entry(Sorted(t)).or_insert((n, BTreeMap::new()));
             if row.1.insert(name.clone(), point).is_some() {
                 return Err(MotionError::Twice { file: self.file(), name, at: Some(t) });
             }
         }
         wrong.refuse(self.file)?;
+        // Without times a marker without a row in a frame would be at another time than the others
+        if self.options.rate_hz.is_some() && frames.values().any(|n| *n != rows.len()) {
+            let counts = order.iter().map(|name| format!("{name} {}", frames[name])).collect();
+            return Err(MotionError::Frames { file: self.file(), counts });
+        }
         let track = |name: &String| Track {
             name: name.clone(),
             points: rows.values().map(|row| row.1.get(name).copied().flatten()).collect(),

@@ -234,6 +234,29 @@ fn ids_of_binary_vtk_have_four_bytes() {
     assert_eq!(scalars, field);
 }
 
+/// Integers without a sign have the same values in a binary file as in a text, also those whose first bit is set.
+#[test]
+fn unsigned_integers_of_binary_vtk_have_no_sign() {
+    for (kind, largest, bytes) in [
+        ("unsigned_char", 255u64, 1),
+        ("unsigned_short", 40_000, 2),
+        ("unsigned_int", 4_000_000_000, 4),
+        ("vtktypeuint32", 4_000_000_000, 4),
+        ("vtktypeuint64", 5_000_000_000, 8),
+    ] {
+        let head = format!("SCALARS label {kind} 1\nLOOKUP_TABLE default\n");
+        let values = [1, largest, 1].map(|v| v.to_be_bytes()[8 - bytes..].to_vec()).concat();
+        let binary = regions_of(&binary_vtk(&[head.as_bytes(), &values, b"\n"]));
+        assert_eq!(binary, regions_of(&text_vtk(&format!("{head}1 {largest} 1\n"))), "{kind}");
+        assert_eq!(binary, (vec![("label_1".into(), 2), (format!("label_{largest}"), 1)], vec![]), "{kind}");
+    }
+    let signed = regions_of(&binary_vtk(&[b"SCALARS label char 1\nLOOKUP_TABLE default\n", &[1, 255, 1], b"\n"]));
+    assert_eq!(signed.0, [("label_-1".to_string(), 1), ("label_1".to_string(), 2)]);
+    let values = [1, u64::MAX, 1].map(u64::to_be_bytes).concat();
+    let far = regions_of(&binary_vtk(&[b"SCALARS label vtktypeuint64 1\nLOOKUP_TABLE default\n", &values, b"\n"]));
+    assert!(far.0.is_empty() && far.1.len() == 1, "{far:?}");
+}
+
 /// The data of the cells of a text of three tetrahedra in a row.
 fn text_vtk(data: &str) -> Vec<u8> {
     let points = "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1 2 1 1";

@@ -188,6 +188,56 @@ fn other_spellings_of_a_law_are_read() {
     }
 }
 
+/// A part of a material that the law does not have is named in every format, and the density and parts of other materials are not.
+#[test]
+fn parts_of_a_material_that_are_left_out_are_named() {
+    let abaqus = "*MATERIAL, NAME=A\n*DENSITY\n1e-9\n*HYPERELASTIC, NEO HOOKE\n1, 1\n";
+    let ansys = "MP,DENS,1,1100\nTB,HYPER,1,1,,NEO\nTBDATA,1,1,1\n";
+    let febio = |kind: &str, rest: &str| format!("<material type=\"{kind}\"><density>1</density>{rest}</material>");
+    let gent = "<G>1</G><Jm>30</Jm><k>9</k>";
+    let foam = "<c1>1</c1><m1>2</m1>";
+    let none: &[&str] = &[];
+    for (text, program, expected) in [
+        (abaqus.to_string(), Program::Abaqus, none),
+        (format!("{abaqus}*MATERIAL, NAME=B\n*PLASTIC\n1, 0\n"), Program::Abaqus, &[]),
+        (
+            format!("{abaqus}*Damage Initiation\n1\n*DAMAGE EVOLUTION\n1\n"),
+            Program::Abaqus,
+            &["*DAMAGE INITIATION", "*DAMAGE EVOLUTION"],
+        ),
+        (format!("{abaqus}*ELASTIC\n1, 0.3\n*CREEP\n1, 1, 1\n"), Program::Calculix, &["*ELASTIC", "*CREEP"]),
+        (ansys.to_string(), Program::Ansys, &[]),
+        (format!("{ansys}TB,CDM,2,1,3,PSE2\nTBDATA,1,1.5,1,0.2\n"), Program::Ansys, &[]),
+        (format!("{ansys}TB,CDM,1,1,3,PSE2\nTBDATA,1,1.5,1,0.2\n"), Program::Ansys, &["TB,CDM"]),
+        (
+            format!("tb,biso\nMP,ALPX,1,1e-4\n{ansys}tb,visc,1 ! creep\n"),
+            Program::Ansys,
+            &["MP,ALPX", "TB,BISO", "TB,VISC"],
+        ),
+        ("TB,BISO,1\nTB,HYPER,1,1,1,BLATZ\nTBDATA,1,1\n".to_string(), Program::Ansys, &["TB,BISO"]),
+        (febio("Gent", gent), Program::Febio, &[]),
+        (febio("Gent", &format!("{gent}<mat_axis/>")), Program::Febio, &["<mat_axis>"]),
+        (febio("Gent", &gent.replace("<G>", "<G lc=\"1\">")), Program::Febio, &["the load curve of <G>"]),
+        (febio("neo-Hookean", "<E>1</E><v>0.3</v><k>2</k>"), Program::Febio, &["<k>"]),
+        (febio("Mooney-Rivlin", "<c1>1</c1><c2>1</c2><c3>1</c3><k>9</k>"), Program::Febio, &["<c3>"]),
+        (febio("Ogden unconstrained", foam), Program::Febio, &[]),
+        (febio("Ogden unconstrained", &format!("{foam}<k>2</k>")), Program::Febio, &["<k>"]),
+    ] {
+        let found = read(&text, program, "MPa").unwrap_or_else(|e| panic!("{e}\n{text}"));
+        assert_eq!(found.passed_over, expected, "{text}");
+    }
+    // Terms behind a gap, and numbers behind another command, are parts of the law
+    let ogden = febio("Ogden", "<c1>0.16</c1><m1>2</m1><c3>0.04</c3><m3>-2</m3><k>1000</k>");
+    let ogden = read(&ogden, Program::Febio, "Pa").expect("two terms");
+    assert_eq!((ogden.energy.constants[1], ogden.energy.constants[3]), (2.0, -2.0));
+    assert_eq!((ogden.energy.constants.len(), ogden.passed_over.len()), (4, 0));
+    let apart = ansys.replace("TBDATA,1,1,1", "TBDATA,1,1\n/COM\nTBDATA,2,1");
+    let [apart, together] = [apart.as_str(), ansys].map(|text| read(text, Program::Ansys, "MPa").expect("a law"));
+    assert_eq!(apart, together);
+    let foam = read("TB,HYPER,1,1,1,FOAM\nTBDATA,1,1,2,0.1,3\n", Program::Ansys, "Pa").expect_err("a number too many");
+    assert!(foam.to_string().contains("4 numbers"), "{foam}");
+}
+
 /// `*VISCOELASTIC` becomes a series in the order of times, and instantaneous constants those of the long term; what the effect does not have is refused, and
 /// so is what would change the stiffness without a word. Other keywords that change the response are named.
 #[test]
@@ -227,7 +277,7 @@ fn relaxation_of_a_material_is_read_or_refused() {
         assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
     }
     let softens = text("", "*TRS\n20, 10, 50\n*Mullins Effect\n1.5, 2, 0.1\n") + "*PLASTIC\n1, 0\n";
-    let (softens, expected) = (read(&softens).expect("the law"), ["*MULLINS EFFECT", "*TRS"]);
+    let (softens, expected) = (read(&softens).expect("the law"), ["*MULLINS EFFECT", "*TRS"].map(String::from));
     assert_eq!((&softens.energy, &softens.passed_over[..]), (&alone.energy, &expected[..]));
     assert!(alone.passed_over.is_empty());
     let foam = read("*HYPERFOAM\n1, 2, 0.1\n*VISCOELASTIC, TIME=PRONY\n0.3, 0, 1\n").expect_err("a foam").to_string();

@@ -130,6 +130,15 @@ fn refused_lines_have_no_effect(at: &Path, model: &str) {
     assert_eq!(answered[1]["inputs"], answered[3]["inputs"]);
     let stopped = durometer_with(at, &["twin", model, "--tolerance", "5%", "--stop"], far);
     assert_eq!((stopped.code, lines(&stopped.out).len()), (Some(3), 3), "{}", stopped.out);
+    // An endless line is none, and the next one is answered
+    let endless = format!("{}\n{far}", "x".repeat(1 << 20));
+    let stopped = durometer_with(at, &["twin", model, "--tolerance", "5%", "--stop"], &endless);
+    assert_eq!((stopped.code, lines(&stopped.out).len()), (Some(3), 4), "{}", stopped.out);
+    // A target is searched at the given inputs or not at all
+    let elsewhere = far.replace("\"reset\": true,", "\"target\": {\"xmax_z_m\": 0.0055},");
+    let answered = lines(&durometer_with(at, &["twin", model], &elsewhere).out);
+    assert!(answered[2]["error"].is_string(), "{answered:?}");
+    assert_eq!(answered[1]["inputs"], answered[3]["inputs"]);
 }
 
 /// The weight is that of the scene, and no search moves it that is not told so: the cable alone only bends the bar down. The first line says what the bars rest on.

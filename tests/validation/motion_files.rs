@@ -230,6 +230,26 @@ fn tables_of_several_spellings_are_one() {
     }
 }
 
+/// With a rate the rows of each marker are its frames, in blocks or in turn, also where the file has times, and a marker without some of them is refused.
+#[test]
+fn frames_of_a_table_with_one_row_per_marker_have_a_rate() {
+    let read = |text: &str| {
+        Tracks::parse("a.csv", text.as_bytes(), &ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() })
+    };
+    for text in [
+        "marker,x_mm,y_mm,z_mm\na,1,2,3\na,4,5,6\nb,7,8,9\nb,,,\n",
+        "marker,x_mm,y_mm,z_mm\na,1,2,3\nb,7,8,9\na,4,5,6\nb,,,\n",
+        "marker,t_s,x_mm,y_mm,z_mm\na,7,1,2,3\nb,7,7,8,9\na,9,4,5,6\nb,9,,,\n",
+    ] {
+        let tracks = read(text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert_eq!(tracks.time_s, [0.0, 0.02], "{text}");
+        let z = |k: usize| tracks.markers[k].points.iter().map(|p| p.map(|p| (1e3 * p[2]).round())).collect::<Vec<_>>();
+        assert_eq!((z(0), z(1)), (vec![Some(3.0), Some(6.0)], vec![Some(9.0), None]), "{text}");
+    }
+    let why = read("marker,x_mm,y_mm,z_mm\na,1,2,3\na,4,5,6\nb,7,8,9\n").expect_err("a row is missing").to_string();
+    assert!(why.contains("(a 2, b 1)") && why.contains("three empty cells"), "{why}");
+}
+
 #[test]
 fn a_record_of_a_table_with_several_is_chosen() {
     let text = "record,marker,x_m,y_m,z_m,n_samples\nr1,a,0.1,0,0,8\nr1,b,0,0.2,0,8\nr2,a,0.3,0,0,9\nr2,b,0,0.4,0,9\n";

@@ -41,19 +41,55 @@ pub fn write(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKi
     Ok((text, Some(kind)))
 }
 
+/// A line without its comment, in upper case.
+fn bare(line: &str) -> String {
+    line.split('!').next().unwrap_or("").trim().to_uppercase()
+}
+
+/// The words of a command.
+fn words(line: &str) -> Vec<&str> {
+    line.split(',').map(str::trim).collect()
+}
+
+fn is_law(words: &[&str]) -> bool {
+    words[0] == "TB" && words.get(1).is_some_and(|w| w.starts_with("HYPER"))
+}
+
+/// Whether two commands are of one material, which need not be named.
+fn of_one_material(a: &[&str], b: &[&str]) -> bool {
+    let [a, b] = [a, b].map(|words| words.get(2).copied().unwrap_or(""));
+    a.is_empty() || b.is_empty() || a == b
+}
+
+/// Commands that give the material of the first `TB,HYPER` more than that law: further tables and properties, but not the density.
+pub fn passed_over(text: &str) -> Vec<String> {
+    let lines: Vec<String> = text.lines().map(bare).collect();
+    let commands: Vec<Vec<&str>> = lines.iter().map(|l| words(l)).collect();
+    let Some(law) = commands.iter().position(|c| is_law(c)) else { return vec![] };
+    let gives = |c: &[&str]| ["TB", "MP", "MPDATA"].contains(&c[0]) && c.get(1).is_some_and(|label| *label != "DENS");
+    let others =
+        commands.iter().enumerate().filter(|(k, c)| *k != law && gives(c) && of_one_material(c, &commands[law]));
+    let mut found: Vec<String> = others.map(|(_, c)| format!("{},{}", c[0], c[1])).collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
 /// The first `TB,HYPER`: the line, its number of terms, the name of the law, and the numbers below it.
 pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordError> {
     let refuse = |what: String| KeywordError::Unreadable { program: PROGRAM, what };
-    let bare = |l: &str| l.split('!').next().unwrap_or("").trim().to_uppercase();
     let mut lines = text.lines().map(bare).filter(|l| !l.is_empty());
-    let head =
-        lines.find(|l| l.replace(' ', "").starts_with("TB,HYPER")).ok_or_else(|| refuse("no TB,HYPER".into()))?;
-    let words: Vec<&str> = head.split(',').map(str::trim).collect();
-    check_relaxation(text, words.get(2).copied().unwrap_or(""))?;
+    let head = lines.find(|l| is_law(&words(l))).ok_or_else(|| refuse("no TB,HYPER".into()))?;
+    let words = words(&head);
+    check_relaxation(text, &words)?;
     let (points, option) = (words.get(4).copied().unwrap_or(""), words.get(5).copied().unwrap_or("MOONEY"));
     let mut values: Vec<f64> = vec![];
     let is_temperature = |l: &String| l.starts_with("TBTEMP");
-    let below: Vec<String> = lines.take_while(|l| l.starts_with("TBDATA") || is_temperature(l)).collect();
+    // The table is open up to the next one
+    let below: Vec<String> = lines
+        .take_while(|l| self::words(l)[0] != "TB")
+        .filter(|l| l.starts_with("TBDATA") || is_temperature(l))
+        .collect();
     if below.iter().filter(|l| is_temperature(l)).count() > 1 {
         return Err(refuse(format!(
             "the constants of \"{head}\" depend on temperature; keep those of one temperature"
@@ -75,11 +111,11 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
 }
 
 /// Refuses a material that relaxes: which moduli the constants of `TB,HYPER` are then is a choice of the model.
-fn check_relaxation(text: &str, material: &str) -> Result<(), KeywordError> {
+fn check_relaxation(text: &str, law: &[&str]) -> Result<(), KeywordError> {
     let of_it = |line: &str| {
-        let words: Vec<String> = line.split(',').map(|w| w.trim().to_uppercase()).collect();
-        let same = words.get(2).is_none_or(|m| m.is_empty() || material.is_empty() || m == material);
-        words[0] == "TB" && words.get(1).is_some_and(|w| w == "PRONY") && same
+        let line = bare(line);
+        let words = words(&line);
+        words[0] == "TB" && words.get(1) == Some(&"PRONY") && of_one_material(&words, law)
     };
     let Some(line) = text.lines().find(|l| of_it(l)) else { return Ok(()) };
     let what = format!(

@@ -10,7 +10,11 @@ pub const LINE: usize = 8;
 /// Keywords that give a law
 const LAWS: [&str; 2] = ["*HYPERELASTIC", "*HYPERFOAM"];
 /// Keywords of a material that change its response and are not read
-const PASSED_OVER: [&str; 9] = [
+const PASSED_OVER: [&str; 15] = [
+    "*ELASTIC",
+    "*HYPOELASTIC",
+    "*ANISOTROPIC HYPERELASTIC",
+    "*USER MATERIAL",
     "*MULLINS EFFECT",
     "*HYSTERESIS",
     "*PLASTIC",
@@ -19,7 +23,9 @@ const PASSED_OVER: [&str; 9] = [
     "*TRS",
     "*EXPANSION",
     "*DAMPING",
+    "*SWELLING",
     "*DAMAGE INITIATION",
+    "*DAMAGE EVOLUTION",
 ];
 
 /// A keyword with the lines below it.
@@ -83,8 +89,8 @@ pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
 }
 
 /// Those of the keywords that change the response of the material and are not read.
-pub fn passed_over(material: &[Card]) -> Vec<&'static str> {
-    PASSED_OVER.into_iter().filter(|k| material.iter().any(|c| c.is(k))).collect()
+pub fn passed_over(material: &[Card]) -> Vec<String> {
+    PASSED_OVER.into_iter().filter(|k| material.iter().any(|c| c.is(k))).map(String::from).collect()
 }
 
 /// Options of a keyword by name, in upper case.

@@ -74,7 +74,7 @@ fn check_count(program: Program, count: usize, head: &str) -> Result<(), Keyword
 /// Terms of the numbers μ_n, α_n, then one more of each term.
 fn terms(program: Program, values: &[f64], count: usize, head: &str) -> Result<Vec<[f64; 3]>, KeywordError> {
     check_count(program, count, head)?;
-    if values.len() < 3 * count {
+    if values.len() < 3 * count || values[3 * count..].iter().any(|v| *v != 0.0) {
         return Err(unreadable(
             program,
             format!("{} numbers below \"{head}\", {} are needed", values.len(), 3 * count),

@@ -11,6 +11,7 @@ use super::error::KeywordError;
 use super::foam;
 use super::numbers::{number, numbers};
 use super::program::Program;
+use super::series::Imported;
 use crate::material::{LawSpecError, Moduli, Values, VolumetricKind};
 use roxmltree::{Document, Node};
 
@@ -94,7 +95,7 @@ fn with_document<T>(
 }
 
 /// Reads the first `material` of FEBio.
-pub fn read_febio(text: &str, scale: f64) -> Result<Energy, KeywordError> {
+pub fn read_febio(text: &str, scale: f64) -> Result<Imported, KeywordError> {
     let program = Program::Febio;
     let refuse = |what: String| KeywordError::Unreadable { program, what };
     with_document(program, text, |document| {
@@ -113,28 +114,28 @@ pub fn read_febio(text: &str, scale: f64) -> Result<Energy, KeywordError> {
                 let given: Values =
                     [("E".to_string(), value("E")? * scale), ("nu".to_string(), value("v")?)].into_iter().collect();
                 let hooke = Moduli::from_map(&given)?;
-                return Ok(Energy {
-                    law: COUPLED.into(),
-                    constants: vec![hooke.mu],
-                    kappa: hooke.kappa,
-                    volumetric: None,
-                });
+                let (constants, kappa) = (vec![hooke.mu], hooke.kappa);
+                let energy = Energy { law: COUPLED.into(), constants, kappa, volumetric: None };
+                return Ok(with_rest(energy, material, &["E", "v"]));
             }
             "Mooney-Rivlin" => ("mooney_rivlin", vec![value("c1")? * scale, value("c2")? * scale]),
             "Veronda-Westmann" => ("veronda_westmann", vec![value("c1")? * scale, value("c2")?]),
             "Gent" => ("gent", vec![value("G")? * scale, value("Jm")?]),
             "Ogden" => {
-                let count = (1..=6).take_while(|n| child(&format!("c{n}")).is_some()).count();
+                let mut constants = vec![];
+                for n in (1..=6).filter(|n| child(&format!("c{n}")).is_some()) {
+                    constants.extend([value(&format!("c{n}"))? * scale, value(&format!("m{n}"))?]);
+                }
+                let count = constants.len() / 2;
                 if !(1..=4).contains(&count) {
                     return Err(refuse(format!("{count} terms of Ogden's law; Durometer has 1 to 4")));
                 }
-                let mut constants = vec![];
-                for n in 1..=count {
-                    constants.extend([value(&format!("c{n}"))? * scale, value(&format!("m{n}"))?]);
-                }
                 (OGDEN, constants)
             }
-            "Ogden unconstrained" => return foam::read_febio(material, scale),
+            "Ogden unconstrained" => {
+                let used: Vec<&str> = TERMS.into_iter().chain(["cp"]).collect();
+                return Ok(with_rest(foam::read_febio(material, scale)?, material, &used));
+            }
             other => return Err(refuse(format!("type \"{other}\" is no law that Durometer reads"))),
         };
         // FEBio takes its first part where none is given
@@ -145,8 +146,31 @@ pub fn read_febio(text: &str, scale: f64) -> Result<Energy, KeywordError> {
             "2" | "Abaqus" => PRESSURE[2],
             other => return Err(refuse(format!("pressure_model \"{other}\" is not known"))),
         };
-        Ok(Energy { law: law.into(), constants, kappa: value("k")? * scale, volumetric: Some(volumetric) })
+        let energy = Energy { law: law.into(), constants, kappa: value("k")? * scale, volumetric: Some(volumetric) };
+        let own: &[&str] = match kind {
+            "Ogden" => &TERMS,
+            "Gent" => &["G", "Jm"],
+            _ => &["c1", "c2"],
+        };
+        Ok(with_rest(energy, material, &[own, &["k", "pressure_model"]].concat()))
     })
+}
+
+/// Elements of FEBio with the terms of Ogden's law.
+const TERMS: [&str; 12] = ["c1", "m1", "c2", "m2", "c3", "m3", "c4", "m4", "c5", "m5", "c6", "m6"];
+
+/// A law together with the elements of its material that are neither used nor the density, and the load curves of those that are.
+fn with_rest(energy: Energy, material: Node, used: &[&str]) -> Imported {
+    let of = |n: Node| {
+        let name = n.tag_name().name();
+        match n.attribute("lc") {
+            _ if name == "density" => None,
+            _ if !used.contains(&name) => Some(format!("<{name}>")),
+            curve => curve.map(|_| format!("the load curve of <{name}>")),
+        }
+    };
+    let passed_over = material.children().filter(Node::is_element).filter_map(of).collect();
+    Imported { passed_over, ..energy.into() }
 }
 
 /// Reads the first component of SOFA with a `materialName`.

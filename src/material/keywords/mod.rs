@@ -50,11 +50,11 @@ pub fn read(text: &str, program: Program, unit: &str) -> Result<Imported, Keywor
     let scale = units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
     let mut found: Imported = match program {
         Program::Abaqus | Program::Calculix => of_cards(text, program, scale)?,
-        Program::Ansys => match foam::read_ansys(text, scale)? {
-            Some(foam) => foam.into(),
-            None => ansys::read(text, scale)?.into(),
-        },
-        Program::Febio => markup::read_febio(text, scale)?.into(),
+        Program::Ansys => {
+            let energy = foam::read_ansys(text, scale)?.map_or_else(|| ansys::read(text, scale), Ok)?;
+            Imported { passed_over: ansys::passed_over(text), ..energy.into() }
+        }
+        Program::Febio => markup::read_febio(text, scale)?,
         Program::Sofa => markup::read_sofa(text, scale)?.into(),
     };
     let kappa = found.energy.build()?.small_strain().kappa;

@@ -16,8 +16,8 @@ pub struct Imported {
     pub energy: Energy,
     /// Share g \[–\] of the instantaneous shear modulus and relaxation time τ \[s\] of each term
     pub series: Vec<(f64, f64)>,
-    /// Keywords of the material that change its response and were not read
-    pub passed_over: Vec<&'static str>,
+    /// Keywords, commands or elements of the material that change its response and were not read
+    pub passed_over: Vec<String>,
 }
 
 impl From<Energy> for Imported {

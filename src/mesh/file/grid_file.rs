@@ -36,6 +36,8 @@ pub struct Grid {
     pub points: Vec<Vec3>,
     pub cells: GridCells,
     pub data: Vec<GridData>,
+    /// Sentences on arrays that are not among the data
+    pub left_out: Vec<String>,
 }
 
 /// The times of a collection \[s\] with their files.
@@ -68,25 +70,32 @@ pub fn read_grid(path: &Path, unit_m: f64) -> Result<Grid, MeshError> {
         return Err(refuse(path, &format!("it has {} pieces", pieces.len()), "save the grid as one piece"));
     };
     let part = |name: &str| piece.children().find(move |n| n.has_tag_name(name));
-    let arrays = |part: Option<Node>| -> Vec<(String, usize, Vec<f64>)> {
-        Vec::from_iter(part.iter().flat_map(|p| file.arrays(p)))
-    };
-    let places = arrays(part("Points")).into_iter().next().map(|(.., v)| v).unwrap_or_default();
+    let arrays = |part: Option<Node>| Vec::from_iter(part.iter().flat_map(|p| file.arrays(p)));
+    let places = arrays(part("Points")).into_iter().next().and_then(|array| array.values).unwrap_or_default();
     let points: Vec<Vec3> = places.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2]) * unit_m).collect();
     if let Some(k) = points.iter().position(|p| !p.iter().all(|v| v.is_finite())) {
         return Err(MeshError::NotFinite { file: path.into(), node: k as u64 });
     }
     let cells = arrays(part("Cells"));
-    let of = |name: &str| cells.iter().find(|(n, ..)| n == name).map_or(&[][..], |(.., v)| &v[..]);
+    let of = |name: &str| cells.iter().find(|a| a.name == name).and_then(|a| a.values.as_deref()).unwrap_or_default();
     let cells = cells_of(path, &points, [of("connectivity"), of("offsets"), of("types")])?;
     let count = of("types").len();
-    let mut data = vec![];
-    for (name, at_points, entities) in [("PointData", true, points.len()), ("CellData", false, count)] {
-        let whole = |(_, components, values): &(String, usize, Vec<f64>)| values.len() == components * entities;
-        let own = arrays(part(name)).into_iter().filter(whole);
-        data.extend(own.map(|(name, components, values)| GridData { name, components, at_points, values }));
+    let (mut data, mut left_out) = (vec![], vec![]);
+    for (part_name, at_points, entities) in [("PointData", true, points.len()), ("CellData", false, count)] {
+        for Array { name, components, values } in arrays(part(part_name)) {
+            match values {
+                Some(values) if components.checked_mul(entities) == Some(values.len()) => {
+                    data.push(GridData { name, components, at_points, values });
+                }
+                Some(values) => left_out.push(format!(
+                    "{name} of {part_name} is left out: it has {} values, not {components} for each of {entities}.",
+                    values.len()
+                )),
+                None => left_out.push(format!("{name} of {part_name} is left out: its values cannot be read.")),
+            }
+        }
     }
-    Ok(Grid { points, cells, data })
+    Ok(Grid { points, cells, data, left_out })
 }
 
 fn refuse(file: &Path, fact: &str, remedy: &str) -> MeshError {
@@ -116,6 +125,13 @@ fn without_raw(bytes: &[u8]) -> (Vec<u8>, Option<&[u8]>) {
         return (bytes.to_vec(), None);
     }
     ([&bytes[..=start], &bytes[end..]].concat(), Some(&bytes[start + 1..end]))
+}
+
+/// An array of a part; one that cannot be read has no values.
+struct Array {
+    name: String,
+    components: usize,
+    values: Option<Vec<f64>>,
 }
 
 /// How the arrays of a file are written.
@@ -153,12 +169,13 @@ impl<'a> File<'a> {
         Ok(Self { wide: root.attribute("header_type") == Some("UInt64"), packed: compressor.is_some(), raw, appended })
     }
 
-    /// Name, components and values of the arrays of a part; those that cannot be read have no values.
-    fn arrays(&self, part: &Node) -> Vec<(String, usize, Vec<f64>)> {
+    /// The arrays of a part.
+    fn arrays(&self, part: &Node) -> Vec<Array> {
         let arrays = part.children().filter(|n| n.has_tag_name("DataArray"));
-        let of = |n: Node| {
-            let components = n.attribute("NumberOfComponents").and_then(|c| c.parse().ok()).unwrap_or(1);
-            (n.attribute("Name").unwrap_or_default().to_string(), components, self.values(&n).unwrap_or_default())
+        let of = |n: Node| Array {
+            name: n.attribute("Name").unwrap_or_default().into(),
+            components: n.attribute("NumberOfComponents").and_then(|c| c.parse().ok()).unwrap_or(1),
+            values: self.values(&n),
         };
         arrays.map(of).collect()
     }
@@ -203,13 +220,13 @@ impl<'a> File<'a> {
     }
 }
 
-/// Pieces of base64, one after the other, each with its padding; up to the first sign that is none of them.
+/// Pieces of base64, one after the other, each with its padding; none where another sign is among them.
 fn decoded(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::new();
     let mut rest = text.as_bytes();
     while !rest.is_empty() {
         let padding = rest.iter().position(|b| *b == b'=').unwrap_or(rest.len());
-        let end = rest.len().min(padding.next_multiple_of(4));
+        let end = rest.len().min((padding + 1).next_multiple_of(4));
         base64::engine::general_purpose::STANDARD.decode_vec(&rest[..end], &mut out).ok()?;
         rest = &rest[end..];
     }
@@ -302,6 +319,15 @@ mod tests {
         let path = folder.path().join("a.pvd");
         write_pvd(&path, &[(0.5, "a.vtu".into())]).expect("room");
         assert_eq!(read_collection(&path).expect("readable"), [(0.5, folder.path().join("a.vtu"))]);
+    }
+
+    #[test]
+    fn pieces_of_base64_are_one_after_the_other() {
+        for (text, expected) in
+            [("", Some(&b""[..])), ("QQ==QkM=REVG", Some(&b"ABCDEF"[..])), ("QUJD====", None), ("QQ ==", None)]
+        {
+            assert_eq!(decoded(text).as_deref(), expected, "{text}");
+        }
     }
 
     /// One tetrahedron with its arrays in every form that VTK writes.

@@ -117,39 +117,39 @@ struct Grid {
 }
 
 impl Grid {
-    /// `count` values of VTK's `kind`, which follow on the next line, each read by `one` with the bytes of a value and whether they are a float.
+    /// `count` values of VTK's `kind`, which follow on the next line, each read by `one`.
     fn block<T>(
         &self,
         at: &mut Cursor,
         kind: &str,
         count: usize,
         wanted: &str,
-        one: impl Fn(&mut Cursor, usize, bool) -> Result<T, MeshError>,
+        one: impl Fn(&mut Cursor, Number) -> Result<T, MeshError>,
     ) -> Result<Vec<T>, MeshError> {
         at.line();
         at.binary = self.binary;
-        let width = width(kind).ok_or_else(|| at.syntax("a data type", kind))?;
-        at.count(count as i64, if self.binary { width } else { 1 }, wanted)?;
-        let values = (0..count).map(|_| one(at, width, is_float(kind))).collect();
+        let number = Number::of(kind).ok_or_else(|| at.syntax("a data type", kind))?;
+        at.count(count as i64, if self.binary { number.width() } else { 1 }, wanted)?;
+        let values = (0..count).map(|_| one(at, number)).collect();
         at.binary = false;
         values
     }
 
     /// Numbers of any kind.
     fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
-        self.block(at, kind, count, wanted, |at, width, float| match (at.binary, float, width) {
-            (true, true, 4) => at.float(wanted),
-            (true, false, _) => integer(at, width, wanted).map(|v| v as f64),
+        self.block(at, kind, count, wanted, |at, number| match number {
+            Number::Float(4) if at.binary => at.float(wanted),
+            Number::Signed(_) | Number::Unsigned(_) if at.binary => integer(at, number, wanted).map(|v| v as f64),
             _ => at.double(wanted),
         })
     }
 
     /// Integers: a float is none.
     fn integers(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<i64>, MeshError> {
-        if is_float(kind) {
+        if let Some(Number::Float(_)) = Number::of(kind) {
             return Err(at.syntax("a data type of integers", kind));
         }
-        self.block(at, kind, count, wanted, |at, width, _| integer(at, width, wanted))
+        self.block(at, kind, count, wanted, |at, number| integer(at, number, wanted))
     }
 
     /// A count on this line, then so many 4-byte integers.
@@ -330,7 +330,8 @@ impl Grid {
         [components, tuples]: [usize; 2],
         cells: Option<usize>,
     ) -> Result<(), MeshError> {
-        if components == 1 && Some(tuples) == cells && !is_float(kind) && width(kind).is_some() {
+        let is_integer = matches!(Number::of(kind), Some(Number::Signed(_) | Number::Unsigned(_)));
+        if components == 1 && Some(tuples) == cells && is_integer {
             let values = self.integers(at, kind, tuples, "the data of the cells")?;
             self.tags.insert(name.to_string(), values);
             return Ok(());
@@ -399,27 +400,52 @@ fn skip_metadata(at: &mut Cursor) {
     while at.line().is_some_and(|line| !line.trim().is_empty()) {}
 }
 
-/// An integer of so many bytes, or a word of a text file.
-fn integer(at: &mut Cursor, width: usize, wanted: &str) -> Result<i64, MeshError> {
-    match width {
+/// Numbers of a binary file with the bytes of each.
+#[derive(Clone, Copy)]
+enum Number {
+    Signed(usize),
+    Unsigned(usize),
+    Float(usize),
+}
+
+impl Number {
+    /// Numbers of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size is in memory.
+    fn of(kind: &str) -> Option<Self> {
+        match kind {
+            "char" => Some(Self::Signed(1)),
+            "short" => Some(Self::Signed(2)),
+            "int" | "vtktypeint32" | "vtkIdType" => Some(Self::Signed(4)),
+            "long" | "vtktypeint64" => Some(Self::Signed(8)),
+            "unsigned_char" => Some(Self::Unsigned(1)),
+            "unsigned_short" => Some(Self::Unsigned(2)),
+            "unsigned_int" | "vtktypeuint32" => Some(Self::Unsigned(4)),
+            "unsigned_long" | "vtktypeuint64" => Some(Self::Unsigned(8)),
+            "float" => Some(Self::Float(4)),
+            "double" => Some(Self::Float(8)),
+            _ => None,
+        }
+    }
+
+    fn width(self) -> usize {
+        let (Self::Signed(width) | Self::Unsigned(width) | Self::Float(width)) = self;
+        width
+    }
+}
+
+/// An integer of a binary file, or a word of a text file.
+fn integer(at: &mut Cursor, number: Number, wanted: &str) -> Result<i64, MeshError> {
+    let value = match number.width() {
         1 if at.binary => at.byte(wanted).map(i64::from),
         2 if at.binary => at.short(wanted).map(i64::from),
         4 => at.int(wanted),
         _ => at.long(wanted),
-    }
-}
-
-fn is_float(kind: &str) -> bool {
-    matches!(kind, "float" | "double")
-}
-
-/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size is in memory.
-fn width(kind: &str) -> Option<usize> {
-    match kind {
-        "char" | "unsigned_char" => Some(1),
-        "short" | "unsigned_short" => Some(2),
-        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "vtkIdType" | "float" => Some(4),
-        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "double" => Some(8),
-        _ => None,
+    }?;
+    match number {
+        Number::Unsigned(8) if at.binary && value < 0 => {
+            Err(at.syntax("an integer below 2^63", &(value as u64).to_string()))
+        }
+        // The bits beyond its own are those of a sign
+        Number::Unsigned(width @ 1..8) if at.binary => Ok(value & ((1 << (8 * width)) - 1)),
+        _ => Ok(value),
     }
 }

@@ -42,6 +42,9 @@ const FEWEST_STATES: usize = 30;
 const ENRICHED: usize = 2;
 /// Share of the tolerance of the model's points that is that of the enriched model's.
 const FINER: f64 = 0.1;
+/// Remedy for a model that cannot run: the mass of its modes.
+const REMEDY: &str = "give every part of the body an inertia; where the body can move as a whole, as one that slides, the strains of its modes do not tell that motion from others: \
+                      take fewer modes, hold the body, or take bdf2 or implicit_euler, which need no acceleration at the start";
 
 /// The steps of a scene in time; refuses one with parts that have no reduced form in motion.
 pub(in crate::reduction) fn check_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
@@ -155,7 +158,7 @@ impl<'a> TransientTraining<'a> {
         // Such as a mass that is not positive
         match model.fault() {
             None => Ok((model, space.basis)),
-            Some(fact) => Err(unsupported("the scene".into(), fact, "give every part of the body an inertia")),
+            Some(fact) => Err(unsupported("the scene".into(), fact, REMEDY)),
         }
     }
 

@@ -33,13 +33,15 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
     }
     for (t, file) in files.iter().step_by(stride) {
         let now = read_grid(file, unit_m)?;
+        let new: Vec<&String> = now.left_out.iter().filter(|note| !notes.contains(note)).collect();
+        notes.extend(new.into_iter().cloned());
         if now.points.len() != grid.points.len() || now.cells != with_points_of(&now, &grid) {
             let (fact, remedy) =
                 ("its cells are not those of the first state", "show it alone, or leave it out of the collection");
             return Err(MeshError::Format { file: file.clone(), fact: fact.into(), remedy: remedy.into() });
         }
         out.times.push(*t);
-        if let Some(u) = moving.as_ref().and_then(|name| find(&now, name, true)) {
+        if let Some(u) = moving.as_ref().and_then(|name| find(&now, name, true)).filter(|d| is_displacement(d)) {
             let u = picked(&u.values, 3, &out.shape.nodes);
             out.motion.push(if unit_m == 1.0 {
                 u
@@ -49,14 +51,19 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
         }
         for q in &mut out.quantities {
             let entities = if q.at_nodes { &out.shape.nodes } else { &out.shape.cell_numbers };
-            let values = find(&now, &q.name, q.at_nodes).map(|d| match (d.components, q.components) {
-                (9, 6) => picked(&super::film::symmetric(&d.values), 6, entities),
-                (_, n) => picked(&d.values, n, entities),
+            let values = find(&now, &q.name, q.at_nodes).and_then(|d| match (d.components, q.components) {
+                (9, 6) => Some(picked(&super::film::symmetric(&d.values), 6, entities)),
+                (own, n) => (own == n).then(|| picked(&d.values, n, entities)),
             });
-            q.states.push(values.unwrap_or_else(|| vec![f32::NAN; q.components * entities.len()]));
+            let unknown = || vec![f32::NAN; q.components * entities.len()];
+            q.states.push(values.unwrap_or_else(unknown));
         }
     }
-    out.motion.truncate(if out.motion.len() == out.times.len() { out.times.len() } else { 0 });
+    if let Some(name) = moving.filter(|_| out.motion.len() < out.times.len()) {
+        let missing = out.times.len() - out.motion.len();
+        notes.push(format!("The motion is left out: {missing} of {} states have no {name}.", out.times.len()));
+        out.motion.clear();
+    }
     out.quantities.iter_mut().for_each(|q| (q.name, q.unit) = words(&q.name));
     Ok((out, notes))
 }
@@ -103,12 +110,18 @@ fn find<'a>(grid: &'a Grid, name: &str, at_points: bool) -> Option<&'a GridData>
     grid.data.iter().find(|d| d.name == name && d.at_points == at_points)
 }
 
-/// The fields that a page shows: at the points first, and those of the cells that have no namesake there.
+/// The fields that a page shows: at the points first, and those of the cells that have no namesake there. A note says why another one is left out.
 fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec<Quantity> {
-    let shown =
-        |d: &&GridData| [1, 3, 6, 9].contains(&d.components) && !(d.at_points && Some(d.name.as_str()) == moving);
-    let is_new = |d: &&GridData| d.at_points || find(grid, &d.name, true).is_none();
-    let mut all: Vec<&GridData> = grid.data.iter().filter(shown).filter(is_new).collect();
+    let mut all: Vec<&GridData> = vec![];
+    for d in grid.data.iter().filter(|d| !(d.at_points && Some(d.name.as_str()) == moving)) {
+        if ![1, 3, 6, 9].contains(&d.components) {
+            notes.push(format!("{} is left out: it has {} components, not 1, 3, 6 or 9.", d.name, d.components));
+        } else if !d.at_points && find(grid, &d.name, true).is_some() {
+            notes.push(format!("{} of the cells is left out: the points have a field of this name.", d.name));
+        } else {
+            all.push(d);
+        }
+    }
     if all.len() > FIELDS {
         let left: Vec<&str> = all[FIELDS..].iter().map(|d| d.name.as_str()).collect();
         notes.push(format!("Of {} fields the first {FIELDS} are shown, without {}.", all.len(), left.join(", ")));
@@ -133,4 +146,78 @@ fn picked(values: &[f64], components: usize, entities: &[u32]) -> Vec<f32> {
 fn words(name: &str) -> (String, String) {
     let (words, unit) = column::words(name);
     (words.replace("von mises", "von Mises stress"), unit.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits { cells: 10, facets: 10 };
+
+    /// A file with one tetrahedron and these arrays at its points.
+    fn grid(folder: &std::path::Path, name: &str, arrays: &str) -> PathBuf {
+        let array = |kind: &str, name: &str, values: &str| {
+            format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
+        };
+        let cells = [("connectivity", "0 1 2 3"), ("offsets", "4"), ("types", "10")].map(|(n, v)| array("Int64", n, v));
+        let points = array("Float64", "points", "0 0 0 1 0 0 0 1 0 0 0 1");
+        let text = format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid><Piece><Points>{points}</Points><Cells>{}</Cells>\
+             <PointData>{arrays}</PointData><CellData>{}</CellData></Piece></UnstructuredGrid></VTKFile>",
+            cells.concat(),
+            array("Float64", "good", "1")
+        );
+        let path = folder.join(name);
+        std::fs::write(&path, text).expect("room");
+        path
+    }
+
+    fn array(name: &str, components: usize, values: &str) -> String {
+        format!(
+            "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">{values}</DataArray>"
+        )
+    }
+
+    /// Every array is shown, or a note says why it is not: one note also where all states have it.
+    #[test]
+    fn arrays_that_are_left_out_are_named() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let arrays = [
+            array("two", 2, "1 2 3 4 5 6 7 8"),
+            array("short", 1, "1 2 3"),
+            array("words", 1, "1 2 3 x"),
+            array("vast", usize::MAX, "1 2 3 4"),
+            array("good", 1, "1 2 3 4"),
+        ];
+        let file = grid(folder.path(), "a.vtu", &arrays.concat());
+        let (footage, notes) = footage(&[(0.0, file.clone()), (1.0, file)], 1.0, &LIMITS).expect("readable");
+        assert_eq!(footage.quantities.iter().map(|q| q.name.as_str()).collect::<Vec<_>>(), ["good"]);
+        assert_eq!(notes.len(), 5, "{notes:?}");
+        for (name, why) in [
+            ("two", "2 components"),
+            ("short", "3 values, not 1 for each of 4"),
+            ("words", "cannot be read"),
+            ("vast", "4 values"),
+            ("good of the cells", "a field of this name"),
+        ] {
+            let is_it = |note: &&String| note.starts_with(name) && note.contains(why);
+            assert_eq!(notes.iter().filter(is_it).count(), 1, "{name}: {notes:?}");
+        }
+    }
+
+    /// A field of a later state with other components is unknown there, and a motion that one state lacks is left out with a note.
+    #[test]
+    fn later_states_may_lack_a_field() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let zeros = "0 0 0 0 0 0 0 0 0 0 0 0";
+        let first = grid(folder.path(), "a.vtu", &[array("u", 3, zeros), array("v", 3, zeros)].concat());
+        let other = grid(folder.path(), "b.vtu", &[array("u", 1, "0 0 0 0"), array("v", 1, "0 0 0 0")].concat());
+        let (footage, notes) = footage(&[(0.0, first), (1.0, other)], 1.0, &LIMITS).expect("readable");
+        let v = footage.quantities.iter().find(|q| q.name == "v").expect("the first state has it");
+        assert!(v.states[0].iter().all(|x| *x == 0.0) && v.states[1].iter().all(|x| x.is_nan()));
+        assert!(
+            footage.motion.is_empty() && notes == ["The motion is left out: 1 of 2 states have no u."],
+            "{notes:?}"
+        );
+    }
 }

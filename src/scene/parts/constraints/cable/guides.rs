@@ -1,7 +1,7 @@
 //! Guide points of cables from a CSV or JSON file.
 //!
 //! A CSV file has one point a row, x, y, z, and a name of its cable in a fourth column if it holds several. Columns are separated by commas,
-//! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment. A header is optional; with one, the columns `x`, `y`, `z`
+//! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment at the begin of a line, or after a blank outside of quotes and of the names. A header is optional; with one, the columns `x`, `y`, `z`
 //! and `name` or `cable` may come in any order, among others, and a unit in their brackets is that of the scene. A JSON file is a list of points, a list of such lists, or an object of them by name.
 
 use crate::math::tensor::Vec3;
@@ -120,10 +120,26 @@ impl Columns {
     }
 }
 
+/// A line without its comment, from a `#` on that follows a blank outside of quotes and of the column of names.
+fn without_comment(line: &str, separator: Option<char>, names: Option<usize>) -> &str {
+    let (mut column, mut is_quoted, mut before) = (0, false, ' ');
+    for (at, c) in line.char_indices() {
+        let begins_column = separator.map_or(before.is_whitespace() && !c.is_whitespace() && at > 0, |s| c == s);
+        column += usize::from(begins_column);
+        is_quoted ^= c == '"';
+        if c == '#' && before.is_whitespace() && !is_quoted && names != Some(column) {
+            return line[..at].trim_end();
+        }
+        before = c;
+    }
+    line
+}
+
 fn csv(text: &str, unit: &str) -> Result<Vec<Listed>, Faults> {
-    let rows = (1..).zip(text.lines().map(|line| line.split('#').next().unwrap_or_default().trim()));
-    let mut rows = rows.filter(|(_, line)| !line.is_empty()).peekable();
+    let rows = (1..).zip(text.lines().map(str::trim));
+    let mut rows = rows.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).peekable();
     let Some(&(_, first)) = rows.peek() else { return Err((vec!["it has no row".into()], ROW)) };
+    let first = without_comment(first, None, None);
     let separator = [';', '\t', ','].into_iter().find(|c| first.contains(*c));
     let split = |line: &str| -> Vec<String> {
         let trim = |cell: &str| cell.trim().trim_matches('"').to_string();
@@ -144,6 +160,7 @@ fn csv(text: &str, unit: &str) -> Result<Vec<Listed>, Faults> {
     };
     let (mut cables, mut faults) = (Vec::<Listed>::new(), Vec::new());
     for (line, row) in rows {
+        let row = without_comment(row, separator, columns.name);
         let cells = split(row);
         if cells.len() != columns.count {
             faults.push(format!("line {line} has {} columns instead of {}", cells.len(), columns.count));
@@ -257,6 +274,26 @@ mod tests {
         assert_eq!(read("a.json", object), Ok(two.clone()));
         let unnamed: Vec<Listed> = two.into_iter().map(|c| Listed { name: None, ..c }).collect();
         assert_eq!(read("a.json", b"[[[1, 2, 3]], [[4, 5, 6], [7, 8, 9]]]"), Ok(unnamed));
+    }
+
+    /// Names may hold a `#`; behind numbers and quotes it begins a comment.
+    #[test]
+    fn names_may_hold_a_number_sign() {
+        let cables = ["cable #1", "cable #2"].map(|name| listed(Some(name), &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]));
+        let forms: [&[u8]; 5] = [
+            b"x,y,z,name # four\n1,2,3,cable #1\n4,5,6,cable #1\n1,2,3,cable #2\n4,5,6,cable #2\n",
+            b"1,2,3,cable #1\n4,5,6,cable #1\n# more\n  # and more\n1,2,3,cable #2\n4,5,6,cable #2\n",
+            b"cable;x;y;z\ncable #1;1;2;3\ncable #1;4;5;6 # the end\ncable #2;1;2;3\ncable #2;4;5;6\n",
+            b"name\tx\ty\tz\ncable #1\t1\t2\t3\ncable #1\t4\t5\t6\t# the end\ncable #2\t1\t2\t3\ncable #2\t4\t5\t6\n",
+            b"x,y,z,name\n1,2,3,\"cable #1\"\n4,5,6,\"cable #1\"\n1,2,3,\"cable #2\"\n4,5,6,\"cable #2\"\n",
+        ];
+        for form in forms {
+            assert_eq!(read("a.csv", form), Ok(cables.to_vec()), "{}", String::from_utf8_lossy(form));
+        }
+        let blanks = read("a.csv", b"1 2 3 #a\n4 5 6\n").expect("a comment");
+        assert_eq!(blanks, [listed(None, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])]);
+        let named = read("a.csv", b"x y z name\n1 2 3 #1 # a comment\n").expect("a name");
+        assert_eq!(named, [listed(Some("#1"), &[[1.0, 2.0, 3.0]])]);
     }
 
     #[test]
