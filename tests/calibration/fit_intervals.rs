@@ -160,7 +160,7 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
     type AtCorrelation = ([f64; 2], f64, f64, DMatrix<f64>);
     let mean_of =
         |of: &dyn Fn(&AtCorrelation) -> f64| grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>();
-    assert!((mean_of(&|(([rho, w]), ..)| (1.0 - w) * rho) - mean).abs() < 1e-9);
+    assert!((mean_of(&|([rho, w], ..)| (1.0 - w) * rho) - mean).abs() < 1e-9);
     let independent = |[rho, w]: [f64; 2]| 40.0 * (1.0 - rho) / (1.0 - rho + 2.0 * (1.0 - w) * rho);
     assert!((mean_of(&|g| independent(g.0)) - effective).abs() < 1e-7);
     for (k, e) in r.parameters.iter().enumerate() {

@@ -202,6 +202,7 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         notes: body.notes.clone(),
         warnings: body.warnings.clone(),
         volumes: vec![],
+        levels: None,
         undeformed: None,
         patches: durometer::scene::Patches::default(),
     }
@@ -277,6 +278,7 @@ impl Similar {
             notes: body.notes.clone(),
             warnings: body.warnings.clone(),
             volumes: vec![],
+            levels: None,
             undeformed: None,
             patches: durometer::scene::Patches::default(),
         }

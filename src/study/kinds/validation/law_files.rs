@@ -103,8 +103,10 @@ mod tests {
         };
         let found = sources(&[one("C10", "C01"), one("C01", "C10")]);
         assert_eq!(found.len(), 2);
-        let of = |key: &str| found.iter().map(|(.., all)| all.iter().find(|(k, _)| k == key).map_or(0.0, |a| a.1));
-        let (a, b): (Vec<f64>, Vec<f64>) = (of("laws.rubber.C10").collect(), of("laws.rubber.C01").collect());
+        let of = |key: &str| -> Vec<f64> {
+            found.iter().map(|(.., all)| all.iter().find(|(k, _)| k == key).map_or(0.0, |a| a.1)).collect()
+        };
+        let (a, b) = (of("laws.rubber.C10"), of("laws.rubber.C01"));
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         assert!((dot(&a, &a) - 1.0).abs() < 1e-12 && (dot(&b, &b) - 1.0).abs() < 1e-12, "{a:?} {b:?}");
         assert!((dot(&a, &b) - 0.6).abs() < 1e-12, "{a:?} {b:?}");
