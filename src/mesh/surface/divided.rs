@@ -9,13 +9,17 @@ use super::closed_surface::matched;
 use super::distance::Nearest;
 use super::flat::{edges, flat_triangles};
 use crate::math::tensor::Vec3;
+use crate::math::threads;
 use crate::mesh::TetMesh;
 use crate::mesh::file::surface_file::Surface;
-use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Longest edge of a triangle, over that of a facet next to it, above which it is divided \[–\]: an edge of cells that are split is half as long, up to its curvature.
 const LARGER: f64 = 1.25;
+/// Triangles that one thread looks at at a time.
+const TRIANGLES: usize = 256;
+/// Triangles from which on a surface is divided no further: one far off the body may have all of it next to its smallest facets.
+const MOST: usize = 4_000_000;
 
 /// The sizes of the facets of a mesh, by place.
 pub struct FacetSizes {
@@ -45,11 +49,12 @@ impl FacetSizes {
         divided
     }
 
-    /// The surface with the edges of larger triangles halved; none where no triangle is larger.
+    /// The surface with the edges of larger triangles halved; none where no triangle is larger, and of very many triangles.
     fn halved(&self, surface: &Surface) -> Option<Surface> {
         let is_larger = |t: &&[u32; 3]| self.is_larger(&corners(surface, t));
-        let larger: Vec<[u32; 3]> = surface.triangles.par_iter().filter(is_larger).copied().collect();
-        if larger.is_empty() {
+        let of_part = |part: &[[u32; 3]]| part.iter().filter(is_larger).copied().collect::<Vec<_>>();
+        let larger = threads::map(surface.triangles.chunks(TRIANGLES).collect(), of_part).concat();
+        if larger.is_empty() || surface.triangles.len() >= MOST {
             return None;
         }
         let (mut points, mut middles) = (surface.points.clone(), HashMap::new());
@@ -81,7 +86,8 @@ impl FacetSizes {
                 return Ok(facets);
             }
             loose.get_or_insert(missing);
-            match self.halved(&parts) {
+            // More parts than facets are not one facet each
+            match self.halved(&parts).filter(|finer| finer.triangles.len() <= self.longest.len()) {
                 Some(finer) => parts = finer,
                 None => return Err(loose.unwrap_or(missing)),
             }
