@@ -11,8 +11,8 @@ use super::file::validate::split;
 use super::made::parts::parts;
 use super::{Order, TetMesh, quadrature};
 use crate::math::tensor::Vec3;
+use crate::math::threads;
 use nalgebra::{Matrix3, Matrix4, RowVector3, RowVector4, Vector4};
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Least share of a ball, by its weight b, that the body fills on all sides of a place outside of it.
@@ -26,6 +26,8 @@ const SMALLEST: f64 = 1e-6;
 const SLENDER: f64 = 8.0;
 /// Most parts of one cell; a cell of edges like the radius has a few thousand.
 const MOST_PARTS: usize = 1_000_000;
+/// Cells that one thread looks at at a time.
+const CELLS: usize = 16;
 
 /// Weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], ascending by node; see the head of this file.
 /// The centre may lie outside the body as long as the ball intersects it: check it with [`embed`] where it must be inside.
@@ -59,12 +61,13 @@ fn ball_moments(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<(Matrix4<f6
         (center.sup(&low).inf(&high) - center).norm() < radius
     };
     let cells: Vec<usize> = of_one_part(mesh, center, (0..mesh.cell_count()).filter(near).collect());
-    let parts: Option<Vec<Moments>> = cells.par_iter().map(|&c| ball.cell(c)).collect();
+    let of_part = |part: &[usize]| part.iter().map(|&c| ball.cell(c)).collect::<Option<Vec<_>>>();
+    let parts: Option<Vec<Vec<Moments>>> = threads::map(cells.chunks(CELLS).collect(), of_part).into_iter().collect();
     let parts = parts.ok_or(EmbedError::SlenderCell { at: center, radius })?;
     // Summed in the order of cells: the same bits for any number of threads.
     let mut moments = Matrix4::zeros();
     let mut nodes = NodeMoments::new();
-    for (&c, part) in cells.iter().zip(&parts) {
+    for (&c, part) in cells.iter().zip(parts.iter().flatten()) {
         moments += part.whole;
         for (&node, sum) in mesh.cell(c).iter().zip(&part.nodes).filter(|(_, sum)| sum[0] != 0.0) {
             *nodes.entry(node).or_default() += sum;

@@ -6,11 +6,11 @@
 use crate::math::boxes::{aabb, hierarchy};
 use crate::math::nearest::to_triangle;
 use crate::math::tensor::Vec3;
+use crate::math::threads;
 use crate::mesh::TetMesh;
 use crate::mesh::geometry::bounds;
 use crate::mesh::made::parts::parts_by_faces;
 use crate::mesh::surface::boundary::facet_cells;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// Distance of two facets over the shorter of their mean edges, up to which they may have been meant as one \[–\].
@@ -19,6 +19,8 @@ const NARROW: f64 = 0.05;
 const COINCIDENT: f64 = 1e-4;
 /// Cosine between outward normals of two facets that face each other is below this.
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
+/// Facets that one thread looks at at a time.
+const FACETS: usize = 256;
 
 /// All narrow gaps between parts of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +72,8 @@ pub fn gap(mesh: &TetMesh) -> Option<Gap> {
         let found = boxes.intersect_aabb(&around).filter_map(|k| facing(facet, &facets[k as usize]));
         found.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.parts.cmp(&b.parts)))
     };
-    let found: Vec<Facing> = facets.par_iter().filter_map(faced).collect();
+    let of_part = |part: &[Facet]| part.iter().filter_map(faced).collect::<Vec<_>>();
+    let found: Vec<Facing> = threads::map(facets.chunks(FACETS).collect(), of_part).into_iter().flatten().collect();
     let widest = found.iter().max_by(|a, b| a.distance.total_cmp(&b.distance))?;
     let corners = found.iter().map(|f| f.corners).collect::<Option<Vec<f64>>>();
     Some(Gap {

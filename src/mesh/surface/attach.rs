@@ -8,12 +8,15 @@ use super::boundary::{boundary_facets, facet_cells};
 use super::distance::Nearest;
 use super::flat::{flat_triangles, pieces};
 use crate::math::tensor::{Mat3, Vec3};
+use crate::math::threads;
 use crate::mesh::TetMesh;
 use crate::mesh::embed::EmbedError;
 use crate::mesh::error::point;
 use crate::mesh::file::surface_file::Surface;
 use crate::mesh::locator::Locator;
-use rayon::prelude::*;
+
+/// Points that one thread looks at at a time.
+const POINTS: usize = 256;
 
 /// A vertex of a surface with the nodes that move it.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +77,8 @@ fn attached(mesh: &TetMesh, points: &[Vec3]) -> Vec<Attached> {
             Attached { weights, outside: near.distance }
         }
     };
-    points.par_iter().map(one).collect()
+    let of_part = |part: &[Vec3]| part.iter().map(one).collect::<Vec<_>>();
+    threads::map(points.chunks(POINTS).collect(), of_part).into_iter().flatten().collect()
 }
 
 /// Barycentric coordinates by the corners of the cell, some of them negative.
