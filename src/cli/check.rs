@@ -2,6 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::{body_figure, files, region_table};
+use durometer::math::threads;
 use durometer::math::units::{Decimals, Dimension, shown};
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
@@ -10,7 +11,6 @@ use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::run::task::Task;
 use durometer::system::ConstraintKind;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,6 +39,7 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
+    threads::use_threads(threads::available());
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     if files::is_study(&file) {
@@ -71,11 +72,9 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     for cases in study.cases.chunks(AT_ONCE) {
         let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
         // Of large scenes only one is held
-        let rows: Vec<_> = (cases.par_iter().zip(on).enumerate())
-            .map(|(k, (case, body))| {
-                checked(study, case, body?).map(|scene| (row(case, &scene), (k == 0).then_some(scene)))
-            })
-            .collect();
+        let rows = threads::map(cases.iter().zip(on).enumerate().collect(), |(k, (case, body))| {
+            checked(study, case, body?).map(|scene| (row(case, &scene), (k == 0).then_some(scene)))
+        });
         for (case, row) in cases.iter().zip(rows) {
             match row {
                 Ok((row, scene)) => {

@@ -10,6 +10,7 @@ use durometer::calibrate::{
     StretchRange, UnknownMode, Weighting, compare, fit, fittable_laws,
 };
 use durometer::material::{FitForm, LawEntry};
+use durometer::math::threads;
 use durometer::math::units::{self, Dimension};
 use durometer::report::ReportError;
 use durometer::wording::joined;
@@ -217,6 +218,7 @@ impl Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
+    threads::use_threads(threads::available());
     args.check()?;
     let csv = files::all_brought(&args.csv)?;
     let mut request = FitRequest::new(&csv[0], &args.law);

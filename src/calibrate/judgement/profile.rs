@@ -19,8 +19,7 @@ use crate::calibrate::Sample;
 use crate::calibrate::solve::refit::Refit;
 use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING};
 use crate::material::FitTerms;
-use crate::math::statistics;
-use rayon::prelude::*;
+use crate::math::{statistics, threads};
 
 /// Widths of the covariance interval after which an end is open
 const FAR: f64 = 1e3;
@@ -63,7 +62,7 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
         });
         ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, own| [all[0].min(own[0]), all[1].max(own[1])])
     };
-    Some(answer.identified.estimates.par_iter().enumerate().map(one).collect())
+    Some(threads::map(answer.identified.estimates.iter().enumerate().collect(), one))
 }
 
 impl Profile<'_> {

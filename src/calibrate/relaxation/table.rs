@@ -380,7 +380,8 @@ impl Reader<'_> {
 
 /// Strain and stress of a test that count compression as positive, by the name of one of them, get the other sign.
 fn turn_compression(pair: &mut [ReadColumn; 2], notes: &mut Vec<String>) {
-    let can_turn = |column: &ReadColumn| !column.is_stretch() && column.is_positive();
+    // A history may rest at zero for most of its rows
+    let can_turn = |column: &ReadColumn| !column.is_stretch() && column.values.iter().sum::<f64>() > 0.0;
     if pair.iter().any(|column| names::is_compressive(&column.name) && can_turn(column)) {
         pair.iter_mut().filter(|column| can_turn(column)).for_each(|column| column.turn(notes));
     }
