@@ -456,7 +456,8 @@ fn a_start_within_the_reach_is_noted() {
 /// on it is carried by the contact.
 #[test]
 fn a_body_with_a_rigid_part_rests_on_another() {
-    let with_part = |from: &str| {
+    let sideways = "[[constraint]]\nkind = \"fixed\"\nregion = \"upper.zmin\"\ncomponents = \"xy\"";
+    let with_part = |from: &str, sideways: &str| {
         let rest = format!(
             r#"{ELASTIC}
 [mesh.regions.part]
@@ -468,10 +469,7 @@ rule = "all"
 [[constraint]]
 kind = "fixed"
 region = "lower.zmin"
-[[constraint]]
-kind = "fixed"
-region = "upper.zmin"
-components = "xy"
+{sideways}
 [[constraint]]
 kind = "rigid"
 region = "part"
@@ -494,11 +492,11 @@ max_iterations = 200
         );
         try_load(&text_of_blocks([2, 2, 2], [3, 3, 4], "10.09 mm", "tet4", &rest))
     };
-    let run = common::run(&with_part("14 mm").unwrap_or_else(|e| panic!("{e}")));
+    let run = common::run(&with_part("14 mm", sideways).unwrap_or_else(|e| panic!("{e}")));
     assert_eq!(run.status, Status::Converged);
     let force = last(&run, "between_force_z_N");
     assert!((force - 1.0).abs() < 1e-5, "{force} N");
-    let told = with_part("10 mm").err().expect("refused");
+    let told = with_part("10 mm", "").err().expect("refused");
     assert!(told.contains("acts on the nodes of a rigid part (between)"), "{told}");
 }
 

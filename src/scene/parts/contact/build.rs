@@ -90,8 +90,10 @@ fn build_contact(
     let sides = deformable_sides(builder, place, spec, bodies)?;
     check_turned(builder, &sides)?;
     let cell = cell_size(builder, &sides);
-    let stiffness = sides.iter().filter_map(|facets| modulus_at(builder, facets)).reduce(f64::max);
-    let stiffness = stiffness.unwrap_or_else(|| stiffest(builder));
+    let at_sides = || sides.iter().filter_map(|facets| modulus_at(builder, facets)).reduce(f64::max);
+    let by_default = || at_sides().unwrap_or_else(|| stiffest(builder));
+    // Not looked for where it is given: all faces of the mesh are gone through
+    let stiffness = spec.modulus.as_ref().map_or_else(by_default, |modulus| modulus.0);
     let scales = ContactScales::new(builder, place, spec, (cell, stiffness))?;
     let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
     let named =
