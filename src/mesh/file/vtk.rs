@@ -139,6 +139,7 @@ impl Grid {
     fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
         self.block(at, kind, count, wanted, |at, number| match number {
             Number::Float(4) if at.binary => at.float(wanted),
+            Number::Unsigned(8) if at.binary => at.long(wanted).map(|v| v as u64 as f64),
             Number::Signed(_) | Number::Unsigned(_) if at.binary => integer(at, number, wanted).map(|v| v as f64),
             _ => at.double(wanted),
         })

@@ -1,7 +1,7 @@
 //! Guide points of cables from a CSV or JSON file.
 //!
 //! A CSV file has one point a row, x, y, z, and a name of its cable in a fourth column if it holds several. Columns are separated by commas,
-//! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment at the begin of a line, or after a blank outside of quotes and of the names. A header is optional; with one, the columns `x`, `y`, `z`
+//! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment at the begin of a line, or after a blank outside of quotes, in a name also before one. A header is optional; with one, the columns `x`, `y`, `z`
 //! and `name` or `cable` may come in any order, among others, and a unit in their brackets is that of the scene. A JSON file is a list of points, a list of such lists, or an object of them by name.
 
 use crate::math::tensor::Vec3;
@@ -120,14 +120,15 @@ impl Columns {
     }
 }
 
-/// A line without its comment, from a `#` on that follows a blank outside of quotes and of the column of names.
+/// A line without its comment, from a `#` on that follows a blank outside of quotes, in the column of names one with a blank behind it.
 fn without_comment(line: &str, separator: Option<char>, names: Option<usize>) -> &str {
     let (mut column, mut is_quoted, mut before) = (0, false, ' ');
     for (at, c) in line.char_indices() {
         let begins_column = separator.map_or(before.is_whitespace() && !c.is_whitespace() && at > 0, |s| c == s);
         column += usize::from(begins_column);
         is_quoted ^= c == '"';
-        if c == '#' && before.is_whitespace() && !is_quoted && names != Some(column) {
+        let is_in_name = names == Some(column) && !line[at + c.len_utf8()..].starts_with(char::is_whitespace);
+        if c == '#' && before.is_whitespace() && !is_quoted && !is_in_name {
             return line[..at].trim_end();
         }
         before = c;
@@ -294,6 +295,8 @@ mod tests {
         assert_eq!(blanks, [listed(None, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])]);
         let named = read("a.csv", b"x y z name\n1 2 3 #1 # a comment\n").expect("a name");
         assert_eq!(named, [listed(Some("#1"), &[[1.0, 2.0, 3.0]])]);
+        let told = read("a.csv", b"1,2,3,north # tip\n4,5,6,north # root\n").expect("a name");
+        assert_eq!(told, [listed(Some("north"), &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])]);
     }
 
     #[test]
