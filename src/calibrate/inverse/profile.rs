@@ -40,6 +40,8 @@ pub fn ends(
         let limit = t * errors.deviations[j] / errors.plain[j];
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
             let mut offset = side * t * errors.deviations[j];
+            // Offset and root of the point before; both are zero at the answer
+            let mut before = (0.0, 0.0);
             for _ in 0..POINTS {
                 let found = match squares(objective, unknown, best, (j, offset)) {
                     Ok(square) => statistics::root(square - least) / limit,
@@ -50,7 +52,11 @@ pub fn ends(
                     *end = Some(best.values[j] + offset);
                     break;
                 }
-                offset *= (1.0 / found).clamp(0.2, 3.0);
+                let secant = offset + (1.0 - found) * (offset - before.0) / (found - before.1);
+                before = (offset, found);
+                // Where it is bent by a bound of another constant the secant may leave the side
+                let factor = if secant.is_finite() { secant / offset } else { 1.0 / found };
+                offset *= factor.clamp(0.2, 3.0);
             }
         }
     }

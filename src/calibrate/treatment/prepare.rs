@@ -158,19 +158,17 @@ impl<'t> Table<'t> {
         Ok(found)
     }
 
-    /// Leaves out the data points of a machine that waits without strain, but for the last one of each curve: in any number they would count as data of the law.
+    /// Leaves out the data points of a machine that waits without strain, but for the last one before it goes on: in any number they would count as data of the law.
     fn waiting(&self, samples: &mut Vec<Sample>) -> Option<AuditEntry> {
-        let is_of = |s: &Sample, o: &Sample| (s.specimen, s.mode) == (o.specimen, o.mode);
-        let mut last: Vec<Sample> = vec![];
-        for s in samples.iter().filter(|s| s.is_at_rest()) {
-            match last.iter_mut().find(|known| is_of(known, s)) {
-                Some(known) => *known = *s,
-                None => last.push(*s),
-            }
+        let mut gone: HashSet<(usize, u64)> = HashSet::new();
+        for group in &self.groups {
+            let own = group.of(samples);
+            let waits = own.windows(2).filter(|w| w[0].line != w[1].line && w.iter().all(Sample::is_at_rest));
+            gone.extend(waits.map(|w| (w[0].specimen, w[0].line)));
         }
-        let is_waiting = |s: &Sample| s.is_at_rest() && !last.iter().any(|o| is_of(o, s) && o.line == s.line);
-        let gone: Vec<u64> = samples.iter().filter(|s| is_waiting(s)).map(|s| s.line).collect();
-        samples.retain(|s| !is_waiting(s));
+        samples.retain(|s| !gone.contains(&(s.specimen, s.line)));
+        let mut gone: Vec<u64> = gone.into_iter().map(|(_, line)| line).collect();
+        gone.sort_unstable();
         let message = format!(
             "{} data points of {} without strain, next to another one, were left out: a machine that waits says nothing about a law",
             gone.len(),
