@@ -192,6 +192,11 @@ impl Study {
         if self.is_reference(case) { 1 } else { self.rules.repeats }
     }
 
+    /// Whether a case is of a design, whose derivatives are asked for.
+    pub fn is_of_design(&self, case: &Case) -> bool {
+        self.record.families.iter().any(|f| f.name == case.family && f.role == Role::Design)
+    }
+
     /// Whether the errors of a case are estimated from its own run.
     pub fn estimates_errors(&self, case: &Case) -> bool {
         self.rules.error_estimates && !self.is_reference(case)

@@ -167,7 +167,7 @@ pub struct RunRules {
     pub error_estimates: bool,
     /// Derivatives by the constants whose law file gives an interval are computed with every case
     pub input_uncertainty: bool,
-    /// These derivatives are known along the curves, not at their extremes only
+    /// These derivatives are known along the curves, not at their extremes only, and in cases of a design alone
     pub along_curves: bool,
     /// The states of every case at the points of its time grid are kept
     pub keep_states: bool,

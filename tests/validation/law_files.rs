@@ -28,6 +28,9 @@ fn an_interval_of_a_law_file_is_an_input() {
         assert!(amounts.len() == 1 && amounts[0].0 == "laws.rubber.nu", "{amounts:?}");
         assert!((amounts[0].1 * COVERAGE - 0.02).abs() < 1e-12, "the larger side: {amounts:?}");
         assert!(record.open.is_empty());
+        let place = record.inputs.iter().position(|(j, _)| *j == k).expect("an input of every record");
+        let own = plan.checks.iter().filter(|(id, _)| id.starts_with(&format!("check-{}-", record.name)));
+        assert!(own.map(|(_, (_, s))| s[place]).all(|s| s == 0.0), "checks leave it: {:?}", plan.checks);
     }
     // Another value than that of the file has no interval
     assert!(!self::plan("nu_interval = [0.35, 0.4]").inputs.iter().any(|i| i.of_law_file));

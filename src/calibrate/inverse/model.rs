@@ -324,7 +324,7 @@ type Stencil = Vec<(usize, f64)>;
 fn weights(name: &str, steps: &[f64], wanted: &[f64]) -> Result<(Vec<Stencil>, Vec<Stencil>), InverseError> {
     let n = steps.len();
     let up = steps.last() > steps.first();
-    if !steps.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] }) {
+    if n < 2 || !steps.windows(2).all(|w| if up { w[1] > w[0] } else { w[1] < w[0] }) {
         return Err(InverseError::NotMonotone { name: name.into() });
     }
     let one = |x: &f64| {
@@ -363,6 +363,8 @@ mod tests {
             assert!((sum(derivative) - slope(*x)).abs() < 1e-12, "{x}: {}", sum(derivative));
         }
         assert!(weights("x", &[0.0, 1.0, 0.5], &x).is_err());
+        // An x that never moves has one step
+        assert!(weights("x", &[0.0], &x).is_err());
     }
 
     /// A stage in which the load settles leaves its last row.

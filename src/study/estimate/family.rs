@@ -308,12 +308,12 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
 
 /// Reasons for which f* ± U(f*) is no claim, and that no finer mesh removes. A quantity that no mesh changes has a limit.
 fn lasting_objections(e: &Estimate, levels: &[Level]) -> Vec<String> {
+    if e.class == Convergence::Exact {
+        return vec![];
+    }
     let no_limit = levels.iter().find_map(|l| l.no_limit.as_ref());
     let mut out: Vec<String> =
         no_limit.map(|why| format!("{why}, so the answer has no limit as h → 0")).into_iter().collect();
-    if e.class == Convergence::Exact {
-        return out;
-    }
     out.extend(region_objection(&levels[0].cut));
     // Three meshes may have an order where there is no limit, too
     if levels[0].extreme && e.asymptotic != Some(true) {

@@ -73,7 +73,8 @@ impl Task {
 
     /// The task of a case whose inputs are known, with the derivatives that its study asks for.
     pub fn of(study: &Study, case: &Case, vtu: bool) -> Self {
-        let uncertain = if study.rules.input_uncertainty { uncertain_constants(&case.spec) } else { vec![] };
+        let is_asked = study.rules.input_uncertainty && (!study.rules.along_curves || study.is_of_design(case));
+        let uncertain = if is_asked { uncertain_constants(&case.spec) } else { vec![] };
         let uncertain = uncertain.into_iter().flat_map(|one| one.keys).filter(|key| !case.derivatives.contains(key));
         let constants = case.derivatives.iter().cloned().chain(uncertain);
         Self::new(study, case.clone(), constants.collect(), vtu)

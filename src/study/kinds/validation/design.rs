@@ -51,9 +51,11 @@ pub fn cases(
         let mut members = toml::Table::new();
         for k in 1..=study.checks {
             let xi: Vec<f64> = own.iter().map(|_| INNER * (2.0 * random.unit() - 1.0)).collect();
-            let s: Vec<f64> = r.inputs.iter().map(|_| 2.0 * random.unit() - 1.0).collect();
+            // A constant of a law file that has moved by its larger side may be none that the law can have
+            let mut shift = |k: usize| if plan.inputs[k].of_law_file { 0.0 } else { 2.0 * random.unit() - 1.0 };
+            let s: Vec<f64> = r.inputs.iter().map(|(k, _)| shift(*k)).collect();
             let mut set: toml::Table = setting(&xi).into_iter().chain(tolerances(scene)).collect();
-            for (s, (_, keys)) in s.iter().zip(&r.inputs) {
+            for (s, (_, keys)) in s.iter().zip(&r.inputs).filter(|(s, _)| **s != 0.0) {
                 for (key, deviation) in keys {
                     let before = set.get(key).cloned().or_else(|| find(scene, key).ok().cloned());
                     let after = before.and_then(|v| shifted(&v, s * deviation));

@@ -23,10 +23,11 @@ pub fn with_inputs(mut plan: ValidationPlan, scenes: &[SceneSpec]) -> Validation
     for (place, scene) in scenes.iter().enumerate().take(plan.records.len()) {
         let taken = plan.records[place].keys(&plan.unknowns);
         let is_taken = |key: &String| taken.contains(key);
+        let used = scene.laws_in_use();
         let mut laws: BTreeMap<String, Vec<Uncertain>> = BTreeMap::new();
         for one in uncertain_constants(scene) {
             let Some(law) = one.keys[0].law_constant().map(|of| of.law.to_string()) else { continue };
-            if !one.keys.iter().any(|key| is_taken(&key.to_string())) {
+            if used.contains(law.as_str()) && !one.keys.iter().any(|key| is_taken(&key.to_string())) {
                 laws.entry(law).or_default().push(one);
             }
         }
