@@ -205,10 +205,9 @@ fn a_traction_on_a_skin_is_that_on_the_facets_below_at_every_level() {
     for (order, levels) in [(Order::Linear, 3), (Order::Quadratic, 2)] {
         let mut mesh = block(1, 1, 1, 1.0, 1.0, 1.0, order);
         for level in 0..=levels {
-            let region = of(&mesh, "region = \"xmax\"");
             for faces in ["f 1 2 3\nf 1 3 4", "f 1 2 4\nf 2 3 4"] {
                 std::fs::write(&file, format!("v 1 0 0\nv 1 1 0\nv 1 1 1\nv 1 0 1\n{faces}\n")).expect("writable");
-                let skin = of(&mesh, "skin = \"side\"");
+                let [region, skin] = ["region = \"xmax\"", "skin = \"side\""].map(|on| of(&mesh, on));
                 if faces.starts_with("f 1 2 3") {
                     let off = skin.iter().zip(&region).fold(0.0, |off, (a, b)| larger(off, (a - b).abs()));
                     assert!(off < 1e-10, "{order:?}, level {level}: {off}");
