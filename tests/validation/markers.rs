@@ -162,7 +162,10 @@ fn mistakes_are_refused_before_the_run() {
     let curve = "[[compare]]\ncolumn = \"face_1_z_m\"\nfile = \"m.csv\"\nx = { column = \"t\", unit = \"s\" }\ny = { column = \"z\", unit = \"m\" }\n";
     let (code, both) = simulate(folder.path(), &format!("{SCENE}{curve}{COMPARED}"), &["simulate", "--out", "out"]);
     assert_eq!(code, Some(0), "{out} {both}");
-    assert!(both.contains("is off m.csv by") && both.contains("tip of capture.csv is off"), "{both}");
+    assert!(
+        both.contains("is off m.csv, z [m] over t [s], by") && both.contains("tip of capture.csv is off"),
+        "{both}"
+    );
     std::fs::write(folder.path().join("far.csv"), "t,z\n100,0.02\n200,0.01\n").expect("writable");
     let far = curve.replace("m.csv", "far.csv");
     let (code, apart) = simulate(folder.path(), &format!("{SCENE}{far}"), &["simulate", "--out", "out"]);
