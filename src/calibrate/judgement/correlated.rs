@@ -16,7 +16,7 @@
 //! stresses of the law and at least 5 % of the largest, are choices next to those of one size, or of one in each curve. To compare them ℓ has the part
 //! −Σ ln sᵢ − ½ ln|UᵀS⁻²U| of the sizes s, with the directions U of equal weights.
 //!
-//! The model is taken where 2Δℓ over ρ = 0 exceeds 2.8 (10 %, by draws). The covariance is the mean over ρ, w and the sizes with the weight exp ℓ, uniform in ρ and w before
+//! The model is taken where 2Δℓ over ρ = 0 exceeds 1.642 at w = 0 (10 %, one-sided: ρ ≥ 0). The covariance is the mean over ρ, w and the sizes with the weight exp ℓ, uniform in ρ and w before
 //! the data: at the most likely ρ alone the intervals are too narrow. Student's t has n_eff − p degrees of freedom, n_eff = n(1 − ρ)/(1 − ρ + 2(1 − w)ρ) independent data
 //! points. A correlation that leaves fewer than p + 2 of them is a departure of the law, which one curve cannot tell from noise: ρ ends there, and σ² is then that
 //! of the residual itself, rᵀr/(n − tr UᵀRU), where that is the larger one.
@@ -33,8 +33,8 @@ const GRID: u32 = 46;
 const WHITE: [f64; 7] = [0.0, 0.1, 0.25, 0.45, 0.65, 0.8, 0.9];
 /// Independent data points beyond the constants that the largest correlation leaves
 const LEFT: f64 = 2.0;
-/// 2Δℓ from which on errors count as correlated: 10 % of 500 draws of 60 and of 300 independent errors exceed it. It is no quantile of χ², as w means nothing at ρ = 0.
-const CORRELATED: f64 = 2.8;
+/// 2Δℓ from which on errors count as correlated: χ² of one degree of freedom, 80 %, for a one-sided test at 10 %
+const CORRELATED: f64 = 1.642;
 /// Weight of a correlation below which it is left out \[–\]
 const NONE: f64 = 1e-5;
 
@@ -129,13 +129,15 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
     if n <= left {
         return None;
     }
-    let grid: Vec<At> = (0..choices.len()).flat_map(|k| on_grid(choices, k, curves, left)).collect();
+    let with = |white: usize| (0..choices.len()).flat_map(move |k| on_grid((choices, k), curves, left, white));
+    let mut grid: Vec<At> = with(0).collect();
     let most = |all: &mut dyn Iterator<Item = &At>| all.map(|one| one.log).max_by(f64::total_cmp);
-    let least = most(&mut grid.iter().filter(|one| one.correlation.rho == 0.0))?;
-    let likely = grid.iter().max_by(|a, b| a.log.total_cmp(&b.log))?;
-    if 2.0 * (likely.log - least) < CORRELATED {
+    let least = most(&mut grid.iter().filter(|one| one.correlation.is_none()))?;
+    if 2.0 * (most(&mut grid.iter())? - least) < CORRELATED {
         return None;
     }
+    grid.extend((1..WHITE.len()).flat_map(with));
+    let likely = grid.iter().max_by(|a, b| a.log.total_cmp(&b.log))?;
     let weight = |one: &At| (one.log - likely.log).exp() * one.wide;
     let sum: f64 = grid.iter().map(weight).sum();
     let width = choices[0].along.ncols();
@@ -155,15 +157,15 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
     Some(Correlated { rho, likely: likely.correlation, effective, covariance, free, shares })
 }
 
-/// The correlations of the grid with one choice of the sizes; `left` independent data points remain at the largest ones.
-fn on_grid(choices: &[Scaled], choice: usize, curves: &[Vec<usize>], left: f64) -> Vec<At> {
+/// The correlations of the grid with one choice of the sizes and one share of [`WHITE`]; `left` independent data points remain at the largest one.
+fn on_grid((choices, choice): (&[Scaled], usize), curves: &[Vec<usize>], left: f64, white: usize) -> Vec<At> {
     let Scaled { u, residual, log: own, .. } = &choices[choice];
     let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
     let n = u.nrows() as f64;
     let last = f64::from(GRID - 1);
-    let at = |k: u32, white: usize| {
-        let w = WHITE[white];
-        let root = |k: f64| (n - left) / (n - left + 2.0 * left * (1.0 - w)) * (k / last).sqrt();
+    let w = WHITE[white];
+    let root = |k: f64| (n - left) / (n - left + 2.0 * left * (1.0 - w)) * (k / last).sqrt();
+    let at = |k: u32| {
         let k = f64::from(k);
         let wide = (root((k + 0.5).min(last)) - root((k - 0.5).max(0.0))) * part_of_white(white);
         let correlation = Correlation { rho: root(k), white: w };
@@ -172,10 +174,7 @@ fn on_grid(choices: &[Scaled], choice: usize, curves: &[Vec<usize>], left: f64) 
         Some(At { choice, correlation, wide, log: log + own, s2, pairs })
     };
     // Without a correlation it does not matter what share of the errors has none
-    (0..WHITE.len())
-        .flat_map(|white| (u32::from(white > 0)..GRID).map(move |k| (k, white)))
-        .filter_map(|(k, w)| at(k, w))
-        .collect()
+    (u32::from(white > 0)..GRID).filter_map(at).collect()
 }
 
 /// The part of the shares from 0 to 1 that one of the grid is of.
