@@ -430,7 +430,7 @@ fn a_plan_is_made_and_carried_out() {
             "--tolerance",
             "40 %",
             "--budget",
-            "20 min",
+            "3 h",
             "--quantity",
             "cable_tension_N",
             "--run",
