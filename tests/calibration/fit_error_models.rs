@@ -272,7 +272,7 @@ fn correlated_errors_that_grow_with_the_stress_cover() {
     assert!(called <= 6, "{called} of 60");
 }
 
-/// A drift of the load cell under the noise of each reading: as errors of one correlation the intervals covered 77, 61 and 33 %. The long drift leaves three independent data points, of
+/// A drift of the load cell under the noise of each reading: as errors of one correlation the intervals of the last two covered 55 and 35 %. The long drift leaves three independent data points, of
 /// which the intervals may cover as few as 80 % in 100 draws.
 #[test]
 fn a_drift_under_the_noise_of_each_reading_is_seen() {
