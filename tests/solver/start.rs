@@ -74,8 +74,8 @@ fn a_start_takes_all_regions_of_the_scene() {
     }
 }
 
-/// A bar whose end is displaced from the start on, in a first stage that is dynamic.
-fn displaced(displacement: &str, integrator: &str, steps: &str, more: &str) -> Scene {
+/// A bar of 4 g with inertia; `rest`: what holds and moves it, stages and probes.
+fn bar(rest: &str) -> Scene {
     let text = format!(
         r#"
 [mesh]
@@ -93,6 +93,15 @@ kind = "inertia"
 region = "body"
 density = "1000 kg/m^3"
 mass = "consistent"
+{rest}"#
+    );
+    scene(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear), &text)
+}
+
+/// A bar whose end is displaced from the start on, in a first stage that is dynamic.
+fn displaced(displacement: &str, integrator: &str, steps: &str, more: &str) -> Scene {
+    bar(&format!(
+        r#"
 [[constraint]]
 kind = "prescribed"
 region = "xmin"
@@ -112,8 +121,7 @@ region = "xmin"
 kind = "reaction"
 region = "xmin"
 {more}"#
-    );
-    scene(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear), &text)
+    ))
 }
 
 /// The end is in its place before the first step, as with a `[start]` at rest, and not put there in it, which is an impact of u/Δt.
@@ -164,23 +172,8 @@ const ANGLE: f64 = std::f64::consts::TAU * 5.0 * 1e-3;
 fn error_of_reaction(motion: &str, stages: &[(&str, &str)]) -> f64 {
     let stage =
         |(rule, dt): &(&str, &str)| format!("[[stage]]\nintegrator = {rule}\nduration = \"0.1 s\"\ndt = \"{dt}\"\n");
-    let text = format!(
+    let scene = bar(&format!(
         r#"
-[mesh]
-body = "bar"
-[laws.rubber]
-law = "linear"
-E = "1 MPa"
-nu = 0.0
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[effect]]
-kind = "inertia"
-region = "body"
-density = "1000 kg/m^3"
-mass = "consistent"
 [[constraint]]
 kind = "prescribed"
 region = "body"
@@ -195,8 +188,8 @@ kind = "reaction"
 region = "body"
 {}"#,
         stages.iter().map(stage).collect::<String>()
-    );
-    let run = run(&scene(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear), &text));
+    ));
+    let run = run(&scene);
     assert_eq!(run.status, Status::Converged, "{motion}, {stages:?}");
     let w = std::f64::consts::TAU * 5.0;
     let (amplitude, angle) = if motion == SINE { (1e-3, 0.25 * std::f64::consts::TAU) } else { (0.5e-3, 0.0) };
