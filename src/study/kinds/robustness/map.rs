@@ -220,7 +220,7 @@ mod tests {
         let quantity = Quantity { name: "angle_deg".into(), ..Quantity::default() };
         let axes = vec![axis("dt", 3), axis("load", 2)];
         let setup = String::new();
-        let map = MapRecord { family: "map".into(), setup, quantity, axes, points, reference: None, rows: vec![] };
+        let mut map = MapRecord { family: "map".into(), setup, quantity, axes, points, reference: None, rows: vec![] };
         let study: StudyRecord = serde_json::from_value(serde_json::json!({
             "study": "", "kind": "robustness", "question": "", "expectation": "", "tolerance": 0.01, "quantities": {},
             "variants": ["strict"], "families": [], "version": ""
@@ -230,5 +230,8 @@ mod tests {
         let grades: Vec<Grade> = panel.points.iter().map(|p| p.grade).collect();
         let row = [Grade::Reference, Grade::Right, Grade::Poor];
         assert_eq!((grades, panel.holds), ([row, row].concat(), Some(0.5)));
+        // An error of 0.05 is accepted whatever the value is
+        map.quantity.absolute_tolerance = Some(0.06);
+        assert_eq!(analyse(&map, &study, &stored).panels.remove(0).holds, Some(1.0));
     }
 }
