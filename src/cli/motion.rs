@@ -78,7 +78,7 @@ pub struct Args {
     creep: Creep,
     #[command(flatten)]
     style: StyleArgs,
-    /// Folder of the results [default: reports/motion-<name of the first file>]
+    /// Folder of the results [default: reports/motion-<name of the first file>, with "-and-<n>-more" for several files]
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -101,8 +101,7 @@ fn draw(args: Args) -> CommandResult {
     // Repeats may have one name in several folders
     let names = numbered(&args.files.iter().map(|f| stem(f)).collect::<Vec<_>>(), "-");
     found.iter_mut().zip(names).for_each(|(evaluation, name)| evaluation.source = name);
-    let usual = || PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0])));
-    let out = args.out.clone().unwrap_or_else(usual);
+    let out = args.out.clone().unwrap_or_else(|| usual_folder(&args.files));
     let results = args.replace.check(&out, "motion", args.record.as_deref().unwrap_or_default(), &files)?;
     let said = results.write(|folder| write(folder, &args.files, &found))?;
     say!("{said}");
@@ -113,6 +112,16 @@ fn draw(args: Args) -> CommandResult {
         out.join("paper").display()
     );
     Ok(Outcome::Complete)
+}
+
+/// The folder of the results of these files: several have another one than the first of them alone.
+fn usual_folder(files: &[PathBuf]) -> PathBuf {
+    let first = stem(&files[0]);
+    let name = match files.len() - 1 {
+        0 => format!("motion-{first}"),
+        more => format!("motion-{first}-and-{more}-more"),
+    };
+    PathBuf::from("reports").join(name)
 }
 
 fn stem(file: &Path) -> String {

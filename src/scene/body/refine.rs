@@ -236,7 +236,7 @@ impl RefineSpec {
         if let Some(tolerance) = self.absolute_tolerance {
             return Ok([error.bar, tolerance]);
         }
-        let (change, bar) = (error.value - error.start, error.of_departure().bar);
+        let (change, bar) = (error.value - error.start, error.departure.bar);
         // A change that its bar exceeds ten times is zero as far as is known, and a share of it is no measure.
         if 10.0 * change.abs() <= bar {
             return Err(RefineError::NearZero { name: error.column.clone(), change });
@@ -285,7 +285,7 @@ mod tests {
     use super::*;
     use crate::mesh::Order;
     use crate::mesh::structured::block;
-    use crate::scene::error_estimate::GeometryError;
+    use crate::scene::error_estimate::{ErrorBounds, GeometryError};
 
     fn cells_of(mesh: &TetMesh, lengths: &[f64]) -> f64 {
         lengths.iter().enumerate().map(|(c, h)| (edge(mesh, c) / h).powi(3)).sum()
@@ -334,6 +334,7 @@ mod tests {
             corrected: value + 4e-5,
             uncertainty: 4e-5,
             bar: 8e-5,
+            departure: ErrorBounds { correction: 4e-5, uncertainty: 4e-5, bar: 8e-5 },
         }
     }
 

@@ -13,6 +13,7 @@ use crate::scene::body::Body;
 use crate::scene::body::source_volume::SourceVolume;
 use crate::scene::build::SceneBuilder;
 use crate::scene::build::regions::regions;
+use crate::scene::run::energy_balance::EnergyBalance;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step, TimeSpan};
@@ -351,6 +352,15 @@ impl EnrichedScene {
         // The multipliers of contact
         x.extend_from_slice(&state.x[first..]);
         State { x, ..state.clone() }
+    }
+
+    /// The columns at a state of the enriched space, as they are before the first step.
+    pub fn row_at(&self, state: &State, memory: &[f64]) -> Vec<f64> {
+        let scene = &self.scene;
+        let balance = EnergyBalance::new(&scene.system, state);
+        let mut memory = memory.to_vec();
+        scene.remember(state, &mut memory);
+        scene.record(state, None, &balance.residual, balance.energies, 0, &memory)
     }
 
     /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none

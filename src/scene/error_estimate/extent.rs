@@ -2,7 +2,7 @@
 //! further. The border of the place is between the two.
 
 use super::enrichment::EnrichedScene;
-use super::kept_state::Solved;
+use super::kept_state::{Solved, Start};
 use crate::scene::Scene;
 use crate::scene::notes::cut_regions::CutRegions;
 
@@ -12,40 +12,55 @@ pub(super) const EXTENT: [f64; 3] = [0.0, 0.5, 1.0];
 /// The enriched space with wider regions.
 pub(super) struct Extent {
     cut: CutRegions,
-    /// With the names of those regions
-    wider: Option<(EnrichedScene, Vec<String>)>,
+    wider: Option<Wider>,
     /// Regions whose border runs through cells, and whose change is not known
     unknown: Vec<String>,
     pub factorisations: usize,
 }
 
+/// The enriched space where regions of nodes reach one layer of cells further.
+struct Wider {
+    enriched: EnrichedScene,
+    /// Names of those regions
+    names: Vec<String>,
+    /// Changes of all columns at the start of the run
+    start: Vec<f64>,
+}
+
 impl Extent {
-    /// The extent in a run of `scene`. Without an enriched space, as where the run is followed whole, no change is known.
-    pub fn new(enriched: Option<&EnrichedScene>, scene: &Scene) -> Self {
+    /// The extent in a run of `scene`. Without an enriched space and the start in it, as where the run is followed whole, no change is known.
+    pub fn new(known: Option<(&EnrichedScene, &Start)>, scene: &Scene) -> Self {
         let cut = CutRegions::new(scene);
         let (of_nodes, mut unknown) = cut.of_nodes_and_others(&scene.regions);
         let mut wider = None;
         if !of_nodes.is_empty() {
-            match enriched.and_then(|enriched| enriched.with_wider_regions(scene, &of_nodes)) {
-                Some(found) => wider = Some((found, of_nodes)),
+            let found = known.and_then(|(enriched, first)| {
+                let wider = enriched.with_wider_regions(scene, &of_nodes)?;
+                let start = wider.row_at(&wider.taken(enriched, &first.state), first.memory);
+                Some(Wider { start: difference(&first.row, &start), enriched: wider, names: of_nodes.clone() })
+            });
+            match found {
+                Some(found) => wider = Some(found),
                 None => unknown.extend(of_nodes),
             }
         }
         Self { cut, wider, unknown, factorisations: 0 }
     }
 
-    /// The changes of all columns at a solution in this enriched space; zeros without a wider region. Where the wider ones have no equilibrium, their change is
-    /// not known.
-    pub fn changes(&mut self, enriched: &EnrichedScene, solved: &Solved) -> Vec<f64> {
-        if let Some((wider, names)) = self.wider.take() {
-            let start = wider.taken(enriched, &solved.end);
-            if let Some(columns) = wider.columns_from(&start, &solved.memory, &mut self.factorisations) {
-                self.wider = Some((wider, names));
-                return solved.values.iter().zip(&columns).map(|(a, b)| b - a).collect();
+    /// The changes of all columns at the start of the run and at a solution in this enriched space; zeros without a wider region. Where the wider ones have no
+    /// equilibrium, their change is not known.
+    pub fn changes(&mut self, enriched: &EnrichedScene, solved: &Solved) -> Vec<[f64; 2]> {
+        if let Some(wider) = self.wider.take() {
+            let from = wider.enriched.taken(enriched, &solved.end);
+            if let Some(columns) = wider.enriched.columns_from(&from, &solved.memory, &mut self.factorisations) {
+                let end = difference(&solved.values, &columns);
+                let both = wider.start.iter().zip(end).map(|(start, end)| [*start, end]).collect();
+                self.wider = Some(wider);
+                return both;
             }
-            self.unknown.extend(names);
+            self.unknown.extend(wider.names);
         }
-        vec![0.0; solved.values.len()]
+        vec![[0.0; 2]; solved.values.len()]
     }
 
     /// The regions on which a column depends, and whose change is not known.
@@ -54,4 +69,9 @@ impl Extent {
         own.retain(|name| self.unknown.contains(name));
         own
     }
+}
+
+/// Changes of columns.
+fn difference(from: &[f64], to: &[f64]) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| b - a).collect()
 }

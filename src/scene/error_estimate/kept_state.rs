@@ -29,3 +29,12 @@ pub(super) struct Solved {
     pub memory: Vec<f64>,
     pub factorisations: usize,
 }
+
+/// The start of a run in the enriched space.
+pub(super) struct Start<'a> {
+    pub state: State,
+    /// Columns there
+    pub row: Vec<f64>,
+    /// Numbers that the recorders of the run keep there
+    pub memory: &'a [f64],
+}

@@ -52,7 +52,7 @@ use crate::wording::all;
 use enrichment::{EnrichedScene, check_branch};
 use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
-use kept_state::{Kept, Solved};
+use kept_state::{Kept, Solved, Start};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use unresolved::unresolved_columns;
@@ -87,6 +87,8 @@ pub struct QuantityError {
     pub uncertainty: f64,
     /// Largest |J_exact − J| within the bounds
     pub bar: f64,
+    /// Bounds of the largest departure from the start: what changes in the first value too, as the mean of a region of nodes does, is no part of its error
+    pub departure: ErrorBounds,
 }
 
 /// Bounds of the exact value \[unit of the quantity\].
@@ -115,11 +117,6 @@ impl ErrorBounds {
 }
 
 impl QuantityError {
-    /// Bounds of the largest departure from the start, of which the error of geometry at the start is no part.
-    pub fn of_departure(&self) -> ErrorBounds {
-        ErrorBounds::new(self.discretisation, self.geometry.map_or(0.0, |g| g.change - g.start), self.extent)
-    }
-
     /// The parts of the error that are missing in the bar, in words; none where it is whole.
     pub fn lacks(&self) -> Option<String> {
         let facets = self.geometry.is_none().then(|| "curved facets".to_string());
@@ -268,7 +265,11 @@ impl<'a> ErrorEstimator<'a> {
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
         let near = unresolved_columns(self.scene, &enriched, &run.memories[0]);
-        let mut extent = Extent::new((!self.whole_run).then_some(&enriched), self.scene);
+        let first = (!self.whole_run).then(|| {
+            let state = enriched.prolong(self.scene, &self.states[0]);
+            Start { row: enriched.row_at(&state, &run.memories[0]), state, memory: &run.memories[0] }
+        });
+        let mut extent = Extent::new(first.as_ref().map(|first| (&enriched, first)), self.scene);
         let mut geometry = match self.whole_run {
             true => Geometry::of_whole_run(&enriched, self.scene),
             false => Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])),
@@ -286,7 +287,8 @@ impl<'a> ErrorEstimator<'a> {
             let wider = extent.changes(&enriched, &solved);
             let of = |&column: &usize| {
                 let surface = surface.as_ref().map(|all| all[column]);
-                let error = self.error((run, *row), column, solved.values[column], surface, (wider[column], &extent));
+                let both = [first.as_ref().map_or(f64::NAN, |first| first.row[column]), solved.values[column]];
+                let error = self.error((run, *row), column, both, surface, (wider[column], &extent));
                 QuantityError { unresolved: near[column], ..error }
             };
             let errors: Vec<(usize, QuantityError)> = columns.iter().map(|column| (*column, of(column))).collect();
@@ -333,7 +335,8 @@ impl<'a> ErrorEstimator<'a> {
         for (row, column) in peaks.into_iter().flat_map(|(row, own)| own.into_iter().map(move |column| (row, column))) {
             let (t, value) = extreme_of(&fine.rows, &run.rows, column);
             last = last.max(t).max(run.rows[row][0]);
-            let error = self.error((run, row), column, value, geometry, (0.0, extent));
+            let both = [fine.rows[0][column], value];
+            let error = self.error((run, row), column, both, geometry, ([0.0; 2], extent));
             found.push((column, QuantityError { unresolved: near[column], ..error }));
         }
         check_branch(&fine, run, last)?;
@@ -383,23 +386,26 @@ impl<'a> ErrorEstimator<'a> {
         Ok(Solved { start: past, end: next, values, memory, factorisations: solver.linear.factor.count })
     }
 
+    /// The error of a column at a row, from its value there and at the start in the enriched space, and from the changes by extent there and at the start.
     fn error(
         &self,
         (run, row): (&Run, usize),
         column: usize,
-        enriched: f64,
+        [first, enriched]: [f64; 2],
         geometry: Option<GeometryError>,
-        (wider, extent): (f64, &Extent),
+        ([wider_first, wider], extent): ([f64; 2], &Extent),
     ) -> QuantityError {
-        let value = run.rows[row][column];
-        let discretisation =
-            self.enrichment.factors(self.scene.body.mesh.order, self.glued).map(|c| c * (enriched - value));
-        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change), wider);
+        let (value, start) = (run.rows[row][column], run.rows[0][column]);
+        let factors = self.enrichment.factors(self.scene.body.mesh.order, self.glued);
+        let [discretisation, of_departure] = [0.0, first - start].map(|at_start| factors.map(|c| c * (enriched - value - at_start)));
+        let GeometryError { change, start: change_at_start } = geometry.unwrap_or_default();
+        let bounds = ErrorBounds::new(discretisation, change, wider);
+        let departure = ErrorBounds::new(of_departure, change - change_at_start, wider - wider_first);
         QuantityError {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
             value,
-            start: run.rows[0][column],
+            start,
             enriched,
             discretisation,
             geometry,
@@ -409,6 +415,7 @@ impl<'a> ErrorEstimator<'a> {
             corrected: value + bounds.correction,
             uncertainty: bounds.uncertainty,
             bar: bounds.bar,
+            departure,
         }
     }
 }

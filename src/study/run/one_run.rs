@@ -99,7 +99,7 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
         Err(why) => return OneRunRecord { unestimated, ..refused(why.to_string()) },
     };
     let errors = found.quantities.iter().map(|q| {
-        let ErrorBounds { correction, uncertainty, bar } = q.of_departure();
+        let ErrorBounds { correction, uncertainty, bar } = q.departure;
         let geometry = q.geometry.map(|g| g.change - g.start);
         let error = OneRunError { correction, geometry, uncertainty, bar, lacks: q.lacks_on_facets() };
         (q.column.clone(), error)
