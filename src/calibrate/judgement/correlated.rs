@@ -23,7 +23,7 @@
 //!
 //! Limits: one ρ of all curves, so that intervals are too narrow where the errors of some curves alone are correlated (82 to 85 % in place of 95 %, three modes, ρ = 0.8 in two of them); two data points count as neighbours however far apart their stretches are.
 
-use super::correlation::Correlation;
+use super::correlation::{Correlation, Rows};
 use super::directions::Directions;
 use nalgebra::{DMatrix, DVector};
 
@@ -38,35 +38,10 @@ const CORRELATED: f64 = 1.642;
 /// Weight of a correlation below which it is left out \[–\]
 const NONE: f64 = 1e-5;
 
-/// ln|R| and the products ZᵀR⁻¹Z of columns Z, over all curves.
-fn products(z: &DMatrix<f64>, curves: &[Vec<usize>], correlation: Correlation) -> (f64, DMatrix<f64>) {
-    let width = z.ncols();
-    let (mut log, mut sum) = (0.0, DMatrix::<f64>::zeros(width, width));
-    let mut rest = vec![0.0; width];
-    for curve in curves {
-        correlation.each_innovation(curve, z, &mut rest, |rest, variance| {
-            log += variance.ln();
-            for a in 0..width {
-                for b in 0..=a {
-                    sum[(a, b)] += rest[a] * rest[b] / variance;
-                }
-            }
-        });
-    }
-    sum.fill_upper_triangle_with_lower_triangle();
-    (log, sum)
-}
-
-/// ℓ and σ² of a correlation from the columns (U, r), with `pairs` = UᵀRU.
-fn likelihood(
-    z: &DMatrix<f64>,
-    curves: &[Vec<usize>],
-    correlation: Correlation,
-    pairs: &DMatrix<f64>,
-) -> Option<(f64, f64)> {
-    let p = z.ncols() - 1;
-    let free = (z.nrows() - p) as f64;
-    let (log_errors, whole) = products(z, curves, correlation);
+/// ℓ and σ² of a correlation from `products` = ln|R|, ZᵀR⁻¹Z of the columns Z = (U, r) of `n` data points, and `pairs` = UᵀRU.
+fn likelihood(n: usize, (log_errors, whole): (f64, DMatrix<f64>), pairs: &DMatrix<f64>) -> Option<(f64, f64)> {
+    let p = pairs.ncols();
+    let free = (n - p) as f64;
     let columns = whole.view((0, 0), (p, p)).into_owned();
     let expected = free - p as f64 + (pairs * &columns).trace();
     let factor = columns.cholesky()?;
@@ -143,14 +118,15 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
     let width = choices[0].along.ncols();
     let (mut covariance, mut shares) = (DMatrix::zeros(width, width), vec![0.0; choices.len()]);
     let (mut rho, mut effective) = (0.0, 0.0);
+    let along: Vec<Rows> = choices.iter().map(|choice| Rows::of(&choice.along)).collect();
     for one in &grid {
-        let (share, Scaled { residual, along, .. }) = (weight(one) / sum, &choices[one.choice]);
+        let (share, residual) = (weight(one) / sum, &choices[one.choice].residual);
         shares[one.choice] += share;
         rho += share * one.correlation.of_neighbours();
         effective += share * one.correlation.effective(n);
         if share > NONE {
             let whole = residual.norm_squared() / (n - one.pairs.trace()).max(1.0);
-            covariance += one.correlation.spread(along, curves) * (share * one.s2.max(whole));
+            covariance += one.correlation.spread(&along[one.choice], curves) * (share * one.s2.max(whole));
         }
     }
     let free = (effective - p as f64).max(1.0) as usize;
@@ -161,7 +137,8 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
 fn on_grid((choices, choice): (&[Scaled], usize), curves: &[Vec<usize>], left: f64, white: usize) -> Vec<At> {
     let Scaled { u, residual, log: own, .. } = &choices[choice];
     let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
-    let n = u.nrows() as f64;
+    let (u, z) = (Rows::of(u), Rows::of(&z));
+    let n = residual.len() as f64;
     let last = f64::from(GRID - 1);
     let w = WHITE[white];
     let root = |k: f64| (n - left) / (n - left + 2.0 * left * (1.0 - w)) * (k / last).sqrt();
@@ -169,8 +146,8 @@ fn on_grid((choices, choice): (&[Scaled], usize), curves: &[Vec<usize>], left: f
         let k = f64::from(k);
         let wide = (root((k + 0.5).min(last)) - root((k - 0.5).max(0.0))) * part_of_white(white);
         let correlation = Correlation { rho: root(k), white: w };
-        let pairs = correlation.spread(u, curves);
-        let (log, s2) = likelihood(&z, curves, correlation, &pairs)?;
+        let pairs = correlation.spread(&u, curves);
+        let (log, s2) = likelihood(residual.len(), correlation.products(&z, curves), &pairs)?;
         Some(At { choice, correlation, wide, log: log + own, s2, pairs })
     };
     // Without a correlation it does not matter what share of the errors has none

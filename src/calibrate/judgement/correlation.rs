@@ -35,39 +35,50 @@ impl Correlation {
         n * (1.0 - self.rho) / (1.0 - self.rho + 2.0 * self.of_neighbours())
     }
 
-    /// Calls `tell` with the innovations of columns at each data point of a curve and their variance; `rest` has room for a row.
-    pub fn each_innovation(
-        self,
-        curve: &[usize],
-        z: &DMatrix<f64>,
-        rest: &mut [f64],
-        mut tell: impl FnMut(&[f64], f64),
-    ) {
+    /// ln|R| and the products ZᵀR⁻¹Z of columns Z, over all curves.
+    pub fn products(self, z: &Rows, curves: &[Vec<usize>]) -> (f64, DMatrix<f64>) {
         let Self { rho, white } = self;
-        let mut expected = vec![0.0; rest.len()];
-        let mut drift = 1.0 - white;
-        for k in curve {
-            let variance = drift + white;
-            for (c, (rest, expected)) in rest.iter_mut().zip(&mut expected).enumerate() {
-                *rest = z[(*k, c)] - *expected;
-                *expected = rho * (*expected + *rest * drift / variance);
+        let (mut log, mut sums) = (0.0, Sums::new(z.width));
+        let (mut rest, mut expected) = (vec![0.0; z.width], vec![0.0; z.width]);
+        for curve in curves {
+            expected.fill(0.0);
+            let (mut drift, mut determinant) = (1.0 - white, 1.0);
+            for k in curve {
+                let variance = drift + white;
+                let (weight, gain) = (1.0 / variance, drift / variance);
+                for ((rest, expected), z) in rest.iter_mut().zip(&mut expected).zip(z.row(*k)) {
+                    *rest = z - *expected;
+                    *expected = rho * (*expected + *rest * gain);
+                }
+                sums.add(weight, &rest, &rest);
+                determinant *= variance;
+                if determinant < SMALL {
+                    log += f64::ln(std::mem::replace(&mut determinant, 1.0));
+                }
+                drift = rho * rho * white * gain + (1.0 - white) * (1.0 - rho * rho);
             }
-            tell(rest, variance);
-            drift = rho * rho * drift * white / variance + (1.0 - white) * (1.0 - rho * rho);
+            log += determinant.ln();
         }
+        (log, sums.matrix())
     }
 
-    /// UᵀRU = Σᵢⱼ uᵢuⱼᵀRᵢⱼ over the pairs of each curve.
-    pub fn spread(self, u: &DMatrix<f64>, curves: &[Vec<usize>]) -> DMatrix<f64> {
-        // Row j: Σᵢ uᵢρ^(j−i) over the rows before it
-        let mut before = DMatrix::<f64>::zeros(u.nrows(), u.ncols());
-        for (mut to, from) in before.column_iter_mut().zip(u.column_iter()) {
-            for pair in curves.iter().flat_map(|curve| curve.windows(2)) {
-                to[pair[1]] = self.rho * (to[pair[0]] + from[pair[0]]);
+    /// ZᵀRZ = Σᵢⱼ zᵢzⱼᵀRᵢⱼ over the pairs of each curve.
+    pub fn spread(self, z: &Rows, curves: &[Vec<usize>]) -> DMatrix<f64> {
+        let mut sums = Sums::new(z.width);
+        // zⱼ + 2(1 − w)Σᵢ zᵢρ^(j−i) over the rows i before j: each pair counts once here, and the other half is that of the transposed matrix
+        let (mut before, mut both) = (vec![0.0; z.width], vec![0.0; z.width]);
+        for curve in curves {
+            before.fill(0.0);
+            for k in curve {
+                for ((before, both), z) in before.iter_mut().zip(&mut both).zip(z.row(*k)) {
+                    *both = z + 2.0 * (1.0 - self.white) * *before;
+                    *before = self.rho * (*before + z);
+                }
+                sums.add(1.0, &both, z.row(*k));
             }
         }
-        let one_sided = before.tr_mul(u) * (1.0 - self.white);
-        u.tr_mul(u) + one_sided.transpose() + one_sided
+        let one_sided = sums.matrix();
+        (&one_sided + one_sided.transpose()) * 0.5
     }
 
     /// R^(−½)x by the symmetric root, curve by curve in order of loading: rows without what their neighbours explain, the same from either end. Rows whose
@@ -94,6 +105,48 @@ impl Correlation {
         };
         let t = Tridiagonal { scale: 1.0, add: 0.0, rho, n: x.len() };
         t.times(&t.inverse_root(&x, [low, high]))
+    }
+}
+
+/// Product of variances from which on its logarithm is taken.
+const SMALL: f64 = 1e-200;
+
+/// Columns over data points, held data point by data point.
+pub struct Rows {
+    width: usize,
+    values: Vec<f64>,
+}
+
+impl Rows {
+    pub fn of(columns: &DMatrix<f64>) -> Self {
+        Self { width: columns.ncols(), values: columns.transpose().as_slice().to_vec() }
+    }
+
+    fn row(&self, k: usize) -> &[f64] {
+        &self.values[k * self.width..][..self.width]
+    }
+}
+
+/// Sum of dyads.
+struct Sums {
+    width: usize,
+    values: Vec<f64>,
+}
+
+impl Sums {
+    fn new(width: usize) -> Self {
+        Self { width, values: vec![0.0; width * width] }
+    }
+
+    fn add(&mut self, weight: f64, a: &[f64], b: &[f64]) {
+        for (sums, a) in self.values.chunks_exact_mut(self.width).zip(a) {
+            let a = weight * a;
+            sums.iter_mut().zip(b).for_each(|(sum, b)| *sum += a * b);
+        }
+    }
+
+    fn matrix(&self) -> DMatrix<f64> {
+        DMatrix::from_row_slice(self.width, self.width, &self.values)
     }
 }
 
@@ -205,18 +258,12 @@ mod tests {
             r.view_mut((7, 7), (5, 5)).copy_from(&dense(5, correlation));
             let mut random = SplitMix(3);
             let z = DMatrix::from_fn(12, 3, |_, _| random.unit() - 0.5);
-            let (mut log, mut sum, mut rest) = (0.0, DMatrix::<f64>::zeros(3, 3), [0.0; 3]);
-            for curve in &curves {
-                correlation.each_innovation(curve, &z, &mut rest, |rest, variance| {
-                    log += variance.ln();
-                    let e = DVector::from_column_slice(rest);
-                    sum += &e * e.transpose() / variance;
-                });
-            }
+            let rows = Rows::of(&z);
+            let (log, sum) = correlation.products(&rows, &curves);
             let inverse = r.clone().try_inverse().expect("a correlation");
             assert!((&sum - z.transpose() * inverse * &z).amax() < 1e-10 * sum.amax(), "{correlation:?}");
             assert!((log - r.determinant().ln()).abs() < 1e-10, "{correlation:?}");
-            let spread = correlation.spread(&z, &curves);
+            let spread = correlation.spread(&rows, &curves);
             assert!((&spread - z.transpose() * &r * &z).amax() < 1e-12 * spread.amax(), "{correlation:?}");
         }
     }

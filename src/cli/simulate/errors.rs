@@ -9,6 +9,7 @@ use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
+use durometer::wording::{all, distinct};
 
 /// The columns whose errors are asked for; none for all of them.
 fn estimated_columns(args: &Args) -> &[String] {
@@ -81,6 +82,14 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
             "warning: a cell with a singular edge, such as the border of a held region, or with a patch of a force or a guide that is smaller does not resolve a place in it: \
              the error of {} may be several times the bar; use cells that are smaller than the distance from the edge, or than the patch",
             unresolved.join(", ")
+        );
+    }
+    let contacts = distinct(found.quantities.iter().flat_map(|q| q.contacts.clone()));
+    if !contacts.is_empty() {
+        tell!(
+            "warning: the border of contact {} is found by points of the mesh, and the error bars do not contain its error, which may be several times the bar: take a family of \
+             meshes",
+            all(&contacts)
         );
     }
     for q in &found.quantities {

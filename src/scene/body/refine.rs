@@ -330,6 +330,7 @@ mod tests {
             geometry: None,
             extent: 0.0,
             cut_regions: vec![],
+            contacts: vec![],
             unresolved: false,
             corrected: value + 4e-5,
             uncertainty: 4e-5,

@@ -78,6 +78,8 @@ pub struct QuantityError {
     pub extent: f64,
     /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
     pub cut_regions: Vec<String>,
+    /// Contacts that end within their region: their border is found by points, in the enriched space too, and the bar may be several times too small
+    pub contacts: Vec<String>,
     /// Whether it is one of a place in a cell that has a singular edge, or a force on a patch smaller than it, which the cell does not resolve: the bar may be several
     /// times too small
     pub unresolved: bool,
@@ -133,7 +135,8 @@ impl QuantityError {
     fn parts_on_facets(&self) -> impl Iterator<Item = String> {
         let extent = (!self.cut_regions.is_empty()).then(|| format!("the extent of {}", all(&self.cut_regions)));
         let edge = self.unresolved.then(|| "the singular edge or small patch in the cell of its place".to_string());
-        extent.into_iter().chain(edge)
+        let contacts = (!self.contacts.is_empty()).then(|| format!("the border of contact {}", all(&self.contacts)));
+        extent.into_iter().chain(contacts).chain(edge)
     }
 }
 
@@ -396,8 +399,11 @@ impl<'a> ErrorEstimator<'a> {
         ([wider_first, wider], extent): ([f64; 2], &Extent),
     ) -> QuantityError {
         let (value, start) = (run.rows[row][column], run.rows[0][column]);
+        let x = self.states.get(row).map_or(&run.peak.x, |kept| &kept.x);
+        let ends_within = self.scene.contacts.iter().filter(|contact| contact.ends_within_region(x));
         let factors = self.enrichment.factors(self.scene.body.mesh.order, self.glued);
-        let [discretisation, of_departure] = [0.0, first - start].map(|at_start| factors.map(|c| c * (enriched - value - at_start)));
+        let [discretisation, of_departure] =
+            [0.0, first - start].map(|at_start| factors.map(|c| c * (enriched - value - at_start)));
         let GeometryError { change, start: change_at_start } = geometry.unwrap_or_default();
         let bounds = ErrorBounds::new(discretisation, change, wider);
         let departure = ErrorBounds::new(of_departure, change - change_at_start, wider - wider_first);
@@ -411,6 +417,7 @@ impl<'a> ErrorEstimator<'a> {
             geometry,
             extent: wider,
             cut_regions: extent.unknown(&run.columns[column]),
+            contacts: ends_within.map(|contact| contact.name.clone()).collect(),
             unresolved: false,
             corrected: value + bounds.correction,
             uncertainty: bounds.uncertainty,

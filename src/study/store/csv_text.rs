@@ -34,14 +34,16 @@ pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
 
 /// Estimated errors of recorded quantities, one line each.
 pub fn errors(estimate: &ErrorEstimate) -> String {
-    let mut text = "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar,extent,unresolved\n".to_string();
+    let mut text =
+        "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar,extent,unresolved,contacts\n".to_string();
     for q in &estimate.quantities {
         let geometry = q.geometry.map_or_else(String::new, |g| g.change.to_string());
         let extent = if q.cut_regions.is_empty() { q.extent.to_string() } else { String::new() };
         let (t, value, enriched, corrected) = (q.t, q.value, q.enriched, q.corrected);
         let (column, unresolved) = (quoted(&q.column), u8::from(q.unresolved));
+        let contacts = quoted(&q.contacts.join(", "));
         text += &format!(
-            "{column},{t},{value},{enriched},{geometry},{corrected},{},{},{extent},{unresolved}\n",
+            "{column},{t},{value},{enriched},{geometry},{corrected},{},{},{extent},{unresolved},{contacts}\n",
             q.uncertainty, q.bar
         );
     }

@@ -133,6 +133,11 @@ impl NamedContact {
         (!slips.is_empty() && slips.iter().all(|slip| *slip > AT_LIMIT)).then_some(slips.len())
     }
 
+    /// Whether some of its points press at displacement x, and others do not.
+    pub(in crate::scene) fn ends_within_region(&self, x: &[f64]) -> bool {
+        (1..self.point_count()).contains(&self.moment(x, None).pressed)
+    }
+
     /// The points that meet an obstacle; none of deformable surfaces
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
