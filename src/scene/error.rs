@@ -68,16 +68,18 @@ impl fmt::Display for Mistake {
         if !self.origin.is_empty() {
             write!(f, " {}", self.origin)?;
         }
-        if let Some(line) = &self.line {
-            write!(f, ", line {}", line.number)?;
+        // The numbers of another text than that of the file mean nothing to its reader
+        let number = self.line.as_ref().filter(|_| self.origin.is_empty()).map(|line| line.number.to_string());
+        if let Some(number) = &number {
+            write!(f, ", line {number}")?;
         }
         write!(f, ": ")?;
         if let Some(place) = &self.place {
             write!(f, "{place}: ")?;
         }
         write!(f, "{}", self.what)?;
-        let Some(Line { number, text, columns }) = &self.line else { return Ok(()) };
-        let gutter = number.to_string();
+        let Some(Line { text, columns, .. }) = &self.line else { return Ok(()) };
+        let gutter = number.unwrap_or_default();
         let marks = "^".repeat(columns.len().max(1));
         write!(f, "\n  {gutter} | {text}\n  {:w$} | {:c$}{marks}", "", "", w = gutter.len(), c = columns.start)
     }

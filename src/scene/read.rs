@@ -10,7 +10,8 @@ use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
-use toml::de::{DeTable, DeValue};
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
 
 /// Reads a scene file, applies changes, and puts included laws and constants of effects in their place, so that the text that comes back says it
 /// all. A change is a path with its value, which [`overrides::parse`] reads from `key=value`; a [`SceneBuilder`](super::SceneBuilder) takes it by `set`.
@@ -63,7 +64,11 @@ pub fn changed_scene(
     include_in_effects(file, base, &mut table)?;
     let text = toml::to_string(&table).expect("a table that was read can be written");
     let names: Vec<&str> = changes.iter().map(|c| c.0.as_str()).collect();
-    let read: SceneSpec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
+    let origin = match &names[..] {
+        [] => "with the files that it includes".into(),
+        names => format!("with the changes {}", names.join(", ")),
+    };
+    let read: SceneSpec = from_text(file, &text, &origin)?;
     Ok((SceneSpec { known_laws: known_laws.clone(), ..read }, text))
 }
 
@@ -202,7 +207,7 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     let mut starts = Vec::new();
     for (key, value) in table {
         let DeValue::Array(list) = value.get_ref() else {
-            starts.push((key.span().start, None));
+            starts.push((start(key, value), None));
             tables_below(value.get_ref(), &mut starts);
             continue;
         };
@@ -219,9 +224,14 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
 fn tables_below(value: &DeValue, starts: &mut Vec<(usize, Option<String>)>) {
     let DeValue::Table(table) = value else { return };
     for (key, value) in table {
-        starts.push((key.span().start, None));
+        starts.push((start(key, value), None));
         tables_below(value.get_ref(), starts);
     }
+}
+
+/// The start of a key with its value: of a table under a header that is the bracket of the header, at which its missing keys are reported.
+fn start(key: &Spanned<DeString>, value: &Spanned<DeValue>) -> usize {
+    key.span().start.min(value.span().start)
 }
 
 #[cfg(test)]
@@ -243,6 +253,10 @@ mod tests {
             (
                 "[[probe]]\nkind = \"energy\"\n[[probe]]\nkind = \"energy\"\nregion = \"tip\"",
                 "s.toml, line 13: probe 2 (energy): unknown key `region`",
+            ),
+            (
+                "[[probe]]\nkind = \"energy\"\n[output.fields]\nevery = \"1 s\"",
+                "s.toml, line 11: the key `what` is missing; add it",
             ),
             (
                 "[[probe]]\nregion = \"tip\"",
