@@ -80,6 +80,7 @@ impl<'a> CaseList<'a> {
             let fact = format!("there is no variant \"{unknown}\"");
             return Err(refuse(self.file, (format!("family {}", family.name), fact, hint(unknown, &known))));
         }
+        self.check_family(family, wanted)?;
         let (mut ids, mut places) = (Vec::new(), Vec::new());
         let mut formulation = String::new();
         for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
@@ -111,6 +112,24 @@ impl<'a> CaseList<'a> {
             }
         }
         Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids, members: places })
+    }
+
+    /// Refuses a family without a variant, and labels of members that it does not have.
+    fn check_family(&self, family: &FamilySpec, wanted: &[String]) -> Result<(), SceneError> {
+        let place = format!("family {}", family.name);
+        if wanted.is_empty() {
+            let fact = "it is run in no variant".into();
+            return Err(refuse(self.file, (place, fact, "name its variants, or leave `variants` out for all".into())));
+        }
+        let own = family.own.values().flat_map(toml::Table::keys);
+        let members: Vec<String> = family.members.keys().chain(own).cloned().collect();
+        match family.labels.keys().find(|label| !members.contains(label)) {
+            None => Ok(()),
+            Some(label) => {
+                let fact = format!("labels: there is no member \"{label}\"");
+                Err(refuse(self.file, (place, fact, hint(label, &members))))
+            }
+        }
     }
 
     /// Id and formulation of a case, which is a new one unless the same scene is run already.
