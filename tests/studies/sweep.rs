@@ -596,6 +596,19 @@ fn an_axis_of_files_has_cases() {
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
     let family = "[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {}\n";
+    let radius = |name: &str, cable: &str| {
+        let keys = format!("constraint.{cable}.guide_radius");
+        let axis = E.replace("laws.rubber.E", &keys).replace("\"E\"", &format!("\"{name}\"")).replace("kPa", "mm");
+        axis.replace("50 mm", "2 mm").replace("0.1 MPa", "3 mm")
+    };
+    let variant = |set: &str| {
+        let quantity = "{ name = \"bending_angle_deg\", label = \"angle\", symbol = \"θ\", unit = \"°\" }";
+        format!("[[variant]]\nname = \"other\"\nset = {{ {set} }}\nquantity = [{quantity}]\n")
+    };
+    // A whole law that a variant gives keeps what the axis does not change
+    let law = variant("laws.rubber = { law = \"neo_hookean\", E = \"9 kPa\", nu = 0.1 }");
+    written(&format!("kind = \"sweep\"\n{E}{law}")).1.expect("a variant with another law");
+    written(&format!("kind = \"sweep\"\n{}", radius("r", "cable"))).1.expect("an axis of radii");
     for (text, words) in [
         ("kind = \"sweep\"".to_string(), "study: the sweep has no axis; add an [[axis]]"),
         (format!("kind = \"sweep\"\n{E}{family}"), "unknown key `family`"),
@@ -625,6 +638,18 @@ fn mistakes_in_axes_are_named() {
             "variant length: two families are run in it; a variant has one cumulative family",
         ),
         (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
+        (
+            format!("kind = \"sweep\"\n{E}{}", E.replace("name = \"E\"", "name = \"F\"")),
+            "axis F: its key laws.rubber.E takes the place of laws.rubber.E, which axis E sets; leave one of them out",
+        ),
+        (
+            format!("kind = \"sweep\"\ncombine = \"list\"\n{}{}", radius("r", "cable"), radius("s", "1")),
+            "axis s: its key constraint.1.guide_radius takes the place of constraint.cable.guide_radius, which axis r sets",
+        ),
+        (
+            format!("kind = \"sweep\"\n{E}{}", variant("laws.rubber.E = \"9 kPa\"")),
+            "axis E: its key laws.rubber.E takes the place of laws.rubber.E, which variant other sets",
+        ),
         ("kind = \"sweep\"\naxis = [[\"E\", [\"laws.rubber.E\"]]]".into(), "array; this must be a table"),
     ] {
         let said = refused(&text);

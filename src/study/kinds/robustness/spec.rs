@@ -11,7 +11,7 @@ use crate::study::store::record::{Quantity, REFUSED, Role};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Scenes that break simulators: rows of the matrix, whose columns are variants.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -128,6 +128,18 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
         ends: suite.ends.clone(),
         checks,
     });
+    Ok(())
+}
+
+/// Refuses a map of which an axis undoes a change that its other axis, itself or one of its variants makes. `scene` is that of the study in `file`.
+pub fn check_map(map: &MapSpec, variants: &[VariantSpec], (file, scene): (&Path, &Path)) -> Result<(), Mistake> {
+    let own = map.scene.as_ref().map(|own| file.parent().unwrap_or(Path::new("")).join(own));
+    let wanted = |v: &&VariantSpec| map.variants.as_ref().is_none_or(|names| names.contains(&v.name));
+    for v in variants.iter().filter(wanted) {
+        let sets = [(format!("variant {}", v.name), &v.set), ("the map".into(), &map.set)];
+        axis::check_apart(&map.axes, &sets, own.as_deref().unwrap_or(scene))
+            .map_err(|(axis, fact, remedy)| (format!("map {}, {axis}", map.name), fact, remedy))?;
+    }
     Ok(())
 }
 
