@@ -139,8 +139,8 @@ pub struct CheckResult {
 }
 
 impl Check {
-    /// Fact and remedy of what cannot be checked.
-    pub fn new(spec: &CheckSpec, known: &[String]) -> Result<Self, (String, String)> {
+    /// A check of a suite with these members and variants; fact and remedy of what cannot be checked.
+    pub fn new(spec: &CheckSpec, members: &[String], variants: &[String]) -> Result<Self, (String, String)> {
         let place = |fact: String| format!("check \"{}\": {fact}", spec.what);
         let choices = [spec.reference.is_some(), spec.like.is_some(), spec.first];
         let both = choices == [true, true, false];
@@ -153,10 +153,17 @@ impl Check {
                 (place(format!("\"{text}\" is no formula: {e}")), "write arithmetic in columns".to_string())
             })?;
         }
-        for member in spec.like.iter().chain(spec.members.iter().flatten()) {
-            if !known.contains(member) {
-                return Err((place(format!("there is no member \"{member}\"")), hint(member, known)));
+        let named = spec.like.iter().chain(spec.members.iter().flatten()).map(|name| ("member", name, members));
+        for (what, name, known) in named.chain(spec.variants.iter().flatten().map(|name| ("variant", name, variants))) {
+            if !known.contains(name) {
+                return Err((place(format!("there is no {what} \"{name}\"")), hint(name, known)));
             }
+        }
+        let is_judged = |member: &String| spec.like.as_ref() != Some(member);
+        let some = spec.members.as_deref().unwrap_or(members).iter().any(is_judged);
+        if !some || spec.variants.as_ref().is_some_and(Vec::is_empty) {
+            let remedy = "name other members or variants, or leave the check out; `like` is not compared with itself";
+            return Err((place("it holds for no case".into()), remedy.into()));
         }
         let accept = units::parse(&spec.accept, units::Dimension::NONE)
             .map_err(|e| (place(e.to_string()), "write accept = \"1 %\"".to_string()))?;
@@ -280,10 +287,15 @@ mod tests {
         StoredCase::new(CaseRecord { steps: 2, ..CaseRecord::default() }, series)
     }
 
-    fn check(more: &str) -> Check {
+    /// In a suite of the members a and b and the variants v and w.
+    fn read(more: &str) -> Result<Check, (String, String)> {
         let text = format!("what = 'a'\nmeasured = 'x'\naccept = '1 %'\nsource = 'a closed form'\n{more}");
         let spec: CheckSpec = toml::from_str(&text).expect("valid TOML");
-        Check::new(&spec, &["a".into(), "b".into()]).expect("a check")
+        Check::new(&spec, &["a", "b"].map(String::from), &["v", "w"].map(String::from))
+    }
+
+    fn check(more: &str) -> Check {
+        read(more).expect("a check")
     }
 
     fn met(more: &str, x: &[f64]) -> bool {

@@ -105,11 +105,12 @@ pub fn expand(
 
 fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
     let place = || format!("suite {}", suite.name);
+    let variants = suite.variants.clone().unwrap_or_else(|| out.variants.iter().map(|v| v.name.clone()).collect());
     if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
         return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
     }
     let members: Vec<String> = suite.members.keys().cloned().collect();
-    let checks = suite.checks.iter().map(|c| Check::new(c, &members));
+    let checks = suite.checks.iter().map(|c| Check::new(c, &members, &variants));
     let checks: Vec<Check> = checks.collect::<Result<_, _>>().map_err(|(fact, remedy)| (place(), fact, remedy))?;
     out.families.push(FamilySpec {
         name: suite.name.clone(),
@@ -177,6 +178,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
             }
             let name = format!("{}-reference", map.name);
             out.families.push(family(&name, Some(first.into_iter().collect()), members));
+            out.columns.insert(name.clone(), vec![map.quantity.name.clone()]);
             (Some(name), rows)
         }
     };
