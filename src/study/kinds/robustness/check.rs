@@ -4,16 +4,22 @@
 //! values of the scene in SI: `{laws.rubber.E}`. With m measured and r the reference over the rows that are compared:
 //!
 //! ```text
-//! error = max |m − r| / max s        s the scale, |r| if none is given; at_most: m − r where positive; at_least: r − m
+//! error = max |m − r| / max s        s the scale; at_most: m − r where positive; at_least: r − m
 //! ```
+//!
+//! If no scale is given, it is |r|. Of another member it is the largest change of r over its run, so that where a body lies in its frame decides nothing.
 
 use crate::math::formula::Formula;
 use crate::math::statistics::larger;
 use crate::math::units;
 use crate::scene::{hint, overrides};
+use crate::study::curve::Curve;
 use crate::study::store::record::StoredCase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Changes up to this are none \[of the largest value\].
+const CONSTANT: f64 = 1e-6;
 
 /// `[[suite.check]]`
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -38,7 +44,7 @@ pub struct CheckSpec {
     pub bound: Bound,
     /// Largest error, as a fraction or in %
     pub accept: String,
-    /// Formula of the size that errors are divided by
+    /// Formula of the size that errors are divided by; if absent the reference, with `like` its largest change
     pub scale: Option<String>,
     /// Where the reference comes from
     pub source: String,
@@ -217,14 +223,26 @@ impl Check {
         if measured.len() != reference.len() || measured.is_empty() {
             return None;
         }
-        let size = match &self.scale {
-            Some(scale) => values(scale, case, self.at)?,
-            None => reference.clone(),
+        let size = match (&self.scale, other.filter(|_| self.at != Moment::Limit)) {
+            (Some(scale), _) => values(scale, case, self.at)?,
+            (None, Some(other)) => {
+                largest_change(formula, other).map_or_else(|| reference.clone(), |change| vec![change])
+            }
+            (None, None) => reference.clone(),
         };
         let (error, measured, reference) = self.bound.largest_error(&measured, &reference, &size)?;
         let (what, source) = (self.what.clone(), self.source.clone());
         Some(CheckResult { what, source, measured, reference, error, accept: self.accept, met: error <= self.accept })
     }
+}
+
+/// The largest change of a formula over a run from its first value; from zero where it starts there, and none where it is constant, like a number of steps.
+fn largest_change(formula: &str, case: &StoredCase) -> Option<f64> {
+    let rows = values(formula, case, Moment::Every)?.into_iter().zip(&case.series.t_s);
+    let (f, t): (Vec<f64>, Vec<f64>) = rows.filter(|(f, _)| f.is_finite()).unzip();
+    let curve = Curve { t, f };
+    let largest = if curve.f.is_empty() { 0.0 } else { curve.largest_change() };
+    (largest.abs() > CONSTANT * curve.peak().abs()).then_some(largest)
 }
 
 /// Values of a formula at the rows of a moment.
@@ -330,6 +348,32 @@ mod tests {
         let found = found.expect("recorded");
         assert_eq!((found.measured, found.reference, found.error), (3.0, 2.0, 0.1));
         assert_eq!(check("reference = 'steps'").evaluate(&case(&[2.0]), None).map(|found| found.met), Some(true));
+    }
+
+    #[test]
+    fn a_check_holds_for_some_case() {
+        let fact = |more: &str| read(more).expect_err(more).0;
+        assert!(fact("first = true\nvariants = ['vv']").contains("there is no variant \"vv\""));
+        assert!(fact("first = true\nmembers = ['c']").contains("there is no member \"c\""));
+        for none in ["first = true\nvariants = []", "first = true\nmembers = []", "like = 'b'\nmembers = ['b']"] {
+            assert!(fact(none).contains("it holds for no case"), "{none}");
+        }
+        check("like = 'b'\nmembers = ['a', 'b']\nvariants = ['w']");
+    }
+
+    /// A body that moves by 0.1 to the end of the run, and by 0.2 at most, is off by 1e-3: half a percent of its motion, wherever it lies. What does not move
+    /// is off by a share of itself.
+    #[test]
+    fn the_scale_of_another_member_is_its_motion() {
+        for place in [0.0, 7.0, -0.1, 1e3] {
+            let run = |off: f64| case(&[0.0, 0.2, 0.1 + off].map(|x| place + x));
+            let found = check("like = 'b'").evaluate(&run(1e-3), Some(&run(0.0))).expect("recorded");
+            assert!((found.error - 5e-3).abs() < 1e-9, "at {place}: {}", found.error);
+        }
+        let found = check("like = 'b'").evaluate(&case(&[4.0, 4.1]), Some(&case(&[4.0, 4.0]))).expect("recorded");
+        assert!((found.error - 0.025).abs() < 1e-12, "{}", found.error);
+        let scaled = check("like = 'b'\nscale = '2'").evaluate(&case(&[0.0, 4.1]), Some(&case(&[0.0, 4.0])));
+        assert!((scaled.expect("recorded").error - 0.05).abs() < 1e-12);
     }
 
     #[test]
