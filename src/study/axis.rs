@@ -5,12 +5,14 @@
 //! random or a Sobol' sequence, one key at a time.
 
 use crate::math::units;
+use crate::scene::{overrides, read_table};
 use crate::study::spec::{FamilySpec, MOST_CASES, Mistake};
 use crate::study::store::record::Role;
 use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
+use std::path::Path;
 
 /// `[[axis]]` of a study.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -105,6 +107,31 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
     let (name, role, own) = ("sweep".into(), Role::Grid, BTreeMap::new());
     let family = FamilySpec { name, role, variants: None, set, members, labels: BTreeMap::new(), own, scene: None };
     Ok(Expanded { family, axes, points })
+}
+
+/// Refuses axes of which one undoes what another one sets, or one of the `sets`, changes with their owner that are made before those of the axes: points
+/// would not be those that they are called.
+pub fn check_apart(specs: &[AxisSpec], sets: &[(String, &toml::Table)], scene: &Path) -> Result<(), Mistake> {
+    // A scene that cannot be read, and a change that leads nowhere, are refused with their own reason
+    let Ok((_, mut table)) = read_table(scene) else { return Ok(()) };
+    let mut before: Vec<(&str, String)> = vec![];
+    for (owner, set) in sets {
+        for (key, value) in set.iter() {
+            overrides::apply(&mut table, key, value.clone()).ok();
+            before.push((key, owner.clone()));
+        }
+    }
+    for spec in specs {
+        for key in &spec.keys {
+            if let Some((other, owner)) = before.iter().find(|(other, _)| overrides::undoes(&table, key, other)) {
+                let fact = format!("its key {key} takes the place of {other}, which {owner} sets");
+                let remedy = "leave one of them out: the last change alone would count";
+                return Err((format!("axis {}", spec.name), fact, remedy.into()));
+            }
+        }
+        before.extend(spec.keys.iter().map(|key| (key.as_str(), format!("axis {}", spec.name))));
+    }
+    Ok(())
 }
 
 /// Index of the value on every axis, point after point; too many are refused before there is one.

@@ -303,6 +303,16 @@ fn the_suite_notices_what_is_switched_off() {
     }
 }
 
+/// References of a map are compared in its quantity: they record it, whatever their variant judges.
+#[test]
+fn references_record_the_quantity_of_their_map() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/study.toml");
+    let study = Study::read(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut references = study.cases.iter().filter(|c| c.family == "dt-nu-reference").peekable();
+    assert!(references.peek().is_some(), "a map with references");
+    references.for_each(|case| assert_eq!(study.columns_of(case), ["chord_angle_deg"], "{}", case.id));
+}
+
 /// Around a scene: its signals, steps, ν and mesh are varied where it has them, and dynamic scenes are compared with the linearised step.
 #[test]
 fn maps_are_drawn_around_a_scene() {

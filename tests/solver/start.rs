@@ -1,13 +1,18 @@
 //! Initial states other than rest: their energies, and the regions that move.
 
 use crate::common::{column, largest, run, scene};
-use durometer::mesh::Order;
 use durometer::mesh::structured::block;
+use durometer::mesh::{Order, TetMesh};
 use durometer::scene::Scene;
 use durometer::solve::Status;
 
 /// A free cube of 10 mm with this start, and regions.
 fn cube(regions: &str, start: &str) -> Scene {
+    free(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), regions, start)
+}
+
+/// A free body with this start, and regions.
+fn free(mesh: TetMesh, regions: &str, start: &str) -> Scene {
     let text = format!(
         r#"
 [mesh]
@@ -36,7 +41,7 @@ dt = "1e-6 s"
 kind = "energy"
 "#
     );
-    scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text)
+    scene(mesh, &text)
 }
 
 /// ½ m v² of 1 g at 1 m/s from the first row on, without work.
@@ -55,6 +60,21 @@ fn a_body_that_is_deformed_has_its_energy_at_the_start() {
     let [elastic, kinetic, work] = ["elastic_J", "kinetic_J", "work_J"].map(|name| column(&run, name));
     assert!(elastic[0] > 0.0 && kinetic[0] == 0.0 && work[0] == 0.0, "{elastic:?} {kinetic:?} {work:?}");
     assert!((elastic[1] / elastic[0] - 1.0).abs() < 1e-3, "{elastic:?}");
+}
+
+/// A body is twisted about its longest direction where no axis is given, however it lies.
+#[test]
+fn a_twist_is_about_the_longest_direction() {
+    for k in 0..3 {
+        let cells = [0, 1, 2].map(|i| if i == k { 4 } else { 1 });
+        let [x, y, z] = cells.map(|n| 0.01 * n as f64);
+        let twisted = |axis: &str| {
+            let mesh = block(cells[0], cells[1], cells[2], x, y, z, Order::Linear);
+            free(mesh, "", &format!("kind = \"twisted\"\nangle = \"90 deg\"\n{axis}")).start().x
+        };
+        let axis = [0, 1, 2].map(|i| i32::from(i == k));
+        assert_eq!(twisted(""), twisted(&format!("axis = {axis:?}")), "{cells:?}");
+    }
 }
 
 /// A selector and the whole surface are regions of a start as those of the mesh are.

@@ -103,6 +103,38 @@ fn the_mesh_has_the_cells_of_its_axis() {
     assert!(kept.left_out[0].starts_with("There is no map of the mesh: the divisions"), "{:?}", kept.left_out);
 }
 
+/// A scene that ends static is compared with its run from rest, which has no start of the scene's own, and twists are about the longest direction of the body.
+/// Where a scene that ends dynamic ends depends on the start: none is compared. One in which nothing can be varied is refused with the reasons.
+#[test]
+fn starts_are_of_scenes_that_end_static() {
+    let start = "[start]\nkind = \"twisted\"\naxis = [0, 1, 0]\nangle = \"30 deg\"\n";
+    let kept = |text: &str, member: &str| scene(&around(text).0, member).get("start").cloned();
+    let (plain, own) = (twisted("[4, 2, 2]", ANGLE, ""), twisted("[4, 2, 2]", ANGLE, start));
+    assert_eq!(kept(&plain, "rest"), None);
+    assert_eq!(kept(&own, "rest").expect("a twist")["angle"].as_str(), Some("0 deg"));
+    for text in [&plain, &own] {
+        let start = kept(text, "twisted-90").expect("a twist");
+        assert_eq!((start["angle"].as_str(), start.get("axis")), (Some("90 deg"), None));
+    }
+    let dynamic = plain.replace("\"static\"", "\"bdf2\"");
+    let (study, record) = around(&dynamic);
+    assert_eq!(families(&study), ["dt-load", "dt-nu", "mesh-load"]);
+    assert_eq!(
+        record.left_out,
+        ["There is no suite of starts: the last stage is dynamic, and its end depends on the start."]
+    );
+    let controlled = "{ kind = \"controlled\", initial = \"0 deg\" }";
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let file = folder.path().join("scene.toml");
+    let fixed = dynamic.replace(ANGLE, controlled).replace("nu = 0.35", "kappa = \"300 kPa\"");
+    std::fs::write(&file, fixed).expect("writable");
+    let refused = Study::around(&file, &[]).expect_err("nothing to vary").to_string();
+    assert!(
+        refused.contains("There is no map of Poisson's ratio") && refused.contains("no suite of starts"),
+        "{refused}"
+    );
+}
+
 /// The edge length of a body is scaled as the cells are.
 #[test]
 fn a_size_is_scaled() {

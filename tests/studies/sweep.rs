@@ -178,6 +178,73 @@ fn each_line_has_steps_of_its_own() {
     assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
 }
 
+/// 81 points whose neighbours differ by 1e-9 N, where the solver leaves 1e-8 N: what they add up to is a change, a wave below that turns nothing around, and
+/// five such points are constant.
+#[test]
+fn small_steps_add_up() {
+    let p: Vec<f64> = (1..=81).map(f64::from).collect();
+    let found = |p: &[f64], y: &dyn Fn(f64) -> f64| {
+        let (grid, mut stored) = study(p, &[1.0], |p, _| 1e-9 * y(p));
+        solved_to_1e8(&mut stored);
+        let a = analyse(&grid, &stored);
+        (along(&a.quantities[0].along, "p").clone(), a.quantities[0].sentence.clone(), a.verdict)
+    };
+    let (rising, sentence, verdict) = found(&p, &|p| p);
+    assert_eq!(rising.trend, Trend::Rising);
+    assert!((rising.change - 80.0 / 81.0).abs() < 1e-12, "{rising:?}");
+    assert!(sentence.contains("rises with key p p, by 99 %") && verdict.contains("changes with key p p"), "{sentence}");
+    assert_eq!(found(&p, &|p| p + 3.0 * p.sin()).0.trend, Trend::Rising);
+    assert_eq!(found(&p, &|p| 90.0 - p).0.trend, Trend::Falling);
+    assert_eq!(found(&p, &|p| 41.0 - (p - 41.0).abs()).0.trend, Trend::Turning);
+    let constant = found(&p[..5], &|p| p).0;
+    assert_eq!((constant.trend, constant.change), (Trend::Constant, 0.0));
+}
+
+/// A trend is that of a rising value, in numbers, decisions, tables and words, whichever end of the axis comes first in the file; a list has that along its
+/// points.
+#[test]
+fn a_trend_is_that_of_a_rising_value() {
+    let mut falling = P;
+    falling.reverse();
+    for p in [P, falling] {
+        let (grid, stored) = study(&p, &Q, |p, q| 3.0 * p.powf(0.7) / (q * q));
+        let q = &analyse(&grid, &stored).quantities[0];
+        let found = along(&q.along, "p");
+        assert_eq!(found.trend, Trend::Rising, "{p:?}");
+        assert!((found.change - (1.0 - 10f64.powf(-0.7))).abs() < 1e-12, "{found:?}");
+        assert!(found.elasticity.expect("positive values").iter().all(|e| (e - 0.7).abs() < 1e-12), "{found:?}");
+        assert!(q.sentence.contains("rises with key p p, whatever the others are"), "{}", q.sentence);
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &(grid, stored));
+        let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        let decisions = summary.decisions.expect("decisions");
+        assert_eq!(decisions["cable_tension_N, length along p"], "rising", "{p:?}");
+        let table = std::fs::read_to_string(dir.path().join("tables/dependence.csv")).expect("written");
+        assert!(table.contains("key p p,rises,"), "{table}");
+    }
+    let (mut grid, stored) = study(&falling, &[1.0], |p, _| 1.0 / p);
+    let mut sweep = sweep_of(&grid);
+    sweep.axes[1] = axis("q", &falling);
+    sweep.points.values_mut().for_each(|at| *at = vec![at[0]; 2]);
+    grid.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let sentence = &analyse(&grid, &stored).quantities[0].sentence;
+    assert!(sentence.contains("It rises with the points of the list"), "{sentence}");
+}
+
+/// y = q p^0.7 is zero on the lines of q = 0, wherever they come: the others keep their exponent.
+#[test]
+fn a_line_of_zeros_leaves_the_elasticity_of_the_others() {
+    for q in [[0.0, 1.0, 3.0], [1.0, 0.0, 3.0], [0.0, 0.0, 2.0]] {
+        let (grid, stored) = study(&P, &[1.0, 2.0, 3.0], |p, k| q[k as usize - 1] * p.powf(0.7));
+        let found = along(&analyse(&grid, &stored).quantities[0].along, "p").clone();
+        assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+        assert!(found.elasticity.expect("lines that move").iter().all(|e| (e - 0.7).abs() < 1e-12), "{q:?}: {found:?}");
+    }
+    let (grid, stored) = study(&P, &Q, |_, _| 0.0);
+    let found = along(&analyse(&grid, &stored).quantities[0].along, "p").clone();
+    assert_eq!((found.trend, found.elasticity), (Trend::Constant, None));
+}
+
 /// Cases with another column of 1 N and an algebraic error of 1e-8 of it.
 fn solved_to_1e8(stored: &mut [StoredCase]) {
     for case in stored {
@@ -529,6 +596,19 @@ fn an_axis_of_files_has_cases() {
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
     let family = "[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {}\n";
+    let radius = |name: &str, cable: &str| {
+        let keys = format!("constraint.{cable}.guide_radius");
+        let axis = E.replace("laws.rubber.E", &keys).replace("\"E\"", &format!("\"{name}\"")).replace("kPa", "mm");
+        axis.replace("50 mm", "2 mm").replace("0.1 MPa", "3 mm")
+    };
+    let variant = |set: &str| {
+        let quantity = "{ name = \"bending_angle_deg\", label = \"angle\", symbol = \"θ\", unit = \"°\" }";
+        format!("[[variant]]\nname = \"other\"\nset = {{ {set} }}\nquantity = [{quantity}]\n")
+    };
+    // A whole law that a variant gives keeps what the axis does not change
+    let law = variant("laws.rubber = { law = \"neo_hookean\", E = \"9 kPa\", nu = 0.1 }");
+    written(&format!("kind = \"sweep\"\n{E}{law}")).1.expect("a variant with another law");
+    written(&format!("kind = \"sweep\"\n{}", radius("r", "cable"))).1.expect("an axis of radii");
     for (text, words) in [
         ("kind = \"sweep\"".to_string(), "study: the sweep has no axis; add an [[axis]]"),
         (format!("kind = \"sweep\"\n{E}{family}"), "unknown key `family`"),
@@ -558,6 +638,18 @@ fn mistakes_in_axes_are_named() {
             "variant length: two families are run in it; a variant has one cumulative family",
         ),
         (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
+        (
+            format!("kind = \"sweep\"\n{E}{}", E.replace("name = \"E\"", "name = \"F\"")),
+            "axis F: its key laws.rubber.E takes the place of laws.rubber.E, which axis E sets; leave one of them out",
+        ),
+        (
+            format!("kind = \"sweep\"\ncombine = \"list\"\n{}{}", radius("r", "cable"), radius("s", "1")),
+            "axis s: its key constraint.1.guide_radius takes the place of constraint.cable.guide_radius, which axis r sets",
+        ),
+        (
+            format!("kind = \"sweep\"\n{E}{}", variant("laws.rubber.E = \"9 kPa\"")),
+            "axis E: its key laws.rubber.E takes the place of laws.rubber.E, which variant other sets",
+        ),
         ("kind = \"sweep\"\naxis = [[\"E\", [\"laws.rubber.E\"]]]".into(), "array; this must be a table"),
     ] {
         let said = refused(&text);

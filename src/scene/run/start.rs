@@ -43,8 +43,8 @@ pub enum StartSpec {
     },
     /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
     Twisted {
-        /// Direction of the axis; its length does not count
-        axis: [f64; 3],
+        /// Direction of the axis, whose length does not count; if absent that of x, y and z in which the body is longest
+        axis: Option<[f64; 3]>,
         /// Angle at the upper end
         angle: Angle,
     },
@@ -80,7 +80,7 @@ pub(in crate::scene) fn check_start(builder: &Builder, start: Option<&StartSpec>
                 return Err(builder.content(place, fact, remedy));
             }
         }
-        Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
+        Some(StartSpec::Twisted { axis: Some(axis), .. }) if Vec3::from(*axis).norm() == 0.0 => {
             return Err(builder.content(place, "the axis has no length", "write for example [1, 0, 0]"));
         }
         Some(StartSpec::Moving { region, .. }) => {
@@ -148,7 +148,8 @@ pub(super) fn set_start(
                 Vec3::from_fn(|i, _| if kept(i) { p[i] } else { middle[i] }) + around(perturbation.0)
             }
             StartSpec::Twisted { axis, angle } => {
-                let axis = Unit::new_normalize(Vec3::from(*axis));
+                let axis = axis.map_or_else(|| Vec3::ith((high - low).imax(), 1.0), Vec3::from);
+                let axis = Unit::new_normalize(axis);
                 let heights = points.iter().map(|p| p.dot(&axis));
                 let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), h| (l.min(h), m.max(h)));
                 let share = (p.dot(&axis) - least) / (most - least);

@@ -137,6 +137,18 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
     Ok(current)
 }
 
+/// Whether a change at the path `later` undoes an earlier one at `path`, however both are written: it takes the place of the value, or of all around it.
+pub fn undoes(table: &Table, later: &str, path: &str) -> bool {
+    let (mut changed, mark) = (table.clone(), Value::Integer(1));
+    // Several entries of which one has another value now keep the others
+    let is_there = |changed: &Table| match find(changed, path) {
+        Ok(value) => *value == mark,
+        Err(e) => matches!(e, OverrideError::Ambiguous { .. }),
+    };
+    let made = apply(&mut changed, path, mark.clone()).is_ok() && is_there(&changed);
+    made && apply(&mut changed, later, Value::Integer(2)).is_ok() && !is_there(&changed)
+}
+
 /// The indices of the entries of a top-level list to which a path leads; none if it leads elsewhere.
 pub fn entries_of(table: &Table, path: &str) -> Vec<usize> {
     let mut steps = path.split('.');
@@ -260,6 +272,30 @@ mod tests {
             error.to_string().ends_with("there is no \"ruber\"; did you mean `rubber`? (known: rubber)"),
             "{error}"
         );
+    }
+
+    /// The same place in any spelling, and a table around it, undo a change; places next to it, below it and new entries do not.
+    #[test]
+    fn a_change_is_undone_at_its_place_or_around_it() {
+        let text = "[laws.rubber]\nE = 1\nnu = 2\n[[effect]]\nkind = \"elastic\"\n[[effect]]\nkind = \"gravity\"\ndensity = 1\n";
+        let two = format!("{text}[[effect]]\nkind = \"gravity\"\ndensity = 1\n");
+        for (text, path, later, expected) in [
+            (text, "laws.rubber.E", "laws.rubber.E", true),
+            (text, "laws.rubber.E", "laws.rubber", true),
+            (text, "laws.rubber", "laws.rubber.E", false),
+            (text, "laws.rubber.E", "laws.rubber.nu", false),
+            (text, "effect.gravity.density", "effect.1.density", true),
+            (text, "effect.1.density", "effect.gravity.density", true),
+            (text, "effect.1.density", "effect", true),
+            (text, "effect.+", "effect.gravity.density", false),
+            (text, "effect.+", "effect.+", false),
+            (text, "laws.ruber.E", "laws.ruber.E", false),
+            (&two, "effect.gravity.density", "effect.1.density", false),
+            (&two, "effect.gravity.density", "effect.gravity.density", true),
+        ] {
+            let table = text.parse().expect("valid TOML");
+            assert_eq!(undoes(&table, later, path), expected, "{path}, {later}");
+        }
     }
 
     /// A cable that is taken from a file of guides has its name there; a list of guides has none.

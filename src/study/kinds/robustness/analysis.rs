@@ -181,3 +181,29 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
     }
     words.join(" ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::Series;
+
+    /// A run that converged with a value in its middle that is no number fails, though its end is sound; one that has stopped says why itself.
+    #[test]
+    fn a_value_in_the_middle_that_is_not_finite_fails_a_run() {
+        let (family, setup) = ("suite".to_string(), String::new());
+        let suite = SuiteRecord { family, setup, ends: None, checks: vec![] };
+        let outcome = |middle: f64, status: &str| {
+            let columns = [("x".to_string(), vec![0.0, middle, 1.0])].into();
+            let mut case = StoredCase::new(Default::default(), Series { t_s: vec![0.0, 0.5, 1.0], columns });
+            case.record.status = status.into();
+            let judged = judge(&suite, &case, &[]);
+            (judged.outcome, judged.reason)
+        };
+        assert_eq!(outcome(0.5, "Converged"), (CaseOutcome::Pass, None));
+        for strange in [f64::NAN, f64::INFINITY] {
+            let why = "x is not finite at t = 0.500000 s".to_string();
+            assert_eq!(outcome(strange, "Converged"), (CaseOutcome::Fail, Some(why)));
+            assert_eq!(outcome(strange, "StepTooSmall").0, CaseOutcome::Stopped);
+        }
+    }
+}

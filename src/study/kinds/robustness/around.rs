@@ -6,11 +6,11 @@
 //! | load | every signal times ½ to 3, those that a controller sets apart |
 //! | ν | every law that has `nu` |
 //! | mesh | number of cells times ½ to 2: `cells`, `size`, or divisions of a grid |
-//! | start | twisted; anywhere, where every law survives inversion |
+//! | start | twisted; anywhere, where every law survives inversion; only of a scene that ends static |
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::spec::GridSpec;
+use crate::scene::spec::{GridSpec, IntegratorSpec};
 use crate::scene::{Headline, Length, MeshSpec, SceneError, SceneSpec, read_scene};
 use crate::scene::{cells_of_grid, divisions_value, scaled_grid};
 use crate::study::axis::AxisSpec;
@@ -19,7 +19,7 @@ use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
 use crate::study::kinds::robustness::loads::Loads;
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::spec::{VariantSpec, refuse};
-use crate::study::store::record::Quantity;
+use crate::study::store::record::{Quantity, REFUSED};
 use crate::wording::few;
 use std::path::Path;
 use toml::{Table, Value};
@@ -90,7 +90,17 @@ fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, S
             maps.push(of("mesh-load", &setup, mesh, load(), &names[..1]));
         }
     }
-    let suites = [starts(file, &scene, &quantity)];
+    let mut suites = vec![];
+    if scene.stages.last().is_some_and(|last| last.integrator == IntegratorSpec::Static) {
+        suites.push(starts(file, &scene, &quantity));
+    } else {
+        left_out
+            .push("There is no suite of starts: the last stage is dynamic, and its end depends on the start.".into());
+    }
+    if maps.is_empty() && suites.is_empty() {
+        let remedy = "run a scene with a signal, a law with a `nu`, or a static last stage".into();
+        return Err(refuse(file, ("robustness".into(), left_out.join(" "), remedy)));
+    }
     let mut expansion = spec::expand(variants, &suites, &maps).map_err(|mistake| refuse(file, mistake))?;
     expansion.details.left_out = left_out;
     Ok(stored(expansion))
@@ -236,20 +246,23 @@ fn without_sizes(mesh: &MeshSpec) -> &'static str {
     }
 }
 
-/// Starts that are not rest; they end where the run from rest ends.
+/// Starts that are not rest: a scene that ends static ends where the run from rest ends.
 fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
     let law = |table: &Table| table.get("law").and_then(Value::as_str).and_then(|name| registry::find(name).ok());
     let survives = spec.laws.values().all(|table| law(table).is_some_and(|l| l.info.survives_inversion));
-    let mut all =
-        vec![("rest", "{}"), ("twisted-90", "start = { kind = \"twisted\", axis = [1, 0, 0], angle = \"90 deg\" }")];
+    let mut all = vec![
+        // A twist by nothing takes the place of a start that the scene has
+        ("rest", if spec.start.is_some() { "start = { kind = \"twisted\", angle = \"0 deg\" }" } else { "" }),
+        ("twisted-90", "start = { kind = \"twisted\", angle = \"90 deg\" }"),
+    ];
     if survives {
         all.extend([
-            ("twisted-4pi", "start = { kind = \"twisted\", axis = [1, 0, 0], angle = \"720 deg\" }"),
+            ("twisted-4pi", "start = { kind = \"twisted\", angle = \"720 deg\" }"),
             ("random", "start = { kind = \"random\", size = \"10 mm\", seed = 1 }"),
             ("collapsed", "start = { kind = \"collapsed\", keep = \"\", perturbation = \"1 mm\", seed = 1 }"),
         ]);
     }
-    let table = |text: &str| if text == "{}" { Table::new() } else { text.parse().expect("valid TOML") };
+    let table = |text: &str| text.parse::<Table>().expect("valid TOML");
     let check = CheckSpec {
         what: format!("{} at the end", quantity.label),
         measured: quantity.name.clone(),
@@ -272,7 +285,9 @@ fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
         set: Table::new(),
         members: all.into_iter().map(|(name, text)| (name.to_string(), Value::from(table(text)))).collect(),
         ends: Some(
-            ["Converged", "StepTooSmall", "Inverted", "NoEquilibrium", "ContactJammed"].map(String::from).to_vec(),
+            ["Converged", "StepTooSmall", "Inverted", "NoEquilibrium", "ContactJammed", REFUSED]
+                .map(String::from)
+                .to_vec(),
         ),
         checks: vec![check],
         quick: false,

@@ -4,16 +4,22 @@
 //! values of the scene in SI: `{laws.rubber.E}`. With m measured and r the reference over the rows that are compared:
 //!
 //! ```text
-//! error = max |m − r| / max s        s the scale, |r| if none is given; at_most: m − r where positive; at_least: r − m
+//! error = max |m − r| / max s        s the scale; at_most: m − r where positive; at_least: r − m
 //! ```
+//!
+//! If no scale is given, it is |r|. Of another member it is the largest change of r over its run, so that where a body lies in its frame decides nothing.
 
 use crate::math::formula::Formula;
 use crate::math::statistics::larger;
 use crate::math::units;
 use crate::scene::{hint, overrides};
+use crate::study::curve::Curve;
 use crate::study::store::record::StoredCase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Changes up to this are none \[of the largest value\].
+const CONSTANT: f64 = 1e-6;
 
 /// `[[suite.check]]`
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -38,7 +44,7 @@ pub struct CheckSpec {
     pub bound: Bound,
     /// Largest error, as a fraction or in %
     pub accept: String,
-    /// Formula of the size that errors are divided by
+    /// Formula of the size that errors are divided by; if absent the reference, with `like` its largest change
     pub scale: Option<String>,
     /// Where the reference comes from
     pub source: String,
@@ -139,8 +145,8 @@ pub struct CheckResult {
 }
 
 impl Check {
-    /// Fact and remedy of what cannot be checked.
-    pub fn new(spec: &CheckSpec, known: &[String]) -> Result<Self, (String, String)> {
+    /// A check of a suite with these members and variants; fact and remedy of what cannot be checked.
+    pub fn new(spec: &CheckSpec, members: &[String], variants: &[String]) -> Result<Self, (String, String)> {
         let place = |fact: String| format!("check \"{}\": {fact}", spec.what);
         let choices = [spec.reference.is_some(), spec.like.is_some(), spec.first];
         let both = choices == [true, true, false];
@@ -153,10 +159,17 @@ impl Check {
                 (place(format!("\"{text}\" is no formula: {e}")), "write arithmetic in columns".to_string())
             })?;
         }
-        for member in spec.like.iter().chain(spec.members.iter().flatten()) {
-            if !known.contains(member) {
-                return Err((place(format!("there is no member \"{member}\"")), hint(member, known)));
+        let named = spec.like.iter().chain(spec.members.iter().flatten()).map(|name| ("member", name, members));
+        for (what, name, known) in named.chain(spec.variants.iter().flatten().map(|name| ("variant", name, variants))) {
+            if !known.contains(name) {
+                return Err((place(format!("there is no {what} \"{name}\"")), hint(name, known)));
             }
+        }
+        let is_judged = |member: &String| spec.like.as_ref() != Some(member);
+        let some = spec.members.as_deref().unwrap_or(members).iter().any(is_judged);
+        if !some || spec.variants.as_ref().is_some_and(Vec::is_empty) {
+            let remedy = "name other members or variants, or leave the check out; `like` is not compared with itself";
+            return Err((place("it holds for no case".into()), remedy.into()));
         }
         let accept = units::parse(&spec.accept, units::Dimension::NONE)
             .map_err(|e| (place(e.to_string()), "write accept = \"1 %\"".to_string()))?;
@@ -210,14 +223,26 @@ impl Check {
         if measured.len() != reference.len() || measured.is_empty() {
             return None;
         }
-        let size = match &self.scale {
-            Some(scale) => values(scale, case, self.at)?,
-            None => reference.clone(),
+        let size = match (&self.scale, other.filter(|_| self.at != Moment::Limit)) {
+            (Some(scale), _) => values(scale, case, self.at)?,
+            (None, Some(other)) => {
+                largest_change(formula, other).map_or_else(|| reference.clone(), |change| vec![change])
+            }
+            (None, None) => reference.clone(),
         };
         let (error, measured, reference) = self.bound.largest_error(&measured, &reference, &size)?;
         let (what, source) = (self.what.clone(), self.source.clone());
         Some(CheckResult { what, source, measured, reference, error, accept: self.accept, met: error <= self.accept })
     }
+}
+
+/// The largest change of a formula over a run from its first value; from zero where it starts there, and none where it is constant, like a number of steps.
+fn largest_change(formula: &str, case: &StoredCase) -> Option<f64> {
+    let rows = values(formula, case, Moment::Every)?.into_iter().zip(&case.series.t_s);
+    let (f, t): (Vec<f64>, Vec<f64>) = rows.filter(|(f, _)| f.is_finite()).unzip();
+    let curve = Curve { t, f };
+    let largest = if curve.f.is_empty() { 0.0 } else { curve.largest_change() };
+    (largest.abs() > CONSTANT * curve.peak().abs()).then_some(largest)
 }
 
 /// Values of a formula at the rows of a moment.
@@ -280,10 +305,15 @@ mod tests {
         StoredCase::new(CaseRecord { steps: 2, ..CaseRecord::default() }, series)
     }
 
-    fn check(more: &str) -> Check {
+    /// In a suite of the members a and b and the variants v and w.
+    fn read(more: &str) -> Result<Check, (String, String)> {
         let text = format!("what = 'a'\nmeasured = 'x'\naccept = '1 %'\nsource = 'a closed form'\n{more}");
         let spec: CheckSpec = toml::from_str(&text).expect("valid TOML");
-        Check::new(&spec, &["a".into(), "b".into()]).expect("a check")
+        Check::new(&spec, &["a", "b"].map(String::from), &["v", "w"].map(String::from))
+    }
+
+    fn check(more: &str) -> Check {
+        read(more).expect("a check")
     }
 
     fn met(more: &str, x: &[f64]) -> bool {
@@ -318,6 +348,32 @@ mod tests {
         let found = found.expect("recorded");
         assert_eq!((found.measured, found.reference, found.error), (3.0, 2.0, 0.1));
         assert_eq!(check("reference = 'steps'").evaluate(&case(&[2.0]), None).map(|found| found.met), Some(true));
+    }
+
+    #[test]
+    fn a_check_holds_for_some_case() {
+        let fact = |more: &str| read(more).expect_err(more).0;
+        assert!(fact("first = true\nvariants = ['vv']").contains("there is no variant \"vv\""));
+        assert!(fact("first = true\nmembers = ['c']").contains("there is no member \"c\""));
+        for none in ["first = true\nvariants = []", "first = true\nmembers = []", "like = 'b'\nmembers = ['b']"] {
+            assert!(fact(none).contains("it holds for no case"), "{none}");
+        }
+        check("like = 'b'\nmembers = ['a', 'b']\nvariants = ['w']");
+    }
+
+    /// A body that moves by 0.1 to the end of the run, and by 0.2 at most, is off by 1e-3: half a percent of its motion, wherever it lies. What does not move
+    /// is off by a share of itself.
+    #[test]
+    fn the_scale_of_another_member_is_its_motion() {
+        for place in [0.0, 7.0, -0.1, 1e3] {
+            let run = |off: f64| case(&[0.0, 0.2, 0.1 + off].map(|x| place + x));
+            let found = check("like = 'b'").evaluate(&run(1e-3), Some(&run(0.0))).expect("recorded");
+            assert!((found.error - 5e-3).abs() < 1e-9, "at {place}: {}", found.error);
+        }
+        let found = check("like = 'b'").evaluate(&case(&[4.0, 4.1]), Some(&case(&[4.0, 4.0]))).expect("recorded");
+        assert!((found.error - 0.025).abs() < 1e-12, "{}", found.error);
+        let scaled = check("like = 'b'\nscale = '2'").evaluate(&case(&[0.0, 4.1]), Some(&case(&[0.0, 4.0])));
+        assert!((scaled.expect("recorded").error - 0.05).abs() < 1e-12);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 
-/// An answer this far off is poor; beyond it is wrong \[–\].
+/// An answer up to this far off, beyond the tolerance, is poor; farther off it is wrong \[–\].
 const POOR: f64 = 0.1;
 
 /// A map in every variant.
@@ -161,9 +161,9 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
         (false, _) if r.broke() => Grade::Broken,
         (false, _) => Grade::Stated,
         _ if !case.series.columns.values().all(finite) => Grade::Broken,
-        (_, Some(e)) if e > POOR => Grade::Wrong,
-        (_, Some(e)) if e > tolerance => Grade::Poor,
-        (_, Some(_)) => Grade::Right,
+        (_, Some(e)) if e <= tolerance => Grade::Right,
+        (_, Some(e)) if e <= POOR => Grade::Poor,
+        (_, Some(_)) => Grade::Wrong,
         (_, None) => Grade::Unjudged,
     };
     MapPoint {
@@ -233,5 +233,23 @@ mod tests {
         // An error of 0.05 is accepted whatever the value is
         map.quantity.absolute_tolerance = Some(0.06);
         assert_eq!(analyse(&map, &study, &stored).panels.remove(0).holds, Some(1.0));
+        // A tolerance above the bound of poor answers is the one that counts
+        map.quantity.absolute_tolerance = None;
+        for (tolerance, off, grade) in [
+            (0.2, 0.15, Grade::Right),
+            (0.2, 0.25, Grade::Wrong),
+            (0.01, 0.15, Grade::Wrong),
+            (0.01, 0.05, Grade::Poor),
+            (0.06, 0.05, Grade::Right),
+        ] {
+            let last = |case: &&mut StoredCase| case.record.member.starts_with("x2");
+            let probes = stored.iter_mut().filter(last).map(|case| &mut case.record.probes);
+            probes.for_each(|probes| probes.get_mut("angle_deg").expect("recorded").peak = 1.0 + off);
+            let study = StudyRecord { tolerance, ..study.clone() };
+            let points = analyse(&map, &study, &stored).panels.remove(0).points;
+            assert_eq!(points[2].grade, grade, "{off} with a tolerance of {tolerance}");
+        }
+        stored[2].series.columns.insert("other".into(), vec![0.0, f64::NAN, 1.0]);
+        assert!(analyse(&map, &study, &stored).panels[0].points.iter().any(|p| p.grade == Grade::Broken));
     }
 }

@@ -51,8 +51,11 @@ impl StudyKind for RobustnessStudy {
         self
     }
 
-    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
-        spec::expand(self.variants, &self.suites, &self.maps).map_err(|mistake| refuse(file, mistake))
+    fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
+        let mut maps = self.maps.iter();
+        maps.try_for_each(|map| spec::check_map(map, &self.variants, (file, scene)))
+            .and_then(|()| spec::expand(self.variants, &self.suites, &self.maps))
+            .map_err(|mistake| refuse(file, mistake))
     }
 
     fn analyse(results: &Results, robustness: &RobustnessRecord) -> Analysis<RobustnessFindings> {

@@ -13,7 +13,7 @@ pub struct RobustnessRecord {
     pub suites: Vec<SuiteRecord>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub maps: Vec<MapRecord>,
-    /// Maps that a study around a scene has not, each with the reason in a sentence
+    /// Maps and suites that a study around a scene has not, each with the reason in a sentence
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }

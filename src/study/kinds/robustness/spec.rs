@@ -11,7 +11,7 @@ use crate::study::store::record::{Quantity, REFUSED, Role};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Scenes that break simulators: rows of the matrix, whose columns are variants.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -105,11 +105,12 @@ pub fn expand(
 
 fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Result<(), Mistake> {
     let place = || format!("suite {}", suite.name);
+    let variants = suite.variants.clone().unwrap_or_else(|| out.variants.iter().map(|v| v.name.clone()).collect());
     if let Some(unknown) = suite.ends.iter().flatten().find(|end| !ENDS.contains(&end.as_str())) {
         return Err((place(), format!("no run ends with \"{unknown}\""), hint(unknown, &ENDS)));
     }
     let members: Vec<String> = suite.members.keys().cloned().collect();
-    let checks = suite.checks.iter().map(|c| Check::new(c, &members));
+    let checks = suite.checks.iter().map(|c| Check::new(c, &members, &variants));
     let checks: Vec<Check> = checks.collect::<Result<_, _>>().map_err(|(fact, remedy)| (place(), fact, remedy))?;
     out.families.push(FamilySpec {
         name: suite.name.clone(),
@@ -128,6 +129,18 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
         ends: suite.ends.clone(),
         checks,
     });
+    Ok(())
+}
+
+/// Refuses a map of which an axis undoes a change that its other axis, itself or one of its variants makes. `scene` is that of the study in `file`.
+pub fn check_map(map: &MapSpec, variants: &[VariantSpec], (file, scene): (&Path, &Path)) -> Result<(), Mistake> {
+    let own = map.scene.as_ref().map(|own| file.parent().unwrap_or(Path::new("")).join(own));
+    let wanted = |v: &&VariantSpec| map.variants.as_ref().is_none_or(|names| names.contains(&v.name));
+    for v in variants.iter().filter(wanted) {
+        let sets = [(format!("variant {}", v.name), &v.set), ("the map".into(), &map.set)];
+        axis::check_apart(&map.axes, &sets, own.as_deref().unwrap_or(scene))
+            .map_err(|(axis, fact, remedy)| (format!("map {}, {axis}", map.name), fact, remedy))?;
+    }
     Ok(())
 }
 
@@ -165,6 +178,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
             }
             let name = format!("{}-reference", map.name);
             out.families.push(family(&name, Some(first.into_iter().collect()), members));
+            out.columns.insert(name.clone(), vec![map.quantity.name.clone()]);
             (Some(name), rows)
         }
     };

@@ -6,15 +6,16 @@
 //!
 //! ```text
 //! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them. Of all points: the same over all of them
-//! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign
+//! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign, on lines that are not constant
 //! ```
 //!
 //! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]); words then give the change and the tolerance in the unit. An elasticity is that of |y|: of a quantity that is
 //! negative everywhere, words tell how its magnitude changes too.
 //!
-//! A step is none below 1e-6 of the largest |y| of its line, below what the solver leaves in its runs, the algebraic error times the largest change of a
-//! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a
-//! change of zero. A list whose axes go together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
+//! A trend is that of y as p rises, whatever the order of the values. A line rises or falls where two of its points, neighbours or not, differ by more than
+//! 1e-6 of its largest |y|, than what the solver leaves in its runs, the algebraic error times the largest change of a recorded column of this unit, and than
+//! the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a change of zero. A list whose axes go
+//! together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
 use crate::math::statistics::extent;
 use crate::report::numbers::{
@@ -31,10 +32,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Steps below this are none \[of the largest |y| of the line\].
+/// Differences below this are none \[of the largest |y| of the line\].
 const STEP: f64 = 1e-6;
 
-/// Steps below this are rounding \[of the largest |y| of all lines\].
+/// Differences below this are rounding \[of the largest |y| of all lines\].
 const ROUNDING: f64 = 1e-12;
 /// |ln p₂/p₁| of one number in two units
 const SAME: f64 = 1e-12;
@@ -136,17 +137,17 @@ pub struct Along {
     pub everywhere: bool,
     /// Largest (max − min)/scale(max |y|) over the lines along this axis, constant ones without a difference \[–\]
     pub change: f64,
-    /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
+    /// Of the lines that are not constant: smallest and largest between neighbours, and from end to end of the middle one \[–\]
     pub elasticity: Option<[f64; 3]>,
 }
 
-/// How a quantity changes from the first value of the axis to the last.
+/// How a quantity changes as the value of the axis rises, of a list from its first point to the last.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Trend {
     Rising,
     Falling,
-    /// No step is one
+    /// No two points of a line differ
     Constant,
     /// Up and down on one line
     Turning,
@@ -206,11 +207,15 @@ impl Dependence {
         (STEP * Spread::of(points.iter().copied()).size).max(algebraic).max(ROUNDING * self.size)
     }
 
-    /// The trend along a line.
+    /// The trend along a line: small steps add up, each point being compared with the largest and the smallest one before it.
     fn trend(&self, line: &[&SweepPoint]) -> Trend {
-        let step = self.noise(line);
-        let steps = || line.windows(2).map(|w| w[1].change - w[0].change);
-        match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
+        let noise = self.noise(line);
+        let (mut low, mut high, mut rises, mut falls) = (f64::INFINITY, f64::NEG_INFINITY, false, false);
+        for y in line.iter().map(|p| p.change) {
+            (low, high) = (low.min(y), high.max(y));
+            (rises, falls) = (rises || y - low > noise, falls || high - y > noise);
+        }
+        match (rises, falls) {
             (true, true) => Trend::Turning,
             (true, false) => Trend::Rising,
             (false, true) => Trend::Falling,
@@ -218,16 +223,10 @@ impl Dependence {
         }
     }
 
-    /// The spread of a line, without a difference where it is constant.
-    fn spread_of_line(&self, line: &[&SweepPoint]) -> Spread {
-        let spread = Spread::of(line.iter().copied());
-        if self.trend(line) == Trend::Constant { spread.without_difference() } else { spread }
-    }
-
-    /// The spread of all points, without a difference that is none.
-    fn spread(&self) -> Spread {
-        let (all, spread) = (self.points.iter().collect::<Vec<_>>(), Spread::of(&self.points));
-        if spread.difference <= self.noise(&all) { spread.without_difference() } else { spread }
+    /// The spread of points, without a difference that is none.
+    fn spread(&self, points: &[&SweepPoint]) -> Spread {
+        let spread = Spread::of(points.iter().copied());
+        if spread.difference <= self.noise(points) { Spread { difference: 0.0, ..spread } } else { spread }
     }
 }
 
@@ -243,10 +242,6 @@ impl Spread {
         let changes = points.into_iter().map(|p| p.change);
         let (low, high) = changes.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         Self { difference: high - low, size: low.abs().max(high.abs()) }
-    }
-
-    fn without_difference(self) -> Self {
-        Self { difference: 0.0, ..self }
     }
 
     /// The difference over the scale of the tolerance \[–\].
@@ -289,7 +284,7 @@ impl ByQuantity<Dependence> {
     /// The spreads along an axis, one for each line.
     fn spreads(&self, a: &Along, axes: &[AxisRecord], list: bool) -> Vec<Spread> {
         let lines = self.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
-        lines.iter().filter(|line| line.len() > 1).map(|line| self.spread_of_line(line)).collect()
+        lines.iter().filter(|line| line.len() > 1).map(|line| self.spread(line)).collect()
     }
 
     /// The form of all changes: in the unit, where the largest share along some axis is told so.
@@ -366,8 +361,10 @@ pub fn members<'a>(study: &StudyRecord, case: &'a StoredCase, variant: &str) -> 
 
 /// `None` if no line has two points.
 fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
-    let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
-    let middle = lines.get(lines.len() / 2)?;
+    let mut lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
+    if !list && axis.numbers.windows(2).any(|w| w[1] < w[0]) {
+        lines.iter_mut().for_each(|line| line.reverse());
+    }
     let trends: Vec<Trend> = lines.iter().map(|line| q.trend(line)).collect();
     let trend = trends.iter().copied().reduce(|a, b| match (a, b) {
         (a, b) if a == b => a,
@@ -383,14 +380,16 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
         // Of one number in two units there is none
         (positive && p.ln().abs() > SAME).then(|| y.ln() / p.ln())
     };
-    let between: Option<Vec<f64>> = lines.iter().flat_map(|l| l.windows(2).map(|w| exponent(w[0], w[1]))).collect();
-    let ends = exponent(middle[0], middle[middle.len() - 1]);
-    // Without a step the quotient is rounding
-    let elasticity = between.zip(ends).filter(|_| !list && trend != Trend::Constant).map(|(all, ends)| {
+    // On a constant line the quotient is rounding
+    let moved = lines.iter().zip(&trends).filter(|(_, t)| **t != Trend::Constant);
+    let moved: Vec<&Vec<&SweepPoint>> = moved.map(|(line, _)| line).collect();
+    let between: Option<Vec<f64>> = moved.iter().flat_map(|l| l.windows(2).map(|w| exponent(w[0], w[1]))).collect();
+    let ends = moved.get(moved.len() / 2).and_then(|middle| exponent(middle[0], middle[middle.len() - 1]));
+    let elasticity = between.zip(ends).filter(|_| !list).map(|(all, ends)| {
         let [least, most] = extent(all.into_iter());
         [least, most, ends]
     });
-    let change = lines.iter().map(|line| q.spread_of_line(line).share(tolerance)).fold(0.0, f64::max);
+    let change = lines.iter().map(|line| q.spread(line).share(tolerance)).fold(0.0, f64::max);
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
@@ -445,33 +444,27 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
             _ if a.everywhere => ", whatever the others are",
             _ => " for some values of the others (it is constant for the rest)",
         };
-        // Numbers that fall in the file: the words follow the number, not the order
-        let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
         let own = q.quantity.tolerance(tolerance);
         let by = amount(q, a, axes, list, own);
         let (rises, falls, of) = match q.is_negative() {
             true => ("rises (its magnitude falls)", "falls (its magnitude rises)", " of the magnitude"),
             false => ("rises", "falls", ""),
         };
-        words += &match (a.trend, down) {
-            (Trend::Constant, _) => format!(". It does not depend on {axis}"),
+        words += &match a.trend {
+            Trend::Constant => format!(". It does not depend on {axis}"),
             _ if a.change <= tolerance => {
                 let (largest, form, _) = q.largest(a, axes, list, own);
                 let [change, allowed] = largest.words(form, own, &q.quantity.unit);
                 format!(". It hardly depends on {axis}: by at most {change}, within {allowed}")
             }
-            (Trend::Unordered, _) if list => format!(". It differs between {axis}, by {by}"),
-            (Trend::Unordered, _) => format!(". It differs between the values of {axis}, by {by}"),
-            (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
-            (Trend::Mixed, _) => {
+            Trend::Unordered if list => format!(". It differs between {axis}, by {by}"),
+            Trend::Unordered => format!(". It differs between the values of {axis}, by {by}"),
+            Trend::Turning => format!(". Along {axis} it turns around, and changes by {by}"),
+            Trend::Mixed => {
                 format!(". Along {axis} it rises or falls, depending on the others, by {by}")
             }
-            (Trend::Rising, false) | (Trend::Falling, true) => {
-                format!(". It {rises} with {axis}{everywhere}, by {by}")
-            }
-            (Trend::Falling, false) | (Trend::Rising, true) => {
-                format!(". It {falls} with {axis}{everywhere}, by {by}")
-            }
+            Trend::Rising => format!(". It {rises} with {axis}{everywhere}, by {by}"),
+            Trend::Falling => format!(". It {falls} with {axis}{everywhere}, by {by}"),
         };
         if let Some([least, most, ends]) = a.elasticity.filter(|_| a.change > tolerance) {
             words +=
@@ -543,7 +536,7 @@ fn verdict_of(
         if !words.is_empty() {
             return format!("{name} changes with {}", words.join(", then "));
         }
-        let spread = q.spread();
+        let spread = q.spread(&q.points.iter().collect::<Vec<_>>());
         let [change, allowed] = spread.words(Form::of(spread, own), own, &q.quantity.unit);
         match spread.share(own) <= tolerance {
             true => format!("{name} stays within {allowed}"),

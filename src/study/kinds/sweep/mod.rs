@@ -36,13 +36,16 @@ pub struct SweepStudy {
 }
 
 impl SweepStudy {
-    fn points(self) -> Result<Expansion<SweepRecord>, Mistake> {
+    fn points(self, scene: &Path) -> Result<Expansion<SweepRecord>, Mistake> {
         check_quantities(&self.variants)?;
         let names: Vec<String> = self.axes.iter().map(|a| a.name.clone()).collect();
         check_names(&names).map_err(|(k, fact, remedy)| (format!("axis {}", k + 1), fact, remedy.to_string()))?;
         if self.axes.is_empty() {
             let remedy = "add an [[axis]] with name, keys, label, symbol, unit and values";
             return Err(("study".into(), "the sweep has no axis".into(), remedy.into()));
+        }
+        for v in &self.variants {
+            axis::check_apart(&self.axes, &[(format!("variant {}", v.name), &v.set)], scene)?;
         }
         let axis::Expanded { family, axes, points } = axis::expand(&self.axes, self.combine)?;
         Ok(Expansion::new(self.variants, vec![family], SweepRecord { axes, points, judged: self.judged }))
@@ -54,8 +57,8 @@ impl StudyKind for SweepStudy {
     type Details = SweepRecord;
     type Findings = SweepFindings;
 
-    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
-        self.points().map_err(|mistake| refuse(file, mistake))
+    fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
+        self.points(scene).map_err(|mistake| refuse(file, mistake))
     }
 
     fn judged(case: &StoredCase, quantity: &str, sweep: &SweepRecord) -> Option<f64> {

@@ -86,7 +86,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     Table {
         name: "dependence",
         caption: format!(
-            "{}{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            "{}{} along each axis, the others held: trend as its value rises, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p of the lines that are not constant, from end to end of the middle one and, over all, smallest and largest between neighbours. Changes within {} count as none.",
             a.judged.heading(),
             if a.quantities.iter().any(|q| q.has_origin()) {
                 ", those that do not start at zero counted from the first ones,"
