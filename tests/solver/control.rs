@@ -5,10 +5,11 @@ use crate::common::{column, run, scene};
 use durometer::material::law_from_table;
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
+use durometer::mesh::generate::CablePath;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 use durometer::scene::{
-    Checkpoint, CheckpointError, Moment, Progress, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneSpec,
+    Body, Checkpoint, CheckpointError, Moment, Progress, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneSpec,
 };
 use durometer::solve::Status;
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, State, Want};
@@ -263,6 +264,32 @@ fn a_state_of_another_scene_is_refused() {
         assert!(error.contains(says), "{error}");
     }
     assert!(matches!(Checkpoint::read(&folder.path().join("none"), &scene), Err(CheckpointError::Unreadable { .. })));
+}
+
+/// The paths of a body are no part of its mesh file, and a cable may follow one.
+#[test]
+fn a_state_of_a_body_with_other_cable_paths_is_refused() {
+    let text = LAW.replace(
+        "body = \"block\"",
+        "grid = { kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 1, 1] }",
+    );
+    let text = format!("{text}{STATIC}");
+    let with_path = |z: f64| {
+        let file = Path::new("scene.toml");
+        let spec = SceneSpec::from_text(file, &text, "").expect("a scene");
+        let mut body = Body::load(file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+        let guides = vec![[0.015, 0.005, z], [0.035, 0.005, z]];
+        body.paths.insert("tendon".into(), CablePath { guides, pull_point: [-0.01, 0.005, z], guide_radius: 0.005 });
+        Scene::build(file, spec, text.clone(), body.into()).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let scene = with_path(0.002);
+    let whole = scene.run_with(RunOptions { save_at: vec![0.5], ..RunOptions::default() });
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("a.state");
+    whole.saved[0].1.write(&file).expect("writable");
+    let error = Checkpoint::read(&file, &with_path(0.004)).expect_err("another path").to_string();
+    assert!(error.contains("saved from another mesh"), "{error}");
+    assert!(Checkpoint::read(&file, &with_path(0.002)).is_ok());
 }
 
 /// A force on all nodes of the tip, from Rust.

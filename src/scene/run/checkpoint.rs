@@ -5,6 +5,7 @@
 
 use super::energy_balance::EnergyBalance;
 use super::energy_growth::EnergyGrowth;
+use super::identity::mesh_sha256;
 use crate::math::signal::Ramp;
 use crate::scene::build::Scene;
 use crate::scene::control::{ControlError, ControlMemory};
@@ -25,7 +26,7 @@ pub struct Snapshot {
     pub x: Vec<f64>,
 }
 
-/// Scene and mesh of a checkpoint, by digests.
+/// Scene and mesh with its cable paths of a checkpoint, by digests.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Origin {
     scene_sha256: String,
@@ -36,7 +37,7 @@ impl Origin {
     /// Of the states of a scene: the scene with its signals and their tables, and its mesh.
     fn of(scene: &Scene) -> Self {
         let all = format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls);
-        Self { scene_sha256: sha256(all), mesh_sha256: scene.body.sha256.clone() }
+        Self { scene_sha256: sha256(all), mesh_sha256: mesh_sha256(&scene.body) }
     }
 
     /// Refuses the states of another scene or mesh: the word for it, and a hint.
@@ -91,7 +92,7 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 8";
+const FORMAT: &str = "durometer state 9";
 /// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute other bits.
 const BUILD: &str = env!("DUROMETER_SOURCE_SHA256");
 /// Numbers that are written at a time.
