@@ -367,7 +367,7 @@ fn a_later_run_removes_what_it_has_not_written() {
     };
     assert!(["scene.html", "scene.pvd", "scene-0000.vtu"].iter().all(|file| names().contains(*file)));
     call(&["simulate", SCENE, "--out", &out, "--no-view"], 0);
-    let left = ["scene-end.state", "scene.csv", "scene.json", "scene.notes.txt", "scene.signals.csv"];
+    let left = [".scene.lock", "scene-end.state", "scene.csv", "scene.json", "scene.notes.txt", "scene.signals.csv"];
     assert_eq!(names(), left.map(String::from).into());
 }
 
@@ -376,7 +376,7 @@ fn a_later_run_removes_what_it_has_not_written() {
 #[cfg(unix)]
 fn a_second_run_of_a_name_is_refused() {
     let (keep, out) = folder();
-    let rows = std::fs::File::create(keep.path().join("scene.partial.csv")).expect("writable");
+    let rows = std::fs::File::create(keep.path().join(".scene.lock")).expect("writable");
     rows.try_lock().expect("nobody else");
     let output = ended(without_mesher(ROOT, &["simulate", SCENE, "--out", &out]));
     let said = output.err;

@@ -29,7 +29,7 @@ use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
 use durometer::study::store::folder::{self, StoreError};
 use durometer::study::store::outcome;
-use durometer::study::store::partial_series::PartialSeries;
+use durometer::study::store::partial_series::{NameLock, PartialSeries};
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
 use earlier::Earlier;
@@ -55,7 +55,7 @@ fn simulate(args: Args) -> CommandResult {
     threads::use_threads(args.threads.unwrap_or_else(threads::available));
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
-    let earlier = check_out(&args.out, &name)?;
+    let (_name, earlier) = check_out(&args.out, &name)?;
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
@@ -158,13 +158,13 @@ fn build(
 }
 
 /// Refuses a folder that cannot be written, or where another process runs under this name, before anything is computed for it. Returns the files of
-/// the run before.
-fn check_out(out: &Path, name: &str) -> Result<Earlier, Box<dyn std::error::Error>> {
+/// the run before, and the right to replace them.
+fn check_out(out: &Path, name: &str) -> Result<(NameLock, Earlier), Box<dyn std::error::Error>> {
     let remedy = "choose another folder with --out, or make room";
     storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))?;
-    PartialSeries::check_free(out, name)?;
-    folder::Store::at(out).sweep();
-    Ok(Earlier::find(out, name))
+    let lock = NameLock::take(out, name)?;
+    folder::sweep_parts(out);
+    Ok((lock, Earlier::find(out, name)))
 }
 
 /// Writes the results in place of the rows that were written as they came, and of the files of the run before. Returns the record as JSON, and the failure that ended the rows.
