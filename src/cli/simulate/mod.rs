@@ -20,8 +20,8 @@ use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::math::threads;
 use durometer::scene::control::Controller;
 use durometer::scene::{
-    Body, Checkpoint, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneSpec, SensitivityError,
-    SensitivityRecorder,
+    Body, Checkpoint, FileDigest, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneSpec,
+    SensitivityError, SensitivityRecorder,
 };
 use durometer::storage;
 use durometer::study::overlay::{markers, overlays};
@@ -36,7 +36,7 @@ use earlier::Earlier;
 use errors::{estimate, estimator};
 use mesh::mesh;
 use states::{States, times};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use words::{completion, note_missing, note_quality, print_notes, tell};
@@ -115,7 +115,7 @@ fn simulate(args: Args) -> CommandResult {
     record.id.clone_from(&name);
     record.notes.extend(note);
     record.phases.build_s = build_s;
-    let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &record)?;
+    let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &mut record)?;
     states.end(&run);
     let errors =
         estimator.map(|estimator| estimate(estimator.stopped_by(stop.clone()), &args, &name, &run, &bars)).transpose();
@@ -173,11 +173,10 @@ fn replace(
     out: &Path,
     scene: &Scene,
     run: &Run,
-    record: &CaseRecord,
+    record: &mut CaseRecord,
 ) -> Result<(String, Option<StoreError>), String> {
     let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", partial.path().display());
-    let json = write(out, &record.id, scene, run, record).map_err(kept)?;
-    earlier.remove();
+    let json = write(out, earlier, scene, run, record).map_err(kept)?;
     Ok((json, partial.failure()))
 }
 
@@ -187,24 +186,29 @@ fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<Sensit
     if keys.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &keys).map(Some) }
 }
 
-/// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.
+/// Writes the time series, the signals, the sensitivities, the record with their digests, and the overlays; returns the record as JSON. Before the first of them
+/// is replaced, the earlier record is gone: at no moment does a record lie next to a series of another run.
 fn write(
     out: &Path,
-    name: &str,
+    earlier: Earlier,
     scene: &Scene,
     run: &Run,
-    record: &CaseRecord,
+    record: &mut CaseRecord,
 ) -> Result<String, Box<dyn std::error::Error>> {
-    folder::write(&out.join(format!("{name}.csv")), &csv_text::rows(run))?;
-    folder::write(&out.join(format!("{name}.signals.csv")), &csv_text::signals(scene, run))?;
+    let mut files = vec![("csv", csv_text::rows(run)), ("signals.csv", csv_text::signals(scene, run))];
     if let Some(sensitivities) = &run.sensitivities {
-        let text = csv_text::sensitivities(run, sensitivities);
-        folder::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
+        files.push(("sensitivities.csv", csv_text::sensitivities(run, sensitivities)));
         note_missing(run, sensitivities);
         note_quality(sensitivities);
     }
+    let named = |(end, text)| (format!("{}.{end}", record.id), text);
+    let mut files: Vec<(String, String)> = files.into_iter().map(named).collect();
+    let digest = |(file, text): &(String, String)| FileDigest { file: file.clone(), sha256: storage::sha256(text) };
+    record.provenance.results = files.iter().map(digest).collect();
     let json = folder::json(record)?;
-    folder::write(&out.join(format!("{name}.json")), &json)?;
-    durometer::study::overlay::save(out, name, &overlays(scene, run), &markers::overlays(scene, run)?)?;
+    files.push((format!("{}.json", record.id), json.clone()));
+    let files: Vec<(PathBuf, String)> = files.into_iter().map(|(file, text)| (out.join(file), text)).collect();
+    storage::write_together(&files, || earlier.remove()).map_err(folder::unwritten)?;
+    durometer::study::overlay::save(out, &record.id, &overlays(scene, run), &markers::overlays(scene, run)?)?;
     Ok(json)
 }

@@ -289,7 +289,8 @@ pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
     storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
-fn unwritten((path, e): Unwritten) -> StoreError {
+/// A file that cannot be written, as an error of the folder.
+pub fn unwritten((path, e): Unwritten) -> StoreError {
     unwritable(&path, &e)
 }
 
