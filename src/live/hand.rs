@@ -77,4 +77,8 @@ impl Controller for HandControl {
         }
         Ok(Reply { memory: json!({ "recording": self.text }), ..Reply::default() })
     }
+
+    fn identity(&self) -> Option<String> {
+        Some("page".into())
+    }
 }

@@ -13,7 +13,7 @@ use crate::bars::Bars;
 use crate::outcome::{CommandResult, Outcome};
 use crate::{interrupt, live};
 pub use args::Args;
-use controls::{Chosen, positive_time};
+use controls::positive_time;
 use drawing::{Drawing, Drawn};
 use durometer::live::Shown;
 use durometer::math::stopwatch::{Spent, Stopwatch};
@@ -73,8 +73,7 @@ fn simulate(args: Args) -> CommandResult {
     let mut drawing = Drawing::new((&args.out, &name), wanted, &scene, from.as_ref());
     let shown = Shown { run: &name, case: false, from: from.as_ref(), recording: source.page(), paused: args.paused };
     let (board, _served) = listener.and_then(|listener| drawing.follow(&scene, listener, &shown)).unzip();
-    let note = source.note();
-    let mut controller = Chosen::new(source, board.as_ref(), stop);
+    let (note, mut controller) = args.control.controller(source, &scene, (from.as_ref(), board.as_ref()), stop)?;
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
     let mut states = States { out: &args.out, name: &name, files: vec![], kept: false, failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
@@ -97,6 +96,7 @@ fn simulate(args: Args) -> CommandResult {
         save_every: Some(save_every),
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
+        other_controller: args.control.other_controller,
         save_at,
         save_end,
         on_save: Some(&mut save),
@@ -113,7 +113,7 @@ fn simulate(args: Args) -> CommandResult {
     let (mut drawn, film) = drawing.finish();
     let mut record = outcome::record(&scene, &run, own_time(spent, &run, waited, &drawn));
     record.id.clone_from(&name);
-    record.notes.extend(note);
+    record.notes.extend(note.map(|note| controls::since(&run.controllers, note)));
     record.phases.build_s = build_s;
     let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &mut record)?;
     states.end(&run);
