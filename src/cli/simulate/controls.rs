@@ -24,7 +24,7 @@ pub struct ControlArgs {
     /// Set the `controlled` signals as a page of the live view did: a file <name>.control.csv
     #[arg(long, value_name = "FILE", conflicts_with = "controller")]
     replay: Option<PathBuf>,
-    /// With --restart: go on under another controller, recording or page than that of the saved state; the record notes from when
+    /// Let --restart go on under another controller, recording or page than that of the saved state; the record notes from when
     #[arg(long, requires = "restart")]
     pub other_controller: bool,
 }
