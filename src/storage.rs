@@ -9,8 +9,9 @@ pub mod writing;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tempfile::NamedTempFile;
 
 /// Largest text that a person writes: scenes, studies, laws, cards \[bytes\].
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -82,7 +83,28 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 
 /// The same with what `fill` writes.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
-    let folder = folder_of(path);
+    keep_part(part_with(path, fill)?, path)
+}
+
+/// Writes several files in their order, each whole: none of them takes its name before all have reached the disk and `ready` has been called.
+///
+/// # Errors
+///
+/// The file that cannot be written. Where it is found before `ready`, nothing has changed.
+pub fn write_together<B: AsRef<[u8]>>(
+    files: &[(PathBuf, B)],
+    ready: impl FnOnce(),
+) -> std::result::Result<(), (PathBuf, Error)> {
+    let part = |(path, bytes): &(PathBuf, B)| {
+        part_with(path, |file| file.write_all(bytes.as_ref())).map_err(|e| (path.clone(), e))
+    };
+    let parts = files.iter().map(part).collect::<std::result::Result<Vec<_>, _>>()?;
+    ready();
+    files.iter().zip(parts).try_for_each(|((path, _), part)| keep_part(part, path).map_err(|e| (path.clone(), e)))
+}
+
+/// A new file next to this one with what `fill` writes, which has reached the disk.
+fn part_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".part");
     #[cfg(unix)]
@@ -91,11 +113,15 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Re
         // The user's umask applies
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
+    let mut file = builder.tempfile_in(folder_of(path))?;
     fill(file.as_file_mut())?;
     file.as_file().sync_all()?;
-    file.persist(path).map_err(|e| e.error)?;
-    make_names_safe(folder);
+    Ok(file)
+}
+
+fn keep_part(part: NamedTempFile, path: &Path) -> Result<()> {
+    part.persist(path).map_err(|e| e.error)?;
+    make_names_safe(folder_of(path));
     writing::note(path);
     Ok(())
 }
@@ -161,6 +187,19 @@ mod tests {
         assert!(read(&path, 5).expect_err("too long").to_string().contains("more than"));
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
         assert!(write(&folder.path().join("none/a.csv"), b"x").is_err());
+    }
+
+    #[test]
+    fn files_that_are_written_together_replace_others_in_order_or_not_at_all() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let [a, b, none] = ["a.csv", "b.json", "none/c"].map(|name| folder.path().join(name));
+        std::fs::write(&a, "earlier").expect("room");
+        let refused = write_together(&[(a.clone(), "new"), (none.clone(), "new")], || panic!("one is not there"));
+        assert_eq!(refused.expect_err("no folder").0, none);
+        let earlier = || assert_eq!(read(&a, 7).expect("there"), b"earlier", "all are ready first");
+        write_together(&[(a.clone(), "new"), (b.clone(), "record")], earlier).expect("room");
+        assert_eq!((read(&a, 3).expect("there"), read(&b, 6).expect("there")), (b"new".to_vec(), b"record".to_vec()));
+        assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 2);
     }
 
     #[test]

@@ -34,32 +34,43 @@ pub struct EngineArgs {
     #[arg(long, value_enum, default_value = "local", conflicts_with_all = ["only", "partition", "batch", "redo", "extend", "jobs"])]
     pub engine: Engine,
     /// Print the files of the engine, and submit nothing
-    #[arg(long)]
+    #[arg(long, requires = "engine")]
     dry_run: bool,
     /// Option of the scheduler, e.g. --engine-option=--partition=long (of sbatch; of hq, before its command); may be repeated
-    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true, requires = "engine")]
     engine_option: Vec<String>,
     /// Line of shell before each task, e.g. "module load gcc"; may be repeated
-    #[arg(long, value_name = "LINE")]
+    #[arg(long, value_name = "LINE", requires = "engine")]
     before: Vec<String>,
     /// Expected time of a task: as many cases are packed into it
-    #[arg(long, value_name = "TIME", default_value = "60 min")]
+    #[arg(long, value_name = "TIME", default_value = "60 min", requires = "engine")]
     task_time: String,
     /// Largest number of tasks
-    #[arg(long, value_name = "N", default_value = "1000", value_parser = super::arguments::at_least_one)]
+    #[arg(long, value_name = "N", default_value = "1000", requires = "engine", value_parser = super::arguments::at_least_one)]
     tasks: usize,
     /// Time of a case of which no result tells anything
-    #[arg(long, value_name = "TIME", default_value = "10 min")]
+    #[arg(long, value_name = "TIME", default_value = "10 min", requires = "engine")]
     case_time: String,
     /// Memory of such a case, and of the report, in GiB
-    #[arg(long, value_name = "GIB", default_value = "2")]
+    #[arg(long, value_name = "GIB", default_value = "2", requires = "engine")]
     case_memory: f64,
     /// Requested time over expected time
-    #[arg(long, value_name = "FACTOR", default_value = "2")]
+    #[arg(long, value_name = "FACTOR", default_value = "2", requires = "engine")]
     time_factor: f64,
     /// Requested memory over expected memory; 0 requests none
-    #[arg(long, value_name = "FACTOR", default_value = "1.5")]
+    #[arg(long, value_name = "FACTOR", default_value = "1.5", requires = "engine")]
     memory_factor: f64,
+}
+
+impl EngineArgs {
+    /// Refuses options of a scheduler for cases that run here.
+    pub fn check_local(&self) -> Result<(), String> {
+        numbers(self)?;
+        match self.dry_run {
+            true => Err("--dry-run prints the files of a scheduler; name it, --engine slurm, or leave it out".into()),
+            false => Ok(()),
+        }
+    }
 }
 
 /// The numbers of the options.

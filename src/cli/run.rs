@@ -89,6 +89,7 @@ pub fn main(args: Args) -> CommandResult {
         let options: Vec<String> = ["--jobs=1".to_string()].into_iter().chain(flags).chain(set).collect();
         return super::engine::submit(&args.engine, &study, &dir, &options, args.how.accept_build);
     }
+    args.engine.check_local()?;
     let (relay, _served) = super::live::listen(args.live, args.port)?.and_then(super::live::relay).unzip();
     let done = execute(&study, &args.how, args.vtu, relay.as_ref())?;
     let extension = match &done.end {

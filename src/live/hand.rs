@@ -5,7 +5,7 @@ use crate::scene::control::recording::Recording;
 use crate::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 use serde_json::json;
 use std::fs::File;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -28,11 +28,28 @@ impl HandControl {
         Self { board, path: path.into(), file: None, text: String::new(), past: vec![], rows: 0 }
     }
 
+    /// Keeps an earlier recording under the next free name, `<name>.control-1.csv` and so on, unless the new one has all its rows.
+    fn set_aside(&self, text: &str) -> std::io::Result<()> {
+        let earlier = match std::fs::read(&self.path) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+            earlier => earlier?,
+        };
+        if text.as_bytes().starts_with(&earlier) {
+            return Ok(());
+        }
+        let other = |n: usize| self.path.with_extension("").with_extension(format!("control-{n}.csv"));
+        let free =
+            (1..).map(other).find(|path| path.symlink_metadata().is_err()).expect("there is always a next number");
+        std::fs::rename(&self.path, free)
+    }
+
     fn write(&mut self, text: &str) -> Result<(), ControlError> {
         let written = match &mut self.file {
             Some(file) => file.write_all(text.as_bytes()),
-            None => File::create(&self.path)
-                .and_then(|mut file| file.write_all(text.as_bytes()).map(|()| self.file = Some(file))),
+            None => self.set_aside(text).and_then(|()| {
+                let mut file = File::create(&self.path)?;
+                file.write_all(text.as_bytes()).map(|()| self.file = Some(file))
+            }),
         };
         let failed =
             |e: std::io::Error| ControlError::Record { file: self.path.display().to_string(), reason: e.to_string() };
@@ -59,5 +76,9 @@ impl Controller for HandControl {
             self.rows += 1;
         }
         Ok(Reply { memory: json!({ "recording": self.text }), ..Reply::default() })
+    }
+
+    fn identity(&self) -> Option<String> {
+        Some("page".into())
     }
 }

@@ -20,6 +20,9 @@ pub enum ReportError {
         .path.display()
     )]
     NotARecord { path: PathBuf, source: serde_json::Error },
+    /// A file next to the record of a run that is not the one that was stored with it
+    #[error("{}: its contents are not those that were stored with {}; run the scene again", .path.display(), .record.display())]
+    OtherFile { path: PathBuf, record: PathBuf },
     /// No `summary.json` here; the results of other commands are not compared
     #[error("{} does not exist; give the folder that `durometer run STUDY` has written", .path.display())]
     NoSummary { path: PathBuf },

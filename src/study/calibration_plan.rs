@@ -243,9 +243,7 @@ impl CalibrationPlan {
             Settings { time_budget: None, ..settings.clone() },
             (&spec.unknown, &spec.bounds),
             curve.measured.sha256,
-            more.iter()
-                .map(|c| (&c.curve.measured, &c.curve.x, &c.curve.y, &c.curve.specimen, &c.curve.offsets))
-                .collect::<Vec<_>>(),
+            more.iter().map(|c| &c.curve).collect::<Vec<_>>(),
             scenes_of(&more)
         );
         Ok(Self { constants, bounds: spec.bounds.clone(), curve, more, settings, sha256: storage::sha256(asked) })

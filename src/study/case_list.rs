@@ -7,7 +7,7 @@ use crate::study::extension::{AddedLines, at_line};
 use crate::study::kind::StoredExpansion;
 use crate::study::overridden::Differences;
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
-use crate::study::store::case_files::is_ambiguous;
+use crate::study::store::case_files::{MOST_BYTES, is_ambiguous};
 use crate::study::store::record::{FamilyRecord, Role, VariantMember};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -259,11 +259,29 @@ impl<'a> CaseList<'a> {
 /// Remedy of a member that is no table.
 const AS_TABLE: &str = "write { \"mesh.cells\" = 4500 }";
 
-/// Refuses an id whose files would be taken for those of another case: fact and remedy.
+/// Refuses an id whose files would be taken for those of another case, or whose names no file may have: fact and remedy.
 fn check_id(id: &str) -> Result<(), (String, &'static str)> {
+    if id.len() > MOST_BYTES {
+        let (begin, bytes): (String, _) = (id.chars().take(40).collect(), id.len());
+        let fact = format!("the id of case {begin}… has {bytes} bytes, and its files may have names of {MOST_BYTES}");
+        return Err((fact, "shorten the names of family, variant or member, which make it up"));
+    }
     if !is_ambiguous(id) {
         return Ok(());
     }
     let fact = format!("the files of case {id} would have the names of files of another case");
     Err((fact, "rename it without the end behind the last dot, or write a hyphen for the dot"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_id_is_refused_before_its_files_cannot_be_named() {
+        assert!(check_id(&"é".repeat(MOST_BYTES / 2)).is_ok());
+        let (fact, _) = check_id(&"é".repeat(MOST_BYTES / 2 + 1)).expect_err("too long");
+        assert!(fact.contains("has 182 bytes"), "{fact}");
+        assert!(check_id("b.fit").is_err());
+    }
 }

@@ -9,7 +9,7 @@ use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::store::folder::Store;
 use crate::study::store::identity::Identity;
-use crate::study::store::record::CaseRecord;
+use crate::study::store::record::{CaseRecord, OUT_OF_TIME};
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -41,7 +41,7 @@ pub enum State {
     Stored,
     /// It is of the same inputs by another build of this program
     OtherBuild,
-    /// It is of the same inputs, without something that the study asks for now
+    /// It is of the same inputs, without something that the study asks for now, or of a search that had no time left: `run` goes on
     Partial,
     /// It is of other inputs
     Outdated,
@@ -140,9 +140,9 @@ fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Opti
     }
 }
 
-/// Whether a stored result is without what the study asks for. What a case that waits for constants is asked for is not known before they are.
+/// Whether a stored result is without what the study asks for, or of a search that goes on. What a case that waits for constants is asked for is not known before they are.
 fn lacks(study: &Study, case: &Case, record: &CaseRecord) -> bool {
-    case.after.is_none() && !record.has(&Task::of(study, case, false).asked())
+    record.status == OUT_OF_TIME || case.after.is_none() && !record.has(&Task::of(study, case, false).asked())
 }
 
 /// The stored meshes of a study, each of which is read once.

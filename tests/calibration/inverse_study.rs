@@ -7,6 +7,7 @@ use durometer::math::statistics::{larger, smaller};
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::study::case::Case;
 use durometer::study::expand::Study;
+use durometer::study::listing::{State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
 use durometer::study::run::runner::{Options, RunError, Watch};
@@ -343,12 +344,18 @@ fn a_search_that_has_no_time_goes_on_in_the_next_run() {
     let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
     let short = folder(&format!("{CALIBRATION}time_budget = \"1e-6 s\"\n{one}"));
     let mut ends = vec![];
+    let listed = || {
+        let study = Study::read(&short.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+        list(&study, &short.path().join("out"))[0].state
+    };
     for _ in 0..12 {
         let records = run(short.path()).unwrap_or_else(|e| panic!("{e}"));
         ends.push(records[0].status.clone());
         if records[0].converged() {
+            assert_eq!(listed(), State::Stored);
             break;
         }
+        assert_eq!(listed(), State::Partial, "an engine goes on with it");
         let (summary, law) = told(short.path());
         assert!(summary.warnings.iter().any(|w| w.contains("run again to go on")), "{:?}", summary.warnings);
         assert!(law.contains_key("mu"));

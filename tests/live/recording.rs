@@ -49,6 +49,13 @@ fn a_recording_sets_the_values_of_a_page_again() {
     assert_eq!(text(&by_hand, "scene.csv"), text(&longer, "scene.csv"));
     let rows = text(&longer, "scene.control.csv");
     assert!(rows.starts_with(&format!("t_s,{SIGNAL}\n0,0.001\n0.25,{third}\n0.5,0.002\n")), "{rows}");
+    // Another run by hand keeps what was recorded, and one that goes on with its rows replaces it
+    let before = text(&by_hand, "scene.control.csv");
+    assert!(Live::start(&by_hand, &["--set", BY_HAND]).end().success());
+    assert_eq!(text(&by_hand, "scene.control-1.csv"), before);
+    std::fs::write(&recorded, &before).expect("room");
+    assert!(Live::start(&by_hand, &restart).end().success());
+    assert!(text(&by_hand, "scene.control.csv").starts_with(&before) && !by_hand.join("scene.control-2.csv").exists());
 }
 
 #[test]

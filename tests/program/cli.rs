@@ -367,16 +367,49 @@ fn a_later_run_removes_what_it_has_not_written() {
     };
     assert!(["scene.html", "scene.pvd", "scene-0000.vtu"].iter().all(|file| names().contains(*file)));
     call(&["simulate", SCENE, "--out", &out, "--no-view"], 0);
-    let left = ["scene-end.state", "scene.csv", "scene.json", "scene.notes.txt", "scene.signals.csv"];
+    let left = [".scene.lock", "scene-end.state", "scene.csv", "scene.json", "scene.notes.txt", "scene.signals.csv"];
     assert_eq!(names(), left.map(String::from).into());
 }
 
-/// Where another process writes the rows of a scene of this name, nothing is run.
+/// Folders of the user in the folder of the results stay, whatever their names and ages.
 #[test]
 #[cfg(unix)]
+fn folders_of_the_user_stay() {
+    let (keep, out) = folder();
+    let mine = keep.path().join("next/thesis");
+    std::fs::create_dir_all(&mine).expect("writable");
+    std::fs::write(mine.join("data.csv"), "mine").expect("writable");
+    let hour = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+    std::fs::File::open(&mine).and_then(|folder| folder.set_modified(hour)).expect("an own folder");
+    call(&["simulate", SCENE, "--out", &out, "--no-view"], 0);
+    assert!(mine.join("data.csv").is_file());
+}
+
+/// A run that cannot replace all files leaves no record next to a series of another run, and `report` tells one that comes there in another way.
+#[test]
+fn a_record_is_that_of_the_series_next_to_it() {
+    let (keep, out) = folder();
+    let [series, signals, record] = ["scene.csv", "scene.signals.csv", "scene.json"].map(|name| keep.path().join(name));
+    call(&["simulate", SCENE, "--out", &out, "--no-view"], 0);
+    let before = std::fs::read(&series).expect("written");
+    call(&["report", record.to_str().expect("UTF-8")], 0);
+    std::fs::remove_file(&signals).expect("written");
+    std::fs::create_dir(&signals).expect("writable");
+    let softer = ["simulate", SCENE, "--out", &out, "--no-view", "--set", "laws.rubber.nu=0.4"];
+    call(&softer, 2);
+    assert!(std::fs::read(&series).expect("written") != before && !record.exists());
+    std::fs::remove_dir(&signals).expect("empty");
+    call(&softer, 0);
+    std::fs::write(&series, before).expect("writable");
+    let (_, error) = program::call(ROOT, &["report", record.to_str().expect("UTF-8")], 2);
+    assert!(error.contains("scene.csv: its contents are not those that were stored with"), "{error}");
+}
+
+/// Where another process has the right to the name, nothing is run.
+#[test]
 fn a_second_run_of_a_name_is_refused() {
     let (keep, out) = folder();
-    let rows = std::fs::File::create(keep.path().join("scene.partial.csv")).expect("writable");
+    let rows = std::fs::File::create(keep.path().join(".scene.lock")).expect("writable");
     rows.try_lock().expect("nobody else");
     let output = ended(without_mesher(ROOT, &["simulate", SCENE, "--out", &out]));
     let said = output.err;

@@ -5,10 +5,11 @@ use crate::common::{column, run, scene};
 use durometer::material::law_from_table;
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
+use durometer::mesh::generate::CablePath;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
 use durometer::scene::{
-    Checkpoint, CheckpointError, Moment, Progress, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneSpec,
+    Body, Checkpoint, CheckpointError, Moment, Progress, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneSpec,
 };
 use durometer::solve::Status;
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, State, Want};
@@ -263,6 +264,32 @@ fn a_state_of_another_scene_is_refused() {
         assert!(error.contains(says), "{error}");
     }
     assert!(matches!(Checkpoint::read(&folder.path().join("none"), &scene), Err(CheckpointError::Unreadable { .. })));
+}
+
+/// The paths of a body are no part of its mesh file, and a cable may follow one.
+#[test]
+fn a_state_of_a_body_with_other_cable_paths_is_refused() {
+    let text = LAW.replace(
+        "body = \"block\"",
+        "grid = { kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 1, 1] }",
+    );
+    let text = format!("{text}{STATIC}");
+    let with_path = |z: f64| {
+        let file = Path::new("scene.toml");
+        let spec = SceneSpec::from_text(file, &text, "").expect("a scene");
+        let mut body = Body::load(file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+        let guides = vec![[0.015, 0.005, z], [0.035, 0.005, z]];
+        body.paths.insert("tendon".into(), CablePath { guides, pull_point: [-0.01, 0.005, z], guide_radius: 0.005 });
+        Scene::build(file, spec, text.clone(), body.into()).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let scene = with_path(0.002);
+    let whole = scene.run_with(RunOptions { save_at: vec![0.5], ..RunOptions::default() });
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("a.state");
+    whole.saved[0].1.write(&file).expect("writable");
+    let error = Checkpoint::read(&file, &with_path(0.004)).expect_err("another path").to_string();
+    assert!(error.contains("saved from another mesh"), "{error}");
+    assert!(Checkpoint::read(&file, &with_path(0.002)).is_ok());
 }
 
 /// A force on all nodes of the tip, from Rust.
@@ -806,6 +833,62 @@ fn the_python_controller_reaches_its_goal() {
     let (code, _, error) = simulate(&again, &[&arguments[..], &restart].concat());
     assert_eq!(code, Some(0), "{error}");
     assert_eq!(csv, std::fs::read_to_string(again.join("scene.csv")).expect("written"));
+}
+
+/// A restart goes on under the same program alone, or under a recording that sets the same values up to there; the record names a change that was asked for.
+#[test]
+#[cfg(unix)]
+fn a_restart_tells_controllers_apart() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let program = |value: &str| {
+        let answer = format!("{{\"signals\": {{\"cable_shortening_m\": {value}}}}}");
+        let text = format!("read hello\necho '{{\"ready\": true}}'\nwhile read line; do echo '{answer}'; done\n");
+        std::fs::write(at("hold.sh"), text).expect("writable");
+    };
+    let recording = |name: &str, rows: &str| {
+        std::fs::write(at(name), format!("t_s,cable_shortening_m\n{rows}")).expect("writable");
+        at(name)
+    };
+    let command = format!("sh {}", at("hold.sh"));
+    let (out, state) = (folder.path().join("out"), at("out/scene-0.5s.state"));
+    let fixed = ["--set", CONTROLLED, "--no-view"];
+    let by_program = ["--controller", command.as_str()];
+    let restart = |more: &[&str]| simulate(&out, &[&fixed[..], &["--restart", &state], more].concat());
+    let record = || {
+        let text = std::fs::read_to_string(out.join("scene.json")).expect("written");
+        let record: Value = serde_json::from_str(&text).expect("JSON");
+        let times = record["controllers"].as_array().expect("a list").iter();
+        let times: Vec<f64> = times.map(|c| c["from_t_s"].as_f64().expect("a time")).collect();
+        (times, record["notes"].to_string())
+    };
+    program("0.001");
+    let (code, _, error) = simulate(&out, &[&fixed[..], &by_program, &["--save-state", "0.5 s"]].concat());
+    assert!(code == Some(0) && record().0 == [0.0], "{error}");
+    let (code, _, error) = restart(&by_program);
+    assert!(code == Some(0) && record().0 == [0.0], "{error}");
+    let refused = |(code, _, error): (Option<i32>, String, String)| {
+        assert!(code == Some(2) && error.contains("another controller has set the signals"), "{code:?} {error}");
+    };
+    let other = recording("other.csv", "0,0.002\n");
+    let same = recording("same.csv", "0,0.001\n0.75,0.0015\n");
+    let late = recording("late.csv", "0.25,0.001\n");
+    [&other, &late].into_iter().for_each(|file| refused(restart(&["--replay", file.as_str()])));
+    let (code, _, error) = restart(&["--replay", same.as_str()]);
+    assert!(code == Some(0) && record().0 == [0.0, 0.5], "{error}");
+    program("0.002");
+    refused(restart(&by_program));
+    for (changed, note) in [
+        (&by_program[..], "from t = 0.5 s on the controlled signals are set by another controller than before"),
+        (
+            &["--replay", other.as_str()][..],
+            "from t = 0.5 s on the controlled signals have the values of a recording of 1 row",
+        ),
+    ] {
+        let (code, _, error) = restart(&[changed, &["--other-controller"]].concat());
+        let (times, notes) = record();
+        assert!(code == Some(0) && times == [0.0, 0.5] && notes.contains(note), "{error} {notes}");
+    }
 }
 
 /// Garbage, silence, death, a wrong name, two answers: a message with the line, and the rows so far.

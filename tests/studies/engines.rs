@@ -170,7 +170,7 @@ fn tasks_of(at: &Path) -> Vec<String> {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let commands = processes.filter_map(|p| std::fs::read(p.path().join("cmdline")).ok());
     let commands = commands.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    commands.filter(|c| c.contains("batches.txt") && c.contains(&*at.to_string_lossy())).collect()
+    commands.filter(|c| c.contains("/engine/batches-") && c.contains(&*at.to_string_lossy())).collect()
 }
 
 /// An engine that is not there is named, with what to install.
@@ -196,6 +196,16 @@ fn a_missing_engine_says_what_to_install() {
         let [name, value] = options;
         let (_, errors) = call(&at, &[&fixed[..], &[&format!("{name}={value}")]].concat(), 2);
         assert!(errors.contains(words), "{errors}");
+    }
+    // Where the cases run here, options of a scheduler mean nothing
+    for (options, words) in [
+        (&["--dry-run"][..], "--engine"),
+        (&["--task-time", "5 min"], "--engine"),
+        (&["--engine", "local", "--dry-run"], "--dry-run prints the files of a scheduler"),
+        (&["--engine", "local", "--task-time", "nonsense"], "--task-time"),
+    ] {
+        let (_, errors) = call(&at, &[&["run", "study.toml", "--out", "none"][..], options].concat(), 2);
+        assert!(errors.contains(words) && !at.join("none").exists(), "{errors}");
     }
     for (batch, words) in [("none.txt:1", "none.txt: it cannot be read"), ("1", "names no batch")] {
         let (_, errors) = call(&at, &["run", "study.toml", "--out", "none", "--batch", batch], 2);

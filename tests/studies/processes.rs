@@ -225,6 +225,30 @@ fn a_killed_process_ends_its_case_only() {
     assert_eq!(contents(&at.join("whole")), contents(&at.join("results")));
 }
 
+/// A run that waits for a case whose earlier result broke takes the result of the run that computes it, and not the earlier one.
+#[test]
+fn a_broken_result_is_not_the_answer_while_another_run_computes() {
+    let folder = study(&[[12, 6, 6], [4, 2, 2]]);
+    let at = folder.path();
+    let killed = command(at, "results", &["--jobs", "1"]).spawn().expect("it starts");
+    let worker = wait_for(|| children(killed.id()).pop());
+    kill(Pid::from_raw(worker), Signal::SIGKILL).expect("it runs");
+    assert_eq!(finish(killed).0, Some(3));
+    assert!(statuses(&at.join("results"))["c0"].starts_with("Crashed"));
+    let first = command(at, "results", &["--jobs", "1"]).spawn().expect("it starts");
+    let worker = Pid::from_raw(wait_for(|| children(first.id()).pop()));
+    kill(worker, Signal::SIGSTOP).expect("it runs");
+    let second = command(at, "results", &["--jobs", "1"]).spawn().expect("it starts");
+    // Time in which the second run looks at the case more than once
+    std::thread::sleep(Duration::from_secs(3));
+    kill(worker, Signal::SIGCONT).expect("it waits");
+    for run in [first, second] {
+        let (code, said) = finish(run);
+        assert!(code == Some(0) && !said.contains("Crashed"), "{said}");
+    }
+    assert!(statuses(&at.join("results"))["c0"].starts_with("Converged"));
+}
+
 /// Where memory is limited below the need of one case, this case has a status and the others finish.
 #[test]
 fn a_case_without_memory_ends_alone() {

@@ -3,10 +3,10 @@
 use durometer::catalogue::brought_command;
 use durometer::live::{Board, HandControl};
 use durometer::math::units::{self, Dimension};
-use durometer::scene::Scene;
 use durometer::scene::control::process::Process;
 use durometer::scene::control::recording::{Recording, Replay};
-use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
+use durometer::scene::control::{ControlError, Controller, ControllerRecord, Observation, Opening, Reply, Setting};
+use durometer::scene::{Checkpoint, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -24,6 +24,9 @@ pub struct ControlArgs {
     /// Set the `controlled` signals as a page of the live view did: a file <name>.control.csv
     #[arg(long, value_name = "FILE", conflicts_with = "controller")]
     replay: Option<PathBuf>,
+    /// Let --restart go on under another controller, recording or page than that of the saved state; the record notes from when
+    #[arg(long, requires = "restart")]
+    pub other_controller: bool,
 }
 
 /// Sets the controlled signals.
@@ -66,6 +69,22 @@ impl ControlArgs {
             .into()),
         }
     }
+
+    /// The controller of a run, which asks a source where no page has paused it, with the note of the record; refused for a run that goes on from the state
+    /// of another one.
+    pub fn controller(
+        &self,
+        source: Source,
+        scene: &Scene,
+        (from, board): (Option<&Checkpoint>, Option<&Arc<Board>>),
+        stop: &Arc<AtomicBool>,
+    ) -> Result<(Option<String>, Option<Chosen>), ControlError> {
+        let (note, controller) = (source.note(), Chosen::new(source, board, stop));
+        if let (Some(from), Some(controller), false) = (from, &controller, self.other_controller) {
+            from.check_controller(scene, controller)?;
+        }
+        Ok((note, controller))
+    }
 }
 
 impl Source {
@@ -80,7 +99,7 @@ impl Source {
     }
 
     /// The note of the record on signals that are no function in the scene.
-    pub fn note(&self) -> Option<String> {
+    fn note(&self) -> Option<String> {
         match self {
             Self::None | Self::Program(_) => None,
             Self::Recording(Replay { sha256, extent, .. }) => Some(format!(
@@ -121,7 +140,7 @@ pub struct Chosen {
 
 impl Chosen {
     /// The controller of a run; none where nothing is set and no page can pause it.
-    pub fn new(source: Source, board: Option<&Arc<Board>>, stop: &Arc<AtomicBool>) -> Option<Self> {
+    fn new(source: Source, board: Option<&Arc<Board>>, stop: &Arc<AtomicBool>) -> Option<Self> {
         let inner: Option<Box<dyn Controller>> = match (source, board) {
             (Source::Program(process), _) => Some(Box::new(process)),
             (Source::Recording(replay), _) => Some(Box::new(replay)),
@@ -155,8 +174,24 @@ impl Controller for Chosen {
         self.ask(|inner| inner.step(observation, signals)).unwrap_or_else(|| Ok(Reply::default()))
     }
 
+    fn identity(&self) -> Option<String> {
+        self.inner.as_ref()?.identity()
+    }
+
+    fn would_set(&self, initial: &[f64], set: &[Setting]) -> Option<bool> {
+        self.inner.as_ref()?.would_set(initial, set)
+    }
+
     fn end(&mut self, row: &[f64], status: &str) {
         self.inner.iter_mut().for_each(|inner| inner.end(row, status));
+    }
+}
+
+/// A note on who sets the signals, with the time from which on it holds where another controller has set them before.
+pub fn since(controllers: &[ControllerRecord], note: String) -> String {
+    match controllers {
+        [_, .., last] => format!("from t = {} s on {note}", last.from_t_s),
+        _ => note,
     }
 }
 

@@ -13,7 +13,7 @@ use std::time::SystemTime;
 /// Ends of the names of files that not every run writes, `<name>.<end>`. Recordings and saved states are kept: later runs may start from them.
 const ENDS: [&str; 4] = ["errors.csv", "html", "refinement.csv", "sensitivities.csv"];
 
-/// The files that an earlier run has written, with the times at which they were changed; none where its record is not there.
+/// The files that an earlier run has written, with the times at which they were changed; none where its record is not there. The record is the last.
 pub struct Earlier(Vec<(PathBuf, SystemTime)>);
 
 impl Earlier {
@@ -28,10 +28,12 @@ impl Earlier {
             files.extend(frames(&collection));
             files.push(collection);
         }
+        files.push(out.join(format!("{name}.json")));
         Self(files.into_iter().filter_map(|file| Some((changed(&file)?, file))).map(|(t, file)| (file, t)).collect())
     }
 
-    /// Removes those that this run has not written again. The collections of a run that goes on name states of its part before.
+    /// Removes those that this run has not written again, the record last: without it nothing there counts as a result. The collections of a run that goes
+    /// on name states of its part before.
     pub fn remove(self) {
         let (again, old): (Vec<_>, Vec<_>) =
             self.0.into_iter().partition(|(file, before)| changed(file) != Some(*before));

@@ -13,15 +13,15 @@ use crate::bars::Bars;
 use crate::outcome::{CommandResult, Outcome};
 use crate::{interrupt, live};
 pub use args::Args;
-use controls::{Chosen, positive_time};
+use controls::positive_time;
 use drawing::{Drawing, Drawn};
 use durometer::live::Shown;
 use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::math::threads;
 use durometer::scene::control::Controller;
 use durometer::scene::{
-    Body, Checkpoint, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneSpec, SensitivityError,
-    SensitivityRecorder,
+    Body, Checkpoint, FileDigest, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneSpec,
+    SensitivityError, SensitivityRecorder,
 };
 use durometer::storage;
 use durometer::study::overlay::{markers, overlays};
@@ -29,14 +29,14 @@ use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
 use durometer::study::store::folder::{self, StoreError};
 use durometer::study::store::outcome;
-use durometer::study::store::partial_series::PartialSeries;
+use durometer::study::store::partial_series::{NameLock, PartialSeries};
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
 use earlier::Earlier;
 use errors::{estimate, estimator};
 use mesh::mesh;
 use states::{States, times};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use words::{completion, note_missing, note_quality, print_notes, tell};
@@ -55,7 +55,7 @@ fn simulate(args: Args) -> CommandResult {
     threads::use_threads(args.threads.unwrap_or_else(threads::available));
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
-    let earlier = check_out(&args.out, &name)?;
+    let (_name, earlier) = check_out(&args.out, &name)?;
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
@@ -73,8 +73,7 @@ fn simulate(args: Args) -> CommandResult {
     let mut drawing = Drawing::new((&args.out, &name), wanted, &scene, from.as_ref());
     let shown = Shown { run: &name, case: false, from: from.as_ref(), recording: source.page(), paused: args.paused };
     let (board, _served) = listener.and_then(|listener| drawing.follow(&scene, listener, &shown)).unzip();
-    let note = source.note();
-    let mut controller = Chosen::new(source, board.as_ref(), stop);
+    let (note, mut controller) = args.control.controller(source, &scene, (from.as_ref(), board.as_ref()), stop)?;
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
     let mut states = States { out: &args.out, name: &name, files: vec![], kept: false, failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
@@ -97,6 +96,7 @@ fn simulate(args: Args) -> CommandResult {
         save_every: Some(save_every),
         restart: from,
         controller: controller.as_mut().map(|c| c as &mut dyn Controller),
+        other_controller: args.control.other_controller,
         save_at,
         save_end,
         on_save: Some(&mut save),
@@ -113,9 +113,9 @@ fn simulate(args: Args) -> CommandResult {
     let (mut drawn, film) = drawing.finish();
     let mut record = outcome::record(&scene, &run, own_time(spent, &run, waited, &drawn));
     record.id.clone_from(&name);
-    record.notes.extend(note);
+    record.notes.extend(note.map(|note| controls::since(&run.controllers, note)));
     record.phases.build_s = build_s;
-    let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &record)?;
+    let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &mut record)?;
     states.end(&run);
     let errors =
         estimator.map(|estimator| estimate(estimator.stopped_by(stop.clone()), &args, &name, &run, &bars)).transpose();
@@ -158,13 +158,13 @@ fn build(
 }
 
 /// Refuses a folder that cannot be written, or where another process runs under this name, before anything is computed for it. Returns the files of
-/// the run before.
-fn check_out(out: &Path, name: &str) -> Result<Earlier, Box<dyn std::error::Error>> {
+/// the run before, and the right to replace them.
+fn check_out(out: &Path, name: &str) -> Result<(NameLock, Earlier), Box<dyn std::error::Error>> {
     let remedy = "choose another folder with --out, or make room";
     storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))?;
-    PartialSeries::check_free(out, name)?;
-    folder::Store::at(out).sweep();
-    Ok(Earlier::find(out, name))
+    let lock = NameLock::take(out, name)?;
+    folder::sweep_parts(out);
+    Ok((lock, Earlier::find(out, name)))
 }
 
 /// Writes the results in place of the rows that were written as they came, and of the files of the run before. Returns the record as JSON, and the failure that ended the rows.
@@ -173,11 +173,10 @@ fn replace(
     out: &Path,
     scene: &Scene,
     run: &Run,
-    record: &CaseRecord,
+    record: &mut CaseRecord,
 ) -> Result<(String, Option<StoreError>), String> {
     let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", partial.path().display());
-    let json = write(out, &record.id, scene, run, record).map_err(kept)?;
-    earlier.remove();
+    let json = write(out, earlier, scene, run, record).map_err(kept)?;
     Ok((json, partial.failure()))
 }
 
@@ -187,24 +186,29 @@ fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<Sensit
     if keys.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &keys).map(Some) }
 }
 
-/// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.
+/// Writes the time series, the signals, the sensitivities, the record with their digests, and the overlays; returns the record as JSON. Before the first of them
+/// is replaced, the earlier record is gone: at no moment does a record lie next to a series of another run.
 fn write(
     out: &Path,
-    name: &str,
+    earlier: Earlier,
     scene: &Scene,
     run: &Run,
-    record: &CaseRecord,
+    record: &mut CaseRecord,
 ) -> Result<String, Box<dyn std::error::Error>> {
-    folder::write(&out.join(format!("{name}.csv")), &csv_text::rows(run))?;
-    folder::write(&out.join(format!("{name}.signals.csv")), &csv_text::signals(scene, run))?;
+    let mut files = vec![("csv", csv_text::rows(run)), ("signals.csv", csv_text::signals(scene, run))];
     if let Some(sensitivities) = &run.sensitivities {
-        let text = csv_text::sensitivities(run, sensitivities);
-        folder::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
+        files.push(("sensitivities.csv", csv_text::sensitivities(run, sensitivities)));
         note_missing(run, sensitivities);
         note_quality(sensitivities);
     }
+    let named = |(end, text)| (format!("{}.{end}", record.id), text);
+    let mut files: Vec<(String, String)> = files.into_iter().map(named).collect();
+    let digest = |(file, text): &(String, String)| FileDigest { file: file.clone(), sha256: storage::sha256(text) };
+    record.provenance.results = files.iter().map(digest).collect();
     let json = folder::json(record)?;
-    folder::write(&out.join(format!("{name}.json")), &json)?;
-    durometer::study::overlay::save(out, name, &overlays(scene, run), &markers::overlays(scene, run)?)?;
+    files.push((format!("{}.json", record.id), json.clone()));
+    let files: Vec<(PathBuf, String)> = files.into_iter().map(|(file, text)| (out.join(file), text)).collect();
+    storage::write_together(&files, || earlier.remove()).map_err(folder::unwritten)?;
+    durometer::study::overlay::save(out, &record.id, &overlays(scene, run), &markers::overlays(scene, run)?)?;
     Ok(json)
 }

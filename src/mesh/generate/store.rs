@@ -11,7 +11,7 @@ use crate::mesh::TetMesh;
 use crate::mesh::read;
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+use tempfile::TempDir;
 
 /// A mesh with its manifest.
 #[derive(Clone, PartialEq, Debug)]
@@ -157,7 +157,8 @@ impl MeshStore {
         if let Some(file) = self.converted_file(&name) {
             return Ok(file);
         }
-        let (part, target) = self.places(&name)?;
+        let (folder, target) = self.places(&name)?;
+        let part = folder.path().join(target.file_name().unwrap_or_default());
         asked["output"] = serde_json::json!(part);
         let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let answer = self.mesher().call(
@@ -166,11 +167,8 @@ impl MeshStore {
             TIME_LIMIT_S,
             progress,
         );
-        let kept = answer.and_then(|_| storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e)));
-        if kept.is_err() {
-            std::fs::remove_file(&part).ok();
-        }
-        kept.map(|()| target)
+        answer.and_then(|_| storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e)))?;
+        Ok(target)
     }
 
     /// Keeps a converted mesh: as [`MeshStore::converted`], then moved from the made meshes to `meshes/file`. Returns the mesh file.
@@ -211,14 +209,13 @@ impl MeshStore {
         folders.map(|folder| folder.join(format!("{name}.msh.gz"))).into_iter().find(|file| file.is_file())
     }
 
-    /// A temporary file in the cache, and where it is kept under this name.
-    fn places(&self, name: &str) -> Result<(PathBuf, PathBuf), GenerateError> {
-        static CALLS: AtomicU32 = AtomicU32::new(0);
+    /// A temporary folder in the cache, in which no other process writes, and where a mesh is kept under this name.
+    fn places(&self, name: &str) -> Result<(TempDir, PathBuf), GenerateError> {
         let cache = &self.home.meshes;
-        std::fs::create_dir_all(cache).map_err(|e| GenerateError::io(cache, &e))?;
-        let call = CALLS.fetch_add(1, Ordering::Relaxed);
-        let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
-        Ok((part, cache.join(format!("{name}.msh.gz"))))
+        let folder = std::fs::create_dir_all(cache)
+            .and_then(|()| tempfile::Builder::new().prefix(".").suffix(".part").tempdir_in(cache));
+        let folder = folder.map_err(|e| GenerateError::io(cache, &e))?;
+        Ok((folder, cache.join(format!("{name}.msh.gz"))))
     }
 
     /// Calls the mesher. It writes under a temporary name; the manifest is kept first, so a mesh has always one.
@@ -229,11 +226,12 @@ impl MeshStore {
         name: &str,
         progress: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, GenerateError> {
-        let (part, target) = self.places(name)?;
+        let (folder, target) = self.places(name)?;
+        let part = folder.path().join(target.file_name().unwrap_or_default());
         json["output"] = serde_json::json!(part);
         // As it is before the mesher reads it
         let geometry = self.geometry_sha256(asked);
-        let answer = self.mesher().call(&json, name, asked.time_limit_s, progress).and_then(|answer| {
+        self.mesher().call(&json, name, asked.time_limit_s, progress).and_then(|answer| {
             let manifest = manifest_path(&target);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
@@ -254,13 +252,7 @@ impl MeshStore {
             storage::write(&manifest, text.as_bytes()).map_err(|e| GenerateError::io(&manifest, &e))?;
             storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e))?;
             Ok(target)
-        });
-        // The mesher writes a manifest of its own
-        std::fs::remove_file(manifest_path(&part)).ok();
-        if answer.is_err() {
-            std::fs::remove_file(&part).ok();
-        }
-        answer
+        })
     }
 }
 

@@ -25,6 +25,17 @@ pub struct Observation<'a> {
     pub next: f64,
 }
 
+/// Values that were set at a point of the time grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// Time of the point \[s\]
+    pub t: f64,
+    /// Time of the next point \[s\]
+    pub next: f64,
+    /// Values of the signals \[SI\], as [`Opening::signals`] names them
+    pub values: &'a [f64],
+}
+
 /// Further requests of a controller.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Reply {
@@ -87,6 +98,17 @@ pub trait Controller {
     /// Sets `signals` \[SI\], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
     /// so far, and keep them if nothing is set.
     fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError>;
+
+    /// Name by which a run that goes on from a checkpoint knows it again; none where it cannot be told from others.
+    fn identity(&self) -> Option<String> {
+        None
+    }
+
+    /// Whether it would have set these values at all points of the grid up to a checkpoint, from the initial values of the scene on; none where only its
+    /// identity tells.
+    fn would_set(&self, _initial: &[f64], _set: &[Setting]) -> Option<bool> {
+        None
+    }
 
     /// Is called after the last step, with the last row and the name of the status.
     fn end(&mut self, _row: &[f64], _status: &str) {}

@@ -16,6 +16,11 @@ pub enum ControlError {
     Record { file: String, reason: String },
     #[error("the state to go on from was saved from another {what}; restart it with the one it belongs to{hint}")]
     Elsewhere { what: &'static str, hint: &'static str },
+    #[error(
+        "another controller has set the signals up to the saved state at t = {t:.6} s: another program, recording or page, or a file that the command \
+         names has changed; go on with the one of that run, or pass --other-controller: the record notes the change"
+    )]
+    OtherController { t: f64 },
     #[error("the command \"{command}\" is not one: its quotes do not close; write --controller \"python3 ctrl.py\"")]
     Command { command: String },
     #[error("the controller \"{command}\" cannot be started: {reason}; give a program that this shell finds")]

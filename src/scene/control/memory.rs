@@ -17,6 +17,19 @@ pub struct ControlMemory {
     pub stopped: bool,
     /// Memory of the controller
     pub controller: serde_json::Value,
+    /// Changes of the values set from outside: time of the point of the grid \[s\], and the values that were set there
+    pub set: Vec<(f64, Vec<f64>)>,
+    /// Controllers that have set them, where they can be told apart
+    pub controllers: Vec<ControllerRecord>,
+}
+
+/// A controller, with the time from which on it sets the signals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ControllerRecord {
+    /// Point of the time grid \[s\]
+    pub from_t_s: f64,
+    /// Its [`Controller::identity`](super::Controller::identity)
+    pub identity: String,
 }
 
 /// Past of an event.

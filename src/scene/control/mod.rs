@@ -15,9 +15,9 @@ mod signals;
 pub mod spec;
 pub mod strict_json;
 
-pub use controller::{Controller, Observation, Opening, Reply};
+pub use controller::{Controller, Observation, Opening, Reply, Setting};
 pub use error::ControlError;
-pub use memory::{ControlMemory, Fired};
+pub use memory::{ControlMemory, ControllerRecord, Fired};
 pub(super) use prepare::build_controls;
 pub(super) use signals::SignalBuilder;
 
@@ -129,6 +129,9 @@ impl Controls {
             let mut signals: Vec<f64> = outside.iter().map(|&k| memory.outside[k]).collect();
             let reply = controller.step(&Observation { row, next }, &mut signals)?;
             self.check_ranges(&signals, state.t)?;
+            if memory.set.last().is_none_or(|(_, past)| *past != signals) {
+                memory.set.push((state.t, signals.clone()));
+            }
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
             if !reply.memory.is_null() {

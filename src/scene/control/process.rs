@@ -13,11 +13,13 @@
 use super::strict_json::Strict;
 use super::{ControlError, Controller, Observation, Opening, Reply};
 use crate::scene::error::hint;
+use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::subprocess::ends_with_parent;
 use serde::Deserialize;
 use serde::de::Error;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,6 +44,7 @@ pub struct Process {
     stop: Option<Arc<AtomicBool>>,
     columns: Vec<String>,
     signals: Vec<String>,
+    identity: String,
     /// Time of the last point it was asked at \[s\]
     t: f64,
     /// Time spent on its answers
@@ -98,8 +101,8 @@ impl Process {
                 }
             }
         });
-        let (columns, signals) = (Vec::new(), Vec::new());
-        Ok(Self { child, input, lines, timeout, stop, columns, signals, t: 0.0, waited: Duration::ZERO })
+        let (columns, signals, identity) = (Vec::new(), Vec::new(), identity(&words));
+        Ok(Self { child, input, lines, timeout, stop, columns, signals, identity, t: 0.0, waited: Duration::ZERO })
     }
 
     fn stopped(&self) -> bool {
@@ -166,6 +169,13 @@ impl Process {
     }
 }
 
+/// The digest of a command: of its words, and in place of one that is the path of a file of the contents of the file.
+fn identity(words: &[String]) -> String {
+    let content =
+        |word: &String| storage::read(Path::new(word), DATA_LIMIT).map(sha256).unwrap_or_else(|_| word.clone());
+    format!("program {}", sha256(format!("{:?}", words.iter().map(content).collect::<Vec<_>>())))
+}
+
 /// The next line, or the beginning of one that does not end; none after the last.
 fn line(output: &mut impl BufRead) -> Option<Result<String, String>> {
     let mut bytes = Vec::new();
@@ -206,6 +216,10 @@ impl Controller for Process {
             })?;
         }
         Ok(Reply { stop: answer.stop, save: answer.save, memory: answer.memory })
+    }
+
+    fn identity(&self) -> Option<String> {
+        Some(self.identity.clone())
     }
 
     fn end(&mut self, row: &[f64], status: &str) {

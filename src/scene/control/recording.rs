@@ -4,7 +4,7 @@
 //! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits. Every row ends with a line
 //! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
 
-use super::{ControlError, Controller, Observation, Reply};
+use super::{ControlError, Controller, Observation, Reply, Setting};
 use crate::scene::signal::instant::rounding;
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
@@ -108,6 +108,7 @@ impl Recording {
 }
 
 /// A controller that sets what was recorded.
+#[derive(Clone)]
 pub struct Replay {
     /// Digest of the recording as text
     pub sha256: String,
@@ -133,6 +134,19 @@ impl Controller for Replay {
             signals.copy_from_slice(&values);
         }
         Ok(Reply::default())
+    }
+
+    fn identity(&self) -> Option<String> {
+        Some(format!("recording {}", self.sha256))
+    }
+
+    fn would_set(&self, initial: &[f64], set: &[Setting]) -> Option<bool> {
+        let (mut replay, mut signals) = (self.clone(), initial.to_vec());
+        let mut sets = |s: &Setting| {
+            let is_set = replay.step(&Observation { row: &[s.t], next: s.next }, &mut signals).is_ok();
+            is_set && signals == s.values
+        };
+        Some(set.iter().all(&mut sets))
     }
 }
 

@@ -5,11 +5,13 @@
 
 use super::energy_balance::EnergyBalance;
 use super::energy_growth::EnergyGrowth;
+use super::identity::mesh_sha256;
 use crate::math::signal::Ramp;
 use crate::scene::build::Scene;
-use crate::scene::control::{ControlError, ControlMemory};
+use crate::scene::control::{ControlError, ControlMemory, Controller, Setting};
 use crate::scene::parts::constraints::CableLog;
 use crate::scene::record::recorder::Energies;
+use crate::scene::signal::instant::rounding;
 use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, MOST_CUTS, PastPoint, Prediction, Totals};
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::system::{Rates, State};
@@ -25,7 +27,7 @@ pub struct Snapshot {
     pub x: Vec<f64>,
 }
 
-/// Scene and mesh of a checkpoint, by digests.
+/// Scene and mesh with its cable paths of a checkpoint, by digests.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Origin {
     scene_sha256: String,
@@ -36,7 +38,7 @@ impl Origin {
     /// Of the states of a scene: the scene with its signals and their tables, and its mesh.
     fn of(scene: &Scene) -> Self {
         let all = format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls);
-        Self { scene_sha256: sha256(all), mesh_sha256: scene.body.sha256.clone() }
+        Self { scene_sha256: sha256(all), mesh_sha256: mesh_sha256(&scene.body) }
     }
 
     /// Refuses the states of another scene or mesh: the word for it, and a hint.
@@ -91,7 +93,7 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 8";
+const FORMAT: &str = "durometer state 9";
 /// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute other bits.
 const BUILD: &str = env!("DUROMETER_SOURCE_SHA256");
 /// Numbers that are written at a time.
@@ -175,6 +177,33 @@ impl Checkpoint {
     /// Refuses to go on with another scene or mesh than those of the run that it is of.
     pub(in crate::scene) fn check(&self, scene: &Scene) -> Result<(), ControlError> {
         self.origin.check(scene).map_err(|(what, hint)| ControlError::Elsewhere { what, hint })
+    }
+
+    /// Refuses to go on under another controller than the one that has set the signals so far: by its identity, or by the values that it would have set.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::OtherController`]
+    pub fn check_controller(&self, scene: &Scene, controller: &dyn Controller) -> Result<(), ControlError> {
+        let before = self.control.controllers.last().map(|c| c.identity.as_str());
+        let now = controller.identity();
+        if now.is_some() && before == now.as_deref() {
+            return Ok(());
+        }
+        let set = &self.control.set;
+        let setting = |w: &[f64]| {
+            let [t, next] = [w[0], w[1]];
+            let slack = rounding(t, next - t);
+            let (_, values) = set.get(set.partition_point(|(since, _)| *since <= t + slack).checked_sub(1)?)?;
+            (t < next && t <= self.state.t + slack).then_some(Setting { t, next, values })
+        };
+        let grid: Vec<f64> = scene.spans.iter().flat_map(|span| (0..=span.steps()).map(|k| span.point(k))).collect();
+        let initial = scene.controls.values_from_outside(&scene.controls.memory());
+        let would_set = controller.would_set(&initial, &grid.windows(2).filter_map(setting).collect::<Vec<_>>());
+        if would_set.unwrap_or(before.is_none() || now.is_none()) {
+            return Ok(());
+        }
+        Err(ControlError::OtherController { t: self.state.t })
     }
 
     /// Writes the state; the file appears whole or not at all.

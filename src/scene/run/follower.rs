@@ -3,7 +3,7 @@
 use super::checkpoint::{Checkpoint, Snapshot};
 use super::options::{OnRow, PARTIAL, Progress, RunOptions, Saved};
 use crate::scene::build::Scene;
-use crate::scene::control::{ControlError, Opening, Orders};
+use crate::scene::control::{ControlError, ControllerRecord, Opening, Orders};
 use crate::solve::{AcceptedStep, GridPoint, SpanStart, Status, Step, StepObserver};
 use crate::system::State;
 use std::ops::ControlFlow;
@@ -57,7 +57,11 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         }
         if let (Some(controller), None) = (&mut options.controller, &failure) {
             let (columns, signals) = (scene.columns(), scene.controls.controlled());
-            let Checkpoint { state, control, .. } = &checkpoint;
+            let Checkpoint { state, control, .. } = &mut checkpoint;
+            let is_last = |identity: &String| control.controllers.last().is_some_and(|last| last.identity == *identity);
+            if let Some(identity) = controller.identity().filter(|identity| !is_last(identity)) {
+                control.controllers.push(ControllerRecord { from_t_s: state.t, identity });
+            }
             let opening = Opening { columns: &columns, signals: &signals, t: state.t, memory: &control.controller };
             failure = controller.begin(&opening).err();
         }

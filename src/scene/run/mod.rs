@@ -10,7 +10,7 @@ pub(super) mod start;
 
 use super::build::Scene;
 use super::build::rules::against_iterations;
-use super::control::{ControlError, Fired};
+use super::control::{ControlError, ControllerRecord, Fired};
 use super::linear::{LinearSpec, LinearWork};
 use super::notes::collapse::{CollapsedCavity, collapsed};
 use super::notes::sunk::{SunkenFacet, sunken};
@@ -52,6 +52,8 @@ pub struct Run {
     pub memories: Vec<Vec<f64>>,
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
+    /// The controllers that have set signals, where they can be told apart
+    pub controllers: Vec<ControllerRecord>,
     pub status: Status,
     /// Error of a signal, of the controller or of the state to go on from, which ended the run
     pub failure: Option<ControlError>,
@@ -176,10 +178,13 @@ impl Scene {
         self.run_with(RunOptions::default())
     }
 
-    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved. A saved state of another scene
-    /// or mesh ends the run before its first step, with the reason in [`Run::failure`].
+    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved. A saved state of another scene,
+    /// mesh or controller ends the run before its first step, with the reason in [`Run::failure`].
     pub fn run_with(&self, mut options: RunOptions) -> Run {
-        let refused = options.restart.as_ref().and_then(|restart| restart.check(self).err());
+        let refused = options.restart.as_ref().and_then(|restart| {
+            let controller = options.controller.as_deref().filter(|_| !options.other_controller);
+            restart.check(self).and_then(|()| controller.map_or(Ok(()), |c| restart.check_controller(self, c))).err()
+        });
         options.restart = options.restart.filter(|_| refused.is_none());
         let mut driver = self.driver();
         let bytes = driver.steps.solver.linear.factor.bytes() as u64;
@@ -225,6 +230,7 @@ impl Scene {
             signals: checkpoint.signals,
             memories: checkpoint.memories,
             events: checkpoint.control.log,
+            controllers: checkpoint.control.controllers,
             status,
             failure,
             totals: driver.totals,

@@ -50,6 +50,8 @@ pub struct RunOptions<'a> {
     /// A saved state of this scene to go on from; title, numerics, output and comparisons may be others
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,
+    /// Go on from a saved state also under another controller than the one that has set the signals so far
+    pub other_controller: bool,
     /// Computes the derivatives of the recorded rows in the same pass; not together with `restart`
     pub sensitivities: Option<SensitivityRecorder<'a>>,
     /// Times at which a state is saved: at the first point of the grid that is not before \[s\]. Saved states go to `on_save`, or else are kept in

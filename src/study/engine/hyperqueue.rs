@@ -35,11 +35,11 @@ print(client.submit(job).id)
 /// The files of a submission.
 pub fn files(s: &Submission) -> Result<Vec<EngineFile>, EngineError> {
     s.check()?;
-    let (mut tasks, mut first_phase) = (vec![], vec![]);
+    let (batches, mut tasks, mut first_phase) = (s.batches(), vec![], vec![]);
     let numbered = s.groups.iter().flat_map(|g| g.batches.iter().map(move |_| g)).enumerate();
     for (k, group) in numbered {
         // A case that does not converge is a result; the others, and the report, go on
-        let run = format!("{} || [ $? -eq 3 ]", s.run_batch(&(k + 1).to_string()));
+        let run = format!("{} || [ $? -eq 3 ]", s.run_batch(&batches, &(k + 1).to_string()));
         let deps = if group.phase == 0 { vec![] } else { first_phase.clone() };
         if group.phase == 0 {
             first_phase.push(k);
@@ -53,7 +53,7 @@ pub fn files(s: &Submission) -> Result<Vec<EngineFile>, EngineError> {
     job.insert("name".into(), format!("durometer-{}", s.study).into());
     job.insert("task".into(), Value::Array(tasks));
     let text = toml::to_string(&job).expect("tables with string keys only");
-    Ok(vec![s.batches(), EngineFile { name: "jobs.toml".into(), text }])
+    Ok(vec![batches, EngineFile { name: "jobs.toml".into(), text }])
 }
 
 /// A task that runs a line of shell, with seconds and MiB that it needs.
@@ -138,7 +138,10 @@ mod tests {
         assert_eq!(tasks[1]["request"][0]["time_request"].as_str(), Some("500s"));
         assert_eq!(tasks[1]["request"][0]["resources"]["mem"].as_integer(), Some(1280));
         let line = tasks[2]["command"][2].as_str().expect("a line");
-        assert!(line.ends_with("durometer run s --batch /r/engine/batches.txt:3 || [ $? -eq 3 ]"), "{line}");
+        let end = format!("durometer run s --batch /r/engine/{}:3 || [ $? -eq 3 ]", files[0].name);
+        assert!(line.ends_with(&end), "{line}");
+        let fewer = Submission { groups: s.groups[..1].to_vec(), ..s };
+        assert_ne!(fewer.batches().name, files[0].name, "tasks of the first submission may still wait");
         assert!(line.starts_with("module load gcc\n"), "{line}");
     }
 }

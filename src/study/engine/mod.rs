@@ -3,7 +3,7 @@
 //!
 //! | File in `<results>/engine/` | Content |
 //! |---|---|
-//! | `batches.txt` | the ids of the cases of each task, one task a line ([`batches`]) |
+//! | `batches-<digest>.txt` | the ids of the cases of each task, one task a line ([`batches`]) |
 //! | `*.sbatch`, `jobs.toml` | what [`slurm`] and [`hyperqueue`] take |
 //! | `logs/` | the output of the tasks |
 //!
@@ -13,6 +13,7 @@ pub mod batches;
 pub mod hyperqueue;
 pub mod slurm;
 
+use crate::storage::{self, sha256};
 use crate::study::engine::batches::Group;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -95,14 +96,15 @@ impl Submission {
     }
 
     /// Program and arguments of a run of a batch, as a line of shell; `k` is put in as it is.
-    fn run_batch(&self, k: &str) -> String {
-        let file = self.place().join("batches.txt");
+    fn run_batch(&self, batches: &EngineFile, k: &str) -> String {
+        let file = self.place().join(&batches.name);
         format!("{} --batch {}:{k}", shell(&self.run), shell(&[file.to_string_lossy().into_owned()]))
     }
 
-    /// The batches, as a file.
+    /// The batches, as a file that no later submission replaces by other ones: tasks may still wait to read it.
     fn batches(&self) -> EngineFile {
-        EngineFile { name: "batches.txt".into(), text: batches::text(&self.groups) }
+        let text = batches::text(&self.groups);
+        EngineFile { name: format!("batches-{}.txt", &sha256(&text)[..12]), text }
     }
 
     /// Refuses a text that would end a line of a file of an engine.
@@ -123,7 +125,7 @@ impl Submission {
         std::fs::create_dir_all(place.join("logs")).map_err(|e| unwritable(&place, e))?;
         for EngineFile { name, text } in files {
             let path = place.join(name);
-            crate::storage::write(&path, text.as_bytes()).map_err(|e| unwritable(&path, e))?;
+            storage::write(&path, text.as_bytes()).map_err(|e| unwritable(&path, e))?;
         }
         Ok(())
     }

@@ -29,27 +29,28 @@ pub fn max_array_size() -> Result<usize, EngineError> {
 /// The files of a submission. The last one is the report.
 pub fn files(s: &Submission, max_array_size: usize) -> Result<Vec<EngineFile>, EngineError> {
     s.check()?;
-    let mut files = vec![s.batches()];
-    files.extend(arrays(s, max_array_size).into_iter().map(|(_, file)| file));
+    let batches = s.batches();
+    let arrays = arrays(s, &batches, max_array_size).into_iter().map(|(_, file)| file);
+    let mut files: Vec<EngineFile> = std::iter::once(batches.clone()).chain(arrays).collect();
     files.push(EngineFile { name: "report.sbatch".into(), text: report(s) });
     Ok(files)
 }
 
 /// The arrays with their phases.
-fn arrays(s: &Submission, max_array_size: usize) -> Vec<(usize, EngineFile)> {
+fn arrays(s: &Submission, batches: &EngineFile, max_array_size: usize) -> Vec<(usize, EngineFile)> {
     let (mut arrays, mut first) = (vec![], 1);
     for group in &s.groups {
         for tasks in group.batches.chunks(max_array_size.max(1)) {
             let name = format!("cases-{}.sbatch", arrays.len() + 1);
-            arrays.push((group.phase, EngineFile { name, text: array(s, group, first, tasks.len()) }));
+            arrays.push((group.phase, EngineFile { name, text: array(s, batches, group, (first, tasks.len())) }));
             first += tasks.len();
         }
     }
     arrays
 }
 
-/// The script of an array whose tasks begin with the batch `first`.
-fn array(s: &Submission, group: &Group, first: usize, tasks: usize) -> String {
+/// The script of an array of so many tasks that begin with the batch `first`.
+fn array(s: &Submission, batches: &EngineFile, group: &Group, (first, tasks): (usize, usize)) -> String {
     let array = format!("--array=0-{}", tasks - 1);
     let signal = format!("--signal=B:USR1@{WARNING_S}");
     let mut text = head(s, "cases", "%A_%a", group.bytes, s.seconds(group).div_ceil(60) + 2);
@@ -74,7 +75,7 @@ if [ -n "$over" ] && [ "$code" -ne 0 ]; then
 fi
 exit $code
 "#,
-        s.run_batch(&format!("$(({first} + SLURM_ARRAY_TASK_ID))"))
+        s.run_batch(batches, &format!("$(({first} + SLURM_ARRAY_TASK_ID))"))
     );
     text
 }
@@ -117,7 +118,7 @@ pub fn submit(s: &Submission) -> Result<Vec<String>, EngineError> {
         let said = output("slurm", REMEDY, command.arg(s.place().join(name)))?;
         Ok(said.split(';').next().unwrap_or_default().trim().to_string())
     };
-    for (phase, file) in arrays(s, size) {
+    for (phase, file) in arrays(s, &s.batches(), size) {
         let after: Vec<String> = jobs.iter().filter(|(of, _)| *of < phase).map(|(_, job)| job.clone()).collect();
         jobs.push((phase, submit(&file.name, &after)?));
     }
@@ -160,7 +161,8 @@ mod tests {
     fn requests_follow_from_the_prediction() {
         let files = files(&submission(), 1001).expect("no line breaks");
         let names: Vec<&str> = files.iter().map(|f| f.name.as_str()).collect();
-        assert_eq!(names, ["batches.txt", "cases-1.sbatch", "cases-2.sbatch", "report.sbatch"]);
+        let batches = submission().batches().name;
+        assert_eq!(names, [batches.as_str(), "cases-1.sbatch", "cases-2.sbatch", "report.sbatch"]);
         assert_eq!(files[0].text, "a b\nc\nd\n");
         // 2 · 1500 s + 300 s = 55 min, and two of warning; 1.5 · 1 GiB + 256 MiB
         let wanted = [
@@ -172,7 +174,9 @@ mod tests {
             "#SBATCH --requeue\n",
             "#SBATCH --output='/data/my results/engine/logs/%A_%a.txt'\n",
             "module load gcc\n",
-            "durometer run \"it's/study.toml\" --batch '/data/my results/engine/batches.txt':$((1 + SLURM_ARRAY_TASK_ID)) &\n",
+            &format!(
+                "durometer run \"it's/study.toml\" --batch '/data/my results/engine/{batches}':$((1 + SLURM_ARRAY_TASK_ID)) &\n"
+            ),
         ];
         for line in wanted {
             assert!(files[1].text.contains(line), "{line}\n{}", files[1].text);

@@ -7,6 +7,8 @@ pub use methods::OwnMethods;
 
 use crate::report::paper::{Paper, Parts};
 use crate::report::{ReportError, files};
+use crate::scene::FileDigest;
+use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::record::CaseRecord;
 use std::path::{Path, PathBuf};
 
@@ -35,6 +37,11 @@ pub fn of_run(record: &Path) -> Result<PathBuf, ReportError> {
         Err(ReportError::Malformed { path, source }) => return Err(ReportError::NotARecord { path, source }),
         read => read?.ok_or(ReportError::NotAStudy { path })?,
     };
+    let stored = |file: &&FileDigest| storage::read(&record.with_file_name(&file.file), DATA_LIMIT);
+    let is_other = |file: &&FileDigest| stored(file).is_ok_and(|bytes| sha256(bytes) != file.sha256);
+    if let Some(other) = run.provenance.results.iter().find(is_other) {
+        return Err(ReportError::OtherFile { path: record.with_file_name(&other.file), record: record.into() });
+    }
     let dir = record.with_file_name(format!("{}-paper", run.id));
     let parts = Parts { title: &run.id, tables_in: "tables", tables: vec![], figures: vec![] };
     write(&dir, &[&run], OwnMethods { errors: RUN_ERRORS, search: &[] }, parts)?;

@@ -443,8 +443,8 @@ impl Running<'_> {
     fn usable(&self, turn: &Turn, record: &CaseRecord) -> bool {
         let (task, identity) = (&turn.ready.task, &turn.ready.identity);
         // Another run has just computed it, with this end
-        let now = turn.waits || turn.ready.before.as_ref() != Some(&record.provenance.record_sha256);
-        if turn.waits && record.broke() && record.status != INPUTS_CHANGED {
+        let now = turn.ready.before.as_ref() != Some(&record.provenance.record_sha256);
+        if turn.waits && now && record.broke() && record.status != INPUTS_CHANGED {
             return true;
         }
         let drawn = !task.vtu || self.store.has_fields(record);

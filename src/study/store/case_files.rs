@@ -9,7 +9,7 @@ use crate::study::store::seal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-pub use crate::study::store::names::{ENDS, OUTDATED, PAGE, SEARCH, STATES, is_ambiguous, parts_of};
+pub use crate::study::store::names::{ENDS, MOST_BYTES, OUTDATED, PAGE, SEARCH, STATES, is_ambiguous, parts_of};
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -7,8 +7,8 @@ use crate::study::store::case_files::{ENDS, OUTDATED, PAGE, SEARCH, STATES, chec
 use crate::study::store::csv_text;
 use crate::study::store::field_folder;
 use crate::study::store::identity::Identity;
-use crate::study::store::names::NEXT;
-use crate::study::store::placing::{Unwritten, pending, place, settle_all};
+use crate::study::store::names::{NEXT, is_part};
+use crate::study::store::placing::{Unwritten, clear, pending, place, settle_all};
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::store::seal;
 use crate::study::store::skin::Skin;
@@ -112,21 +112,11 @@ impl Store {
     /// Removes what writers left behind that were killed. What is young may be that of a run which begins at this moment.
     pub fn sweep(&self) {
         settle_all(&self.dir);
-        let is_old = |file: &Path| {
-            let changed = std::fs::metadata(file).and_then(|m| m.modified()).ok();
-            changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT)
-        };
-        for folder in pending(&self.dir).iter().map(|id| self.dir.join(NEXT).join(id)).filter(|folder| is_old(folder)) {
-            std::fs::remove_dir_all(folder).ok();
+        for id in pending(&self.dir).iter().filter(|id| is_left(&self.dir.join(NEXT).join(id))) {
+            clear(&self.dir, id);
         }
-        for folder in ["", "cases", "runs", "locks", OUTDATED].map(|name| self.dir.join(name)) {
-            for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-                let name = file.file_name();
-                let name = name.to_string_lossy();
-                if name.starts_with('.') && name.ends_with(".part") && is_old(&file.path()) {
-                    std::fs::remove_file(file.path()).ok();
-                }
-            }
+        for folder in ["", "cases", "runs", "locks", OUTDATED] {
+            sweep_parts(&self.dir.join(folder));
         }
     }
 
@@ -270,6 +260,21 @@ impl Store {
     }
 }
 
+/// Removes the half-written files that killed writers left in a folder.
+pub fn sweep_parts(folder: &Path) {
+    for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if is_part(&file.file_name().to_string_lossy()) && is_left(&file.path()) {
+            std::fs::remove_file(file.path()).ok();
+        }
+    }
+}
+
+/// Whether a file or folder is so old that nobody writes it any more.
+fn is_left(path: &Path) -> bool {
+    let changed = std::fs::metadata(path).and_then(|m| m.modified()).ok();
+    changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT)
+}
+
 /// A value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
 pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String> {
     let text = serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n";
@@ -284,7 +289,8 @@ pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
     storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
-fn unwritten((path, e): Unwritten) -> StoreError {
+/// A file that cannot be written, as an error of the folder.
+pub fn unwritten((path, e): Unwritten) -> StoreError {
     unwritable(&path, &e)
 }
 

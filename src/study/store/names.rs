@@ -11,10 +11,17 @@ pub const ENDS: [&str; 9] =
 pub const PAGE: &str = "view.html";
 /// End of the file with the states of a case.
 pub const STATES: &str = "states.cbor";
+/// Most bytes of an id: the names of its files and locks, with numbers and the names of runs in them, have 255 at most, which every usual file system takes.
+pub const MOST_BYTES: usize = 180;
 /// Name of the folder with the cases whose results are of other inputs than the study has now.
 pub const OUTDATED: &str = "outdated";
 /// Name of the folder with files that are about to take their places.
 pub const NEXT: &str = "next";
+
+/// Whether this is the name of a file that is not yet written to its end.
+pub fn is_part(name: &str) -> bool {
+    name.starts_with('.') && name.ends_with(".part")
+}
 
 /// Name of a file of a case: id and end. `known` tells names apart that several ids fit to, `a.fit` with `json` and `a` with `fit.json`.
 pub fn parts_of<'a>(name: &'a str, known: &BTreeSet<&str>) -> Option<(&'a str, &'static str)> {
@@ -53,5 +60,14 @@ mod tests {
         for other in ["notes.txt", ".x.part", "json", ".json", "a.json.damaged"] {
             assert_eq!(parts_of(other, &none), None, "{other}");
         }
+    }
+
+    #[test]
+    fn the_names_of_all_files_of_a_case_are_short_enough() {
+        let longest = ENDS.iter().map(|end| end.len()).max().expect("ends");
+        let set_aside = ".damaged-1000000.".len() + longest;
+        // A lock, its guard by the name of a run, and the guard of that
+        let guards = ".json".len() + 2 * ".after-0123456789abcdef".len();
+        assert!(MOST_BYTES + set_aside.max(guards) <= 255);
     }
 }

@@ -120,6 +120,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         one_run: None,
         inputs: vec![],
         events: run.events.clone(),
+        controllers: run.controllers.clone(),
         cut_regions,
         cut_columns,
         glued_edge: has_glued_edge(scene),

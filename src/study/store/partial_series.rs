@@ -9,7 +9,26 @@ use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The rows of a run while it goes on: `<name>.partial.csv`, which is locked as long as this value lives. A run that is killed leaves it; one that has written its files removes it.
+/// The right to write the files of a name in a folder, as long as this value lives: the lock of a file that stays there and is never replaced.
+pub struct NameLock(#[expect(dead_code, reason = "it is open as long as this value lives")] File);
+
+impl NameLock {
+    /// Takes the right; refused where another process has it.
+    pub fn take(dir: &Path, name: &str) -> Result<Self, StoreError> {
+        let path = dir.join(format!(".{name}.lock"));
+        let file = File::options().create(true).append(true).open(&path).map_err(|e| unwritable(&path, &e))?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let reason = "another process runs a scene of this name there".into();
+                Err(StoreError::Unwritable { path: file_of(dir, name), reason })
+            }
+            // A file system without locks tells nothing
+            _ => Ok(Self(file)),
+        }
+    }
+}
+
+/// The rows of a run while it goes on: `<name>.partial.csv`. A run that is killed leaves it; one that has written its files removes it.
 pub struct PartialSeries {
     path: PathBuf,
     file: File,
@@ -20,29 +39,13 @@ pub struct PartialSeries {
 }
 
 impl PartialSeries {
-    /// Refuses a name under which another process runs.
-    pub fn check_free(dir: &Path, name: &str) -> Result<(), StoreError> {
-        let path = file_of(dir, name);
-        match storage::open(&path).map(|file| file.try_lock()) {
-            Ok(Err(TryLockError::WouldBlock)) => {
-                let reason = "another process runs a scene of this name there".into();
-                Err(StoreError::Unwritable { path, reason })
-            }
-            // A file system without locks tells nothing
-            _ => Ok(()),
-        }
-    }
-
     /// Creates the file with the names of the columns.
     pub fn create(dir: &Path, name: &str, scene: &Scene) -> Result<Self, StoreError> {
-        Self::check_free(dir, name)?;
         let path = file_of(dir, name);
         let schedule = scene.spec.output.series.clone().unwrap_or_default();
         // A link of this name is replaced, not followed
         storage::write(&path, header(scene.columns().into_iter()).as_bytes())
             .and_then(|()| File::options().append(true).open(&path))
-            // In Windows a lock would keep readers off
-            .inspect(|file| drop(cfg!(unix).then(|| file.try_lock())))
             .map(|file| Self { path: path.clone(), file, schedule, past: None, failure: None })
             .map_err(|e| unwritable(&path, &e))
     }
@@ -68,7 +71,7 @@ impl PartialSeries {
         self.failure.take()
     }
 
-    /// Removes the file, when all that the run writes under this name is written: until then no other process takes the name.
+    /// Removes the file, when all that the run writes under this name is written.
     pub fn remove(self) {
         std::fs::remove_file(&self.path).ok();
     }
@@ -76,4 +79,21 @@ impl PartialSeries {
 
 fn file_of(dir: &Path, name: &str) -> PathBuf {
     dir.join(format!("{name}.partial.csv"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_has_one_writer_at_a_time() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let take = |name: &str| NameLock::take(folder.path(), name);
+        let first = take("scene").expect("nobody else");
+        let refused = take("scene").err().expect("it is taken").to_string();
+        assert!(refused.contains("another process runs a scene of this name"), "{refused}");
+        take("other").expect("nobody else");
+        drop(first);
+        take("scene").expect("it is free again");
+    }
 }

@@ -6,7 +6,7 @@
 
 use crate::scene::FileDigest;
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::names::{ENDS, NEXT, SEARCH};
+use crate::study::store::names::{ENDS, NEXT, SEARCH, is_part};
 use serde::Deserialize;
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -22,27 +22,28 @@ pub type Unwritten = (PathBuf, Error);
 pub fn place<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
     settle(dir, id);
     let folder = dir.join(NEXT).join(id);
-    let written = write(&folder, id, files).and_then(|()| {
+    let written = write(dir, id, files).and_then(|()| {
         let record = format!("{id}.json");
         let (from, to) = (folder.join(&record), dir.join("cases").join(record));
         storage::keep(&from, &to).map_err(|e| (to, e))
     });
     if written.is_err() {
         // The earlier result does not need it
-        std::fs::remove_dir_all(&folder).ok();
+        clear(dir, id);
         return written;
     }
     let others = files.iter().filter(|(end, _)| *end != "json").map(|(end, _)| format!("{id}.{end}"));
     move_files(dir, id, &others.collect::<Vec<_>>())?;
-    std::fs::remove_dir_all(&folder).ok();
+    clear(dir, id);
     Ok(())
 }
 
 /// Writes the new files, the record last.
-fn write<B: AsRef<[u8]>>(folder: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
+fn write<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
     // A run that was killed has left files there that belong to no record
-    std::fs::remove_dir_all(folder).ok();
-    std::fs::create_dir_all(folder).map_err(|e| (folder.to_path_buf(), e))?;
+    clear(dir, id);
+    let folder = dir.join(NEXT).join(id);
+    std::fs::create_dir_all(&folder).map_err(|e| (folder.clone(), e))?;
     let (records, others): (Vec<_>, Vec<_>) = files.iter().partition(|(end, _)| *end == "json");
     others.into_iter().chain(records).try_for_each(|(end, bytes)| {
         let path = folder.join(format!("{id}.{end}"));
@@ -76,10 +77,29 @@ pub fn settle_all(dir: &Path) {
     }
 }
 
-/// Ids of the cases with files in `next/`.
+/// Ids of the cases with files in `next/`. A folder with any other file is none of a case.
 pub fn pending(dir: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(dir.join(NEXT)).into_iter().flatten().flatten();
-    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+    let has_own_only =
+        |id: &String| names(&dir.join(NEXT).join(id)).is_ok_and(|all| all.iter().all(|name| is_own(id, name)));
+    names(&dir.join(NEXT)).unwrap_or_default().into_iter().filter(has_own_only).collect()
+}
+
+/// Removes the files of a case in `next/`, and their folder where nothing else is in it.
+pub fn clear(dir: &Path, id: &str) {
+    let folder = dir.join(NEXT).join(id);
+    for name in names(&folder).unwrap_or_default().iter().filter(|name| is_own(id, name)) {
+        std::fs::remove_file(folder.join(name)).ok();
+    }
+    std::fs::remove_dir(folder).ok();
+}
+
+fn names(folder: &Path) -> std::io::Result<Vec<String>> {
+    std::fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+}
+
+/// Whether a file of this name in `next/<id>` is one of the case, whole or half-written.
+fn is_own(id: &str, name: &str) -> bool {
+    is_of(id, name) || is_part(name)
 }
 
 /// Moves the files of a result whose record is in its place. First goes what the earlier result had and this one has not.
@@ -180,11 +200,38 @@ mod tests {
         let (earlier, next) = ([("csv", "1"), (STATES, "2")], [("csv", "3")]);
         place(dir, "a", &[earlier.as_slice(), &[("json", record(&earlier).as_str())]].concat()).expect("room");
         let record = record(&next);
-        write(&dir.join(NEXT).join("a"), "a", &[next.as_slice(), &[("json", record.as_str())]].concat()).expect("room");
+        write(dir, "a", &[next.as_slice(), &[("json", record.as_str())]].concat()).expect("room");
         settle(dir, "a");
         assert_eq!(found(dir), wanted(&earlier));
         std::fs::write(dir.join("cases/a.json"), &record).expect("room");
         settle(dir, "a");
         assert_eq!(found(dir), wanted(&next));
+    }
+
+    /// A folder of a user in `next/` stays with all that is in it, also where it has the name of a case.
+    #[test]
+    fn files_of_others_in_the_folder_of_next_results_stay() {
+        let keep = tempfile::tempdir().expect("a temporary folder");
+        let dir = keep.path();
+        for folder in ["cases", "next/thesis", "next/a"] {
+            std::fs::create_dir_all(dir.join(folder)).expect("room");
+        }
+        let (own, half) = (dir.join("next/a/a.csv"), dir.join("next/a/.x.part"));
+        let others = ["next/thesis/data.csv", "next/a/thesis.csv", "next/note.txt"].map(|file| dir.join(file));
+        for file in others.iter().chain([&own, &half]) {
+            std::fs::write(file, "mine").expect("room");
+        }
+        assert!(pending(dir).is_empty());
+        place(dir, "a", &[("csv", "1"), ("json", record(&[("csv", "1")]).as_str())]).expect("room");
+        assert_eq!(found(dir), wanted(&[("csv", "1")]));
+        for id in ["thesis", "a"] {
+            clear(dir, id);
+        }
+        assert!(others.iter().all(|file| file.is_file()) && !own.exists() && !half.exists());
+        std::fs::remove_file(&others[1]).expect("there");
+        std::fs::write(&half, "").expect("room");
+        assert_eq!(pending(dir), ["a"]);
+        clear(dir, "a");
+        assert!(!dir.join("next/a").exists());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::material::Law;
 use crate::math::units::Dimension;
-use crate::scene::control::Fired;
+use crate::scene::control::{ControllerRecord, Fired};
 use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, FileDigest, Measured, column};
 use crate::solve::{Integrator, Status, integrator_order};
@@ -127,6 +127,9 @@ pub struct CaseRecord {
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
+    /// The controllers that have set signals, each from its time on
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub controllers: Vec<ControllerRecord>,
     /// Regions of constraints and effects whose border, given by place, runs through cells
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cut_regions: Vec<String>,

@@ -271,6 +271,9 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     out.extend(wrinkle_notes(scene, &run.peak.x));
     out.extend(lost_volumes(scene, &run.peak.x).map(|lost| lost.note()));
     out.extend(half_turns(&scene.signals, &run.signals));
+    out.extend(run.controllers.iter().skip(1).map(|c| {
+        format!("from t = {} s on the controlled signals are set by another controller than before", c.from_t_s)
+    }));
     if run.status != Status::Converged {
         out.extend(growing_feedback(&scene.signals, &run.signals));
         out.extend(friction_at_limit(scene, &run.last));

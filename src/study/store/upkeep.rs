@@ -6,7 +6,7 @@ use crate::study::store::case_files::{
 };
 use crate::study::store::field_folder;
 use crate::study::store::lock::{Owner, SILENT};
-use crate::study::store::names::NEXT;
+use crate::study::store::names::{NEXT, is_part};
 use crate::study::store::placing::pending;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -171,10 +171,6 @@ fn left_locks(dir: &Path, age: Duration) -> Vec<Removed> {
 
 fn removed(dir: &Path, file: String, why: &'static str) -> Removed {
     Removed { bytes: size(&dir.join(&file)), file, why }
-}
-
-fn is_part(name: &str) -> bool {
-    name.starts_with('.') && name.ends_with(".part")
 }
 
 /// Names in a folder; none where there is no such folder.
