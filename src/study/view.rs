@@ -137,6 +137,7 @@ fn at_peak(case: &StoredCase, skin: &Skin, why: &str) -> Packed {
     let mut shape = Shape {
         points: skin.points.clone(),
         nodes: (0..count).collect(),
+        has_own_numbers: true,
         facet_nodes: 3,
         facets: skin.triangles.iter().flatten().copied().collect(),
         facet_cells: numbers.clone(),

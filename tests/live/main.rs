@@ -216,6 +216,7 @@ fn a_browser_drives_a_run() {
     assert!(case.starts_with("The case has ended: Converged"), "{case}");
     assert!(case.ends_with("stay; load the page again to see the case that runs then."), "{case}");
     assert_eq!((&found["states"], &found["disabled"]), (&json!(5), &json!(true)));
+    assert_eq!(found["follows"], json!([false, true]));
     // The first state, and the last one of a run that keeps only every hundredth
     assert_eq!(found["kept"], json!([0, 4]));
     assert_eq!(found["different"].as_array().map(Vec::len), Some(3), "{}", found["different"]);

@@ -210,16 +210,20 @@ fn files_of_all_kinds_are_shown_or_refused() {
     std::fs::copy(path("scene.json"), path("other.json")).expect("room");
     std::fs::write(
         path("newer.html"),
-        std::fs::read_to_string(&run).expect("text").replace("{\"format\":1", "{\"format\":7"),
+        std::fs::read_to_string(&run).expect("text").replace("{\"format\":2", "{\"format\":7"),
     )
     .expect("room");
     std::fs::write(path("plain.html"), "<p>").expect("room");
+    let sets = [0, 1].map(|part| format!("<DataSet timestep=\"0\" part=\"{part}\" file=\"scene-000{part}.vtu\"/>"));
+    std::fs::write(path("parts.pvd"), format!("<VTKFile><Collection>{}</Collection></VTKFile>", sets.concat()))
+        .expect("room");
     std::fs::write(path("broken.vtu"), "<VTKFile>").expect("room");
     std::fs::write(path("image.vtu"), "<VTKFile type=\"ImageData\"></VTKFile>").expect("room");
     for (file, words) in [
         ("other.json", "without --no-view"),
         ("newer.html", "newer version"),
         ("plain.html", "no page of the viewer"),
+        ("parts.pvd", "several parts"),
         ("broken.vtu", "not well-formed"),
         ("image.vtu", "ImageData"),
         ("none.html", "cannot be read"),
@@ -251,6 +255,14 @@ fn the_report_of_a_study_has_its_cases_in_three_dimensions() {
             let off = distance(&std::array::from_fn(|i| u[k][i]), displacement);
             assert!(off <= stated + SINGLE, "{}: node {k} is off by {off}, stated {stated}", case.title());
         }
+    }
+    // The nodes of a stored surface have no numbers of the mesh, and its state a time
+    if let Some(driven) = driven(&folder.path().join("view.html"), false) {
+        assert_eq!(driven["errors"], serde_json::json!([]));
+        let said: Vec<&str> = driven["said"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+        let time = format!("t = {} s", stored.skins[found[0].title()].t_s);
+        assert!(said.len() == 3 && said[0].starts_with("point "), "{said:?}");
+        assert!(said[1].ends_with(&format!(" at {time}")) && said[2].starts_with(&format!("state{time}")), "{said:?}");
     }
     let again = durometer(ROOT, &["view", &out, "--out", &folder.path().join("out.html").to_string_lossy()]);
     assert!(again.is_success(), "{}", again.err);
@@ -306,15 +318,26 @@ fn the_build_makes_the_program_that_is_committed() {
     assert!(output.is_success(), "{}", output.err);
 }
 
-/// Marks of axes and colour bars have texts that tell neighbours apart, in one notation.
-#[test]
-fn marks_are_written_with_the_digits_of_their_distance() {
+/// Runs a test of the sources of the page.
+fn passes_in_node(test: &str) {
     if tools::is_missing(is_there("node"), "node") {
         return;
     }
     let root = Path::new(ROOT).join("viewer");
-    let output = Command::new("node").arg("test/units.mjs").current_dir(root).output().expect("node starts");
+    let output = Command::new("node").arg(test).current_dir(root).output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Marks of axes and colour bars have texts that tell neighbours apart, in one notation.
+#[test]
+fn marks_are_written_with_the_digits_of_their_distance() {
+    passes_in_node("test/units.mjs");
+}
+
+/// Each state has the value of its own row and a time that tells it from its neighbours, and no field hides another one.
+#[test]
+fn states_have_their_rows_and_fields_their_names() {
+    passes_in_node("test/data.mjs");
 }
 
 fn is_there(program: &str) -> bool {

@@ -137,16 +137,21 @@ fn assert_fields(found: &Value) {
         ["", "0", "“” is no number.", 0, 0.0205, "own"],
         ["30", "0", below, 0, 0.0205, "own"],
         ["abc", "0", "“abc” is no number.", 0, 0.0205, "own"],
+        ["-Infinity", "0", "“-Infinity” is no number.", 0, 0.0205, "own"],
+        ["1e400", "20.5", "“1e400” is no number.", 0, 0.0205, "own"],
         ["0,5", "0.5", "", 0.0005, 0.0205, "own"],
     ]);
     assert_eq!((&found["typed"], &found["factors"]), (&expected, &json!(["1", "2.5"])));
+    // A node is where it is, however its displacement is drawn
+    let picked = texts(&found["picked"]);
+    assert!(picked[0].starts_with("node 1 at (") && picked[0] == picked[1], "{picked:?}");
 }
 
 /// A picture says the factor of the displacements, the scale of the forces and which colour is which region; "About" the fields with their errors.
 fn assert_words(found: &Value) {
     let words = texts(&found["words"]);
     assert!(words[0] == "t = 0.5 s, displacements × 2.5", "{words:?}");
-    assert!(words[1].starts_with("contact forces ") && words[1].ends_with(" mN"), "{words:?}");
+    assert!(words[1].starts_with("normal contact forces ") && words[1].ends_with(" mN"), "{words:?}");
     assert_eq!(found["force"], words[1]);
     // Those that a later region covers have no place in the picture
     assert_eq!(words[2..], ["regions", "xmax", "xmin", "ymax", "ymin", "zmax", "zmin"]);

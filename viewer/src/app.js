@@ -6,7 +6,7 @@ import { Exporter } from "./export.js";
 import { Pane } from "./pane.js";
 import { button, check, el, field, group, icon, numeric, row, select, slider } from "./panel.js";
 import { Plot, firstColumn, label } from "./plot.js";
-import { number, read, rounded, scaled, ticks } from "./units.js";
+import { digits, number, read, rounded, scaled, ticks } from "./units.js";
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const KEYS =
@@ -15,6 +15,9 @@ const KEYS =
 
 /** Ends of several ranges. */
 const union = (ranges) => [Math.min(...ranges.map((r) => r[0])), Math.max(...ranges.map((r) => r[1]))];
+
+/** A node or cell by its number in the mesh; where that is not known, as a point of the page. */
+const place = ({ head, nodeNumbers, cellNumbers }, isNode, k) => `${!isNode ? "cell" : head.ownNumbers ? "point" : "node"} ${(isNode ? nodeNumbers : cellNumbers)?.[k] ?? k}`;
 
 /** Whether neither sign is a trifle. */
 const hasBothSigns = ([low, high]) => low < 0 && high > 0 && Math.min(-low, high) > 0.05 * Math.max(-low, high);
@@ -36,6 +39,13 @@ export class App {
       state: (body) => this.#state(body),
     };
     dark.addEventListener("change", () => this.#theme(dark.matches), { signal });
+    // Cases next to each other have one axis, and far from zero one place to which they are relative
+    const isCounted = cases.some((c) => !c.rises);
+    const base = cases.some((c) => c.isFar) ? cases[0].head.origin : [0, 0, 0];
+    cases.forEach((c) => {
+      c.along(isCounted);
+      c.place(base);
+    });
     this.times = [Math.min(...cases.map((c) => c.times[0] ?? 0)), Math.max(...cases.map((c) => c.times.at(-1) ?? 0))];
     this.s.time = this.times[0];
     this.moves = cases.some((c) => c.states > 1 || c.live);
@@ -53,7 +63,7 @@ export class App {
   grow() {
     this.times = [Math.min(...this.cases.map((c) => c.times[0] ?? 0)), Math.max(...this.cases.map((c) => c.times.at(-1) ?? 0))];
     const [min, max] = this.times;
-    Object.assign(this.slider, { min, max, step: (max - min) / 1000 || 1 });
+    Object.assign(this.slider, { min, max });
     if (this.view.fits) this.#bounds();
     // Which columns change is known from their rows alone
     if (this.plot && !this.hasColumn) this.columnPick.value = this.s.column = firstColumn(this.cases);
@@ -93,11 +103,6 @@ export class App {
   #state(body) {
     const exact = body.stateAt(this.s.time);
     return this.s.smooth ? exact : Math.round(exact);
-  }
-
-  /** Its time, which is that of the slider only at a stored state or between two. */
-  #time(body) {
-    return body.timeAt(this.s.state(body));
   }
 
   /** Names of the quantities of all cases. */
@@ -147,8 +152,7 @@ export class App {
     if (still.length) this.foot.append(el("p", { class: "still" }, still.join(" ")));
     if (!this.moves) return;
     this.play = button(icon("play"), "Play or pause (space)", () => this.toggle());
-    const step = (this.times[1] - this.times[0]) / 1000 || 1;
-    this.slider = slider("Time", [this.times[0], this.times[1], step], this.s.time, (t) => this.seek(t));
+    this.slider = slider("Time", [...this.times, "any"], this.s.time, (t) => this.seek(t));
     this.clock = el("output", { class: "clock" });
     this.foot.append(button(icon("start"), "First state", () => this.seek(this.times[0])), button(icon("back"), "State before (comma)", () => this.step(-1)), this.play,
       button(icon("next"), "Next state (full stop)", () => this.step(1)), this.slider, this.clock);
@@ -209,7 +213,7 @@ export class App {
     const all = [
       ["body", "body", true], ["edges", "element edges", true], ["ghost", "outline at rest", has((c) => c.motion.size)], ["held", "held or moved nodes", has((c) => c.marked.some((m) => m.kind === "held"))],
       ["cables", "cables with their guides", has((c) => c.parts.some((p) => p.kind === "cable"))],
-      ["rigid", "rigid bodies, obstacles, skins", has((c) => c.parts.some((p) => p.kind !== "cable"))], ["forces", "contact forces", has((c) => c.arrows.length)],
+      ["rigid", "rigid bodies, obstacles, skins", has((c) => c.parts.some((p) => p.kind !== "cable"))], ["forces", "normal contact forces", has((c) => c.arrows.length)],
     ];
     this.boxes = {};
     const checks = all.filter(([, , there]) => there).map(([key, label]) => {
@@ -354,7 +358,7 @@ export class App {
     const { unit, factor } = this.#scaled();
     const range = this.s.range.map((end, i) => (i === k ? read(text) / factor : end));
     const isBelow = range[0] < range[1];
-    if (isBelow) {
+    if (isBelow && range.every(Number.isFinite)) {
       this.s.range = range;
       return this.#fix("own");
     }
@@ -553,16 +557,17 @@ export class App {
     const lines = this.cases.flatMap((c, k) => {
       const state = s.state(c);
       const name = this.cases.length > 1 ? `${k + 1}: ` : "";
-      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.timeAt(state, c.realTimes))} s` : "at rest")];
+      const only = c.curves.columns.length ? c.timeText(state) : "the only one";
+      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, ${c.timeText(state)}` : only)];
       for (const q of [...new Set([c.quantity("displacement"), c.quantity(s.quantity)])].filter(Boolean)) {
         const found = c.extremes(q, state);
         const { unit, factor } = scaled(q.unit, Math.max(Math.abs(found.low), Math.abs(found.high)));
-        const place = q.nodal ? "node" : "cell";
-        own.push(line(`${name}${q.name}`, `${number(found.low * factor)} (${place} ${found.lowAt}) to ${number(found.high * factor)} ${unit} (${place} ${found.highAt})`));
+        const ends = [["low", ""], ["high", unit && ` ${unit}`]].map(([end, unit]) => `${number(found[end] * factor)}${unit} (${place(c, q.nodal, found[`${end}At`])})`);
+        own.push(line(`${name}${q.name}`, found.highAt < 0 ? "no values" : ends.join(" to ")));
       }
       for (const col of c.curves.columns.slice(1)) {
         const { words, unit } = label([c], col);
-        own.push(line(`${name}${words}`, `${number(Plot.at(c, col, this.#time(c)))} ${unit}`));
+        own.push(line(`${name}${words}`, `${number(c.recordedAt(col, state))} ${unit}`));
       }
       return own;
     });
@@ -570,22 +575,25 @@ export class App {
   }
 
   /** The times of the states that are shown, each once; where time does not rise, with the number of the state. */
-  #clockText() {
-    const moving = this.cases.filter((c) => c.states > 1 || c.live);
-    const words = moving.map((c) => {
+  #clockText(cases = this.cases.filter((c) => c.states > 1 || c.live)) {
+    const words = cases.map((c) => {
       const state = this.s.state(c);
-      return `${c.rises ? "" : `state ${number(state + 1)}, `}t = ${number(c.timeAt(state, c.realTimes))} s`;
+      return `${c.isCounted ? `state ${number(state + 1)}, ` : ""}${c.timeText(state)}`;
     });
     return [...new Set(words)].join(" · ");
   }
 
   #picked(pane) {
     if (pane.pick < 0) return "";
-    const p = pane.pick;
-    const { unit, factor } = scaled("m", s0(pane, p));
-    const at = [0, 1, 2].map((i) => number(pane.x[3 * p + i] * factor)).join(", ");
-    const q = pane.body.quantity(this.s.quantity);
-    let text = `node ${p} at (${at}) ${unit}`;
+    const { body, pick: p } = pane;
+    // The displacements that are drawn may be exaggerated
+    const x = this.s.scale === 1 ? pane.x : body.positions(pane.state, 1);
+    const coordinates = [0, 1, 2].map((i) => body.base[i] + x[3 * p + i]);
+    const size = Math.max(...coordinates.map(Math.abs));
+    const { unit, factor } = scaled("m", size);
+    const at = coordinates.map((v) => number(v * factor, digits(size, 0.01 * body.extent))).join(", ");
+    const q = body.quantity(this.s.quantity);
+    let text = `${place(body, true, p)} at (${at}) ${unit}`;
     if (q?.nodal) {
       const own = scaled(q.unit, Math.abs(pane.values[p]));
       text += `, ${q.name} ${number(pane.values[p] * own.factor)} ${own.unit}`;
@@ -595,13 +603,11 @@ export class App {
 
   #mark() {
     const { s } = this;
-    this.plot.mark((c) => this.#time(c));
+    this.plot.mark(s.state);
     const { words, unit } = label(this.cases, s.column);
-    const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, this.#time(c)))} ${unit}`);
-    this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
+    const own = this.cases.filter((c) => c.curves.columns.includes(s.column));
+    const values = own.map((c) => `${number(c.recordedAt(s.column, s.state(c)))} ${unit}`);
+    this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText(own)}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);
   }
 }
-
-/** Largest coordinate of a point. */
-const s0 = (pane, p) => Math.max(...[0, 1, 2].map((i) => Math.abs(pane.x[3 * p + i])));

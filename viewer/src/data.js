@@ -1,6 +1,8 @@
 // Data of a case: reads the packed block, gives positions and values at a state.
 
-const FORMAT = 1;
+import { digits, number } from "./units.js";
+
+const FORMAT = 2;
 
 /** All cases of the page: the title of each, and what reads its numbers when it is shown first. */
 export function listCases(Kind = Case) {
@@ -16,7 +18,7 @@ export function listCases(Kind = Case) {
 
 /** Numbers that are stored byte by byte, first bytes first. */
 function array(bytes, { kind, at, count }) {
-  const width = kind === "i16" ? 2 : 4;
+  const width = { i16: 2, f64: 8 }[kind] ?? 4;
   const buffer = new ArrayBuffer(count * width);
   const plain = new Uint8Array(buffer);
   for (let plane = 0; plane < width; plane++) {
@@ -24,6 +26,7 @@ function array(bytes, { kind, at, count }) {
     // Typed arrays are little endian on every machine that runs browsers
     for (let k = 0; k < count; k++) plain[k * width + (width - 1 - plane)] = bytes[from + k];
   }
+  if (kind === "f64") return new Float64Array(buffer);
   if (kind === "f32") return new Float32Array(buffer);
   if (kind === "i16") return new Int16Array(buffer);
   const values = new Uint32Array(buffer);
@@ -40,7 +43,8 @@ class Modes {
     this.components = components;
     this.error = error;
     this.shapes = shapes.map((s) => array(bytes, s));
-    this.amplitudes = amplitudes;
+    // JSON has no other word for what is no number, at a state without values
+    this.amplitudes = amplitudes.map((a) => a.map((v) => v ?? NaN));
     this.size = this.shapes.length ? this.shapes[0].length : 0;
   }
 
@@ -76,19 +80,43 @@ function largestPrincipal(s) {
   return q + 2 * p * Math.cos(Math.acos(Math.min(1, Math.max(-1, r))) / 3);
 }
 
+/** Row of each state: that of its time, after the row of the state before it; where there is none, its place between two rows; not a number where rows end before it. */
+function rowsOf(times, rows) {
+  const stored = rows instanceof Float32Array ? Math.fround : (t) => t;
+  let next = 0;
+  return times.map((time) => {
+    const t = stored(time);
+    const exact = rows.indexOf(t, next);
+    if (exact >= 0) {
+      next = exact + 1;
+      return exact;
+    }
+    for (let k = Math.max(1, next); k < rows.length; k++) {
+      if ((rows[k - 1] - t) * (rows[k] - t) > 0) continue;
+      next = k;
+      return k - 1 + (t - rows[k - 1]) / (rows[k] - rows[k - 1] || 1);
+    }
+    return NaN;
+  });
+}
+
 const AXES = ["x", "y", "z"];
+/** Distance from zero, in extents of what is shown, from which positions are relative to a corner. */
+const FAR = 1e3;
 const TENSOR = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/** Scalars that a field offers: name, whether they have a sign, and the scalar of the components. */
-function scalars(name, components) {
+/** Scalars that a field offers: name, whether they have a sign, and the scalar of the components. A tensor is a stress where its unit is one. */
+function scalars(name, unit, components) {
   if (components === 1) return [{ name, of: null }];
   if (components === 3) {
     const size = { name, of: (v) => Math.hypot(v[0], v[1], v[2]) };
     return [size, ...AXES.map((axis, i) => ({ name: `${name}, ${axis}`, signed: true, of: (v) => v[i] }))];
   }
+  const mean = (s) => (s[0] + s[1] + s[2]) / 3;
+  const of = (scalar) => (unit !== "Pa" || name !== "stress" ? `${name}, ${scalar}` : scalar === "von Mises" ? "von Mises stress" : scalar);
   return [
-    { name: "von Mises stress", of: vonMises },
-    { name: "pressure", signed: true, of: (s) => -(s[0] + s[1] + s[2]) / 3 },
+    { name: of("von Mises"), of: vonMises },
+    unit === "Pa" ? { name: of("pressure"), signed: true, of: (s) => -mean(s) } : { name: of("mean"), signed: true, of: mean },
     { name: `${name}, largest principal`, signed: true, of: largestPrincipal },
     ...TENSOR.map((pair, i) => ({ name: `${name}, ${pair}`, signed: true, of: (s) => s[i] })),
   ];
@@ -97,12 +125,16 @@ function scalars(name, components) {
 export class Case {
   constructor(head, bytes) {
     const read = (place) => array(bytes, place);
-    Object.assign(this, { head, title: head.title, times: head.times, nodes: head.nodes, facetNodes: head.facetNodes, cellNodes: head.cellNodes });
+    Object.assign(this, { head, title: head.title, nodes: head.nodes, facetNodes: head.facetNodes, cellNodes: head.cellNodes });
     const relative = read(head.points);
     this.count = relative.length / 3;
-    /** Reference positions, one point after the other */
-    this.rest = new Float32Array(relative.length);
-    for (let p = 0; p < this.count; p++) for (let i = 0; i < 3; i++) this.rest[3 * p + i] = head.origin[i] + relative[i * this.count + p];
+    this.relative = relative;
+    this.extent = relative.reduce((most, v) => Math.max(most, v), 0);
+    /** Single precision has not enough digits for absolute positions */
+    this.isFar = Math.max(...head.origin.map(Math.abs)) > FAR * this.extent;
+    this.place([0, 0, 0]);
+    /** Numbers in the mesh, where they are not 0, 1, 2, … */
+    [this.nodeNumbers, this.cellNumbers] = [head.nodeNumbers, head.cellNumbers].map((numbers) => numbers && read(numbers));
     this.facets = read(head.facets);
     this.facetCells = read(head.facetCells);
     this.cells = read(head.cells);
@@ -111,21 +143,63 @@ export class Case {
     this.motion = new Modes(bytes, head.motion);
     this.arrows = head.arrows.map((a) => this.#arrows(a, read));
     this.curves = { columns: head.curves.columns, labels: head.curves.labels, values: head.curves.values.map(read) };
-    this.order();
+    this.order(head.times);
+    this.recorded = new Set(head.fields.map((f) => f.name));
     this.quantities = [];
     if (this.motion.size) this.offer("displacement", "m", true, this.motion);
     for (const f of head.fields) this.offer(f.name, f.unit, f.nodal, new Modes(bytes, f.modes));
     this.ranges = new Map();
   }
 
-  /** Where time does not rise from state to state, as on a path by arc length, the number of the state takes its place. */
-  order() {
-    this.realTimes = this.times;
-    this.rises = this.times.every((t, k) => k === 0 || t > this.times[k - 1]);
-    if (this.rises) return;
-    this.times = this.times.map((_, k) => k + 1);
+  /** Reference positions relative to a place, one point after the other. */
+  place(base) {
+    const { origin } = this.head;
+    this.base = base;
+    this.frame = null;
+    this.rest = new Float32Array(this.relative.length);
+    for (let p = 0; p < this.count; p++) for (let i = 0; i < 3; i++) this.rest[3 * p + i] = origin[i] - base[i] + this.relative[i * this.count + p];
+  }
+
+  /** Takes the times of the states, and finds their rows. */
+  order(times) {
+    this.realTimes = times;
+    this.rises = times.every((t, k) => k === 0 || t > times[k - 1]);
+    this.stateRows = rowsOf(times, this.curves.values[0] ?? []);
+    this.along(!this.rises);
+  }
+
+  /** Lays states and rows along time or, as where time does not rise from state to state, along the numbers of the states. */
+  along(isCounted) {
+    this.isCounted = isCounted;
+    this.times = isCounted ? this.realTimes.map((_, k) => k + 1) : this.realTimes;
     const [t] = this.curves.values;
-    if (t) this.curves.values[0] = t.map((_, k) => 1 + (k / Math.max(1, t.length - 1)) * (this.times.length - 1));
+    this.axis = t;
+    if (!isCounted || !t) return;
+    this.axis = new Float64Array(t.length).fill(NaN);
+    this.stateRows.forEach((from, k) => {
+      const to = this.stateRows[k + 1] ?? from;
+      for (let row = Math.ceil(from); row <= to; row++) this.axis[row] = k + 1 + (row - from) / (to - from || 1);
+    });
+  }
+
+  /** Row of a state; between two states and between two rows linear. */
+  rowAt(state) {
+    const low = Math.floor(state);
+    const [from, to] = [this.stateRows[low], this.stateRows[low + 1]];
+    if (!(state > low)) return from;
+    const at = this.timeAt(state);
+    let k = Math.floor(from) + 1;
+    while (k < to && this.axis[k] < at) k++;
+    const [a, b] = [this.axis[k - 1], this.axis[k]];
+    return b > a ? k - 1 + Math.min(1, Math.max(0, (at - a) / (b - a))) : k;
+  }
+
+  /** Value of a recorded column at a state; not a number where there is none. */
+  recordedAt(name, state) {
+    const values = this.curves.values[this.curves.columns.indexOf(name)];
+    const row = this.rowAt(state);
+    const low = Math.floor(row);
+    return (row > low ? values?.[low] * (1 - row + low) + values?.[low + 1] * (row - low) : values?.[low]) ?? NaN;
   }
 
   #arrows({ name, unit, counts, points, vectors }, read) {
@@ -138,7 +212,9 @@ export class Case {
   }
 
   offer(name, unit, nodal, modes) {
-    for (const s of scalars(name, modes.components)) {
+    for (const s of scalars(name, unit, modes.components)) {
+      // A field that is there itself comes before what follows from another one
+      if (s.name !== name && this.recorded.has(s.name)) continue;
       this.quantities.push({ name: s.name, field: name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
     }
   }
@@ -254,6 +330,15 @@ export class Case {
       this.ranges.set(key, [at(0.01), at(0.99)]);
     }
     return this.ranges.get(key);
+  }
+
+  /** The time of a state in words, with the digits that tell it from its neighbours. */
+  timeText(state) {
+    const { realTimes } = this;
+    const t = this.timeAt(state, realTimes);
+    const low = Math.floor(state);
+    const gaps = (state > low ? [low] : [low - 1, low]).map((k) => Math.abs(realTimes[k + 1] - realTimes[k])).filter((gap) => gap > 0);
+    return `t = ${number(t, digits(t, Math.min(...gaps)))} s`;
   }
 
   /** State of a time, between two states linear. */

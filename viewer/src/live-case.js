@@ -98,13 +98,12 @@ export class LiveCase extends Case {
   /** Brings histories, times and curves into the order of the run. */
   #arrange() {
     const states = [...this.kept].sort(([a], [b]) => a - b).map(([, s]) => s);
-    this.times = states.map((s) => s.t);
     this.motion.states = states.map((s) => s.motion);
     this.fields.forEach((f, k) => (f.states = states.map((s) => s.fields[k])));
     this.arrows = this.head.arrows.map(({ name, unit }) => ({ name, unit, ...this.#forces(states) }));
     const rows = [...this.rows].sort(([a], [b]) => a - b).map(([, values]) => values);
-    this.curves.values = this.curves.columns.map((_, k) => Float32Array.from(rows, (r) => r[k]));
-    this.order();
+    this.curves.values = this.curves.columns.map((_, k) => (k ? Float32Array : Float64Array).from(rows, (r) => r[k]));
+    this.order(states.map((s) => s.t));
   }
 
   #forces(states) {

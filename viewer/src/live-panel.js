@@ -1,7 +1,7 @@
 // Controls of the live view: pause and step, signals, time, step size and iterations.
 
 import { button, el, field, group, row, slider } from "./panel.js";
-import { number, read, scaled } from "./units.js";
+import { digits, number, read, scaled } from "./units.js";
 
 const svg = (name, attributes, text) => {
   const out = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -44,15 +44,17 @@ export class LivePanel {
 
   update(news, iterations) {
     const { t, end, paused, waiting, ended } = news;
-    const at = `t = ${number(t)} of ${number(end)} s`;
+    const last = iterations.at(-1);
+    if (t !== this.past) [this.gap, this.past] = [t - this.past, t];
+    const precise = (time) => number(time, digits(time, last?.[2] ?? this.gap));
+    const at = `t = ${precise(t)} of ${precise(end)} s`;
     this.paused = paused;
     this.pause.textContent = paused ? "Go on" : "Pause";
     const [whole, next] = this.settings.case ? ["case", "; load the page again to see the case that runs then"] : ["run", ""];
     if (ended) this.end(`The ${whole} has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay${next}.`);
     else this.say(waiting ? `Paused at ${at}` : paused ? `Pauses after this step, ${at}` : `Running, ${at}`);
     this.#signals(news.signals);
-    const last = iterations.at(-1);
-    this.step.textContent = last ? `step to t = ${number(last[1])} s, step size ${number(last[2])} s, iteration ${last[3]}, error ${number(last[4], 2)} × tolerance` : "";
+    this.step.textContent = last ? `step to t = ${precise(last[1])} s, step size ${number(last[2])} s, iteration ${last[3]}, error ${number(last[4], 2)} × tolerance` : "";
     this.#iterations(iterations);
     this.plot.style.display = last ? "" : "none";
   }

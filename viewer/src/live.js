@@ -112,8 +112,8 @@ export class Live {
       const seek = this.app.seek.bind(this.app);
       // The newest state is shown as long as nobody looks at an earlier one
       this.app.seek = (t) => {
-        this.follows = t >= this.app.times[1];
         seek(t);
+        this.follows = Math.round(this.body.stateAt(this.app.s.time)) === this.body.states - 1;
       };
     }
     const { follows } = this;

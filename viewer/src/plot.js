@@ -33,7 +33,7 @@ export function firstColumn(cases) {
   return (moving.find(({ name }) => /(_[xyz]_m|_tension_N|_angle_deg)$/.test(name)) ?? moving[0] ?? usual[0] ?? all[0])?.name;
 }
 
-/** Draws a column of all cases; `seek` takes the time that is pointed at. */
+/** Draws a column of all cases along their axis; `seek` takes the time that is pointed at. */
 export class Plot {
   constructor(svg, cases, seek) {
     Object.assign(this, { svg, cases, seek });
@@ -48,25 +48,13 @@ export class Plot {
     svg.addEventListener("pointermove", follow);
   }
 
-  /** Value of a column at a time, between two rows linear. */
-  static at(body, name, t) {
-    const k = body.curves.columns.indexOf(name);
-    if (k < 0) return NaN;
-    const [times, values] = [body.curves.values[0], body.curves.values[k]];
-    let j = times.findIndex((x) => x >= t - 1e-9 * Math.abs(t));
-    if (j < 0) j = times.length - 1;
-    if (j === 0) return values[0];
-    const part = times[j] > times[j - 1] ? Math.min(1, (t - times[j - 1]) / (times[j] - times[j - 1])) : 1;
-    return values[j - 1] + part * (values[j] - values[j - 1]);
-  }
-
   draw(name) {
     this.name = name;
     const { svg } = this;
     const [w, h] = [(this.width = svg.clientWidth || 300), (this.height = svg.clientHeight || 150)];
     svg.setAttribute("viewBox", `0 0 ${w} ${h}`);
     svg.replaceChildren();
-    const lines = this.cases.map((c) => [c.curves.values[0], c.curves.values[c.curves.columns.indexOf(name)]]).filter(([, v]) => v);
+    const lines = this.cases.map((c) => [c.axis, c.curves.values[c.curves.columns.indexOf(name)]]).filter(([, v]) => v);
     if (!lines.length) return;
     const ends = (list) => list.reduce(([a, b], array) => array.reduce(([l, m], v) => (Number.isFinite(v) ? [Math.min(l, v), Math.max(m, v)] : [l, m]), [a, b]), [Infinity, -Infinity]);
     const [t0, t1] = ends(lines.map(([t]) => t));
@@ -82,12 +70,12 @@ export class Plot {
     }
     ticks(t0, t1, 4).forEach(({ value, text }, k, all) => {
       const isLast = k === all.length - 1;
-      svg.append(node("text", { x: isLast ? Math.min(px(value), w - 14) : px(value), y: h - 6, "text-anchor": "middle" }, `${text}${isLast && this.cases[0].rises ? " s" : ""}`));
+      svg.append(node("text", { x: isLast ? Math.min(px(value), w - 14) : px(value), y: h - 6, "text-anchor": "middle" }, `${text}${isLast && this.cases[0].isCounted ? "" : " s"}`));
     });
     const { words, unit } = label(this.cases, name);
     svg.append(node("text", { x: 4, y: 13 }, `${words}${unit ? ` [${unit}]` : ""}`));
     lines.forEach(([t, v], k) => {
-      const points = Array.from(t, (time, i) => (Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);
+      const points = Array.from(t, (time, i) => (Number.isFinite(time) && Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);
       svg.append(node("polyline", { points: points.join(" "), class: `curve curve-${k}`, stroke: css(PALETTE[k]) }));
     });
     this.marks = lines.map((_, k) => [node("line", { class: "now", y1: top, y2: bottom }), node("circle", { r: 4, fill: css(PALETTE[k]) })]);
@@ -95,15 +83,15 @@ export class Plot {
     Object.assign(this, { px, py });
   }
 
-  /** Moves the mark of each case to its time. */
-  mark(time) {
+  /** Moves the mark of each case to its state. */
+  mark(state) {
     if (!this.marks) return;
     this.cases.filter((c) => c.curves.columns.includes(this.name)).forEach((c, k) => {
       const [line, dot] = this.marks[k];
-      const x = this.px(time(c));
+      const x = this.px(c.timeAt(state(c)));
       line.setAttribute("x1", x);
       line.setAttribute("x2", x);
-      const v = Plot.at(c, this.name, time(c));
+      const v = c.recordedAt(this.name, state(c));
       if (!Number.isFinite(v)) return dot.setAttribute("visibility", "hidden");
       dot.setAttribute("visibility", "visible");
       dot.setAttribute("cx", x);

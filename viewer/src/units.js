@@ -39,6 +39,12 @@ export function number(v, digits = 4) {
   return text.replaceAll("-", "−");
 }
 
+/** Digits of a number that tell it from others at this distance with a tenth of it: four, or more. */
+export function digits(v, gap) {
+  const count = Math.ceil(Math.log10(Math.abs(v) / gap)) + 2;
+  return Number.isFinite(count) ? Math.min(15, Math.max(4, count)) : 4;
+}
+
 const exponent = (v) => Number(Math.abs(v).toExponential().split("e")[1]);
 
 /** Round numbers between two ends, each with its text: in one notation, with the digits by which neighbours differ. */

@@ -60,6 +60,10 @@ async function views() {
   found.reach = await run(REACH);
   found.column = await run("return viewer.s.column");
   found.cases = await run(POSITIONS);
+  // A node by its number, the state and the recorded value in words
+  found.said = await run(`viewer.panes[0].pick = viewer.cases[0].facets[0]; viewer.redraw("pick"); for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame);
+    return [viewer.readout.textContent, viewer.value?.textContent, viewer.numbers.textContent]`);
+  await run("viewer.panes[0].pick = -1; viewer.redraw('pick')");
   if (await run("return viewer.moves")) {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
     await shoot("slider");
@@ -160,9 +164,13 @@ async function numbers() {
     return [f.value, viewer.endsSaid.textContent, ...viewer.s.range.map((v) => Number(v.toPrecision(6))), viewer.rangePick.value]`);
   await run("viewer.choose('displacement')");
   found.typed = [];
-  for (const [end, text] of [["Upper end", "20,5"], ["Lower end", ""], ["Lower end", "30"], ["Lower end", "abc"], ["Lower end", "0,5"]]) found.typed.push([text, ...(await type(end, text))]);
+  for (const [end, text] of [["Upper end", "20,5"], ["Lower end", ""], ["Lower end", "30"], ["Lower end", "abc"], ["Lower end", "-Infinity"], ["Upper end", "1e400"], ["Lower end", "0,5"]]) found.typed.push([text, ...(await type(end, text))]);
   found.factors = [];
-  for (const text of ["", "2,5"]) found.factors.push((await type("Factor of the displacements", text))[0]);
+  found.picked = [];
+  for (const text of ["", "2,5"]) {
+    found.factors.push((await type("Factor of the displacements", text))[0]);
+    found.picked.push(await run("viewer.panes[0].pick = 1; viewer.redraw('pick'); for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame); return viewer.readout.textContent"));
+  }
   await run("viewer.choose('regions'); await viewer.out.file('svg')");
   found.words = await run(SVG_WORDS);
   found.colours = await run("return viewer.panes.flatMap((p) => [...p.regions, ...p.sets].map((r) => [r.name, r.colour.join()]))");

@@ -40,15 +40,28 @@ pub struct Grid {
     pub left_out: Vec<String>,
 }
 
-/// The times of a collection \[s\] with their files.
+/// The times of a collection \[s\] with their files, in its order: a run by arc length goes back in time. Several parts of one time are refused.
 pub fn read_collection(path: &Path) -> Result<Vec<(f64, PathBuf)>, MeshError> {
     let text = text(path)?;
     let document = parsed(path, &text)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let sets = document.descendants().filter(|n| n.has_tag_name("DataSet"));
-    let found: Vec<(f64, PathBuf)> = sets
-        .filter_map(|n| Some((n.attribute("timestep")?.parse().ok()?, folder.join(n.attribute("file")?))))
-        .collect();
+    let mut parts: BTreeMap<u64, &str> = BTreeMap::new();
+    let mut found: Vec<(f64, PathBuf)> = vec![];
+    for set in sets {
+        let time = set.attribute("timestep").and_then(|t| t.parse::<f64>().ok());
+        let (Some(t), Some(file)) = (time, set.attribute("file")) else { continue };
+        let part = set.attribute("part").unwrap_or("0");
+        if *parts.entry(t.to_bits()).or_insert(part) != part {
+            let fact = format!("the time {t} has several parts, {file} is one of them");
+            return Err(refuse(
+                path,
+                &fact,
+                "merge the parts of each time into one file, or show the files of one part",
+            ));
+        }
+        found.push((t, folder.join(file)));
+    }
     if found.is_empty() {
         Err(refuse(path, "this collection names no file", "check the program that wrote it"))
     } else {
@@ -319,6 +332,23 @@ mod tests {
         let path = folder.path().join("a.pvd");
         write_pvd(&path, &[(0.5, "a.vtu".into())]).expect("room");
         assert_eq!(read_collection(&path).expect("readable"), [(0.5, folder.path().join("a.vtu"))]);
+    }
+
+    /// One part of a body is not the whole of it; one part at several times is.
+    #[test]
+    fn a_time_with_several_parts_is_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.pvd");
+        let of = |sets: &[(f64, u32)]| {
+            let set =
+                |(t, part): &(f64, u32)| format!("<DataSet timestep=\"{t}\" part=\"{part}\" file=\"{part}.vtu\"/>");
+            let sets: String = sets.iter().map(set).collect();
+            std::fs::write(&path, format!("<VTKFile><Collection>{sets}</Collection></VTKFile>")).expect("room");
+            read_collection(&path)
+        };
+        assert_eq!(of(&[(1.0, 1), (0.5, 1), (1.0, 1)]).expect("one part").len(), 3);
+        let refused = of(&[(0.0, 0), (1.0, 0), (0.0, 1)]).expect_err("two parts").to_string();
+        assert!(refused.contains("the time 0 has several parts, 1.vtu is one of them"), "{refused}");
     }
 
     #[test]

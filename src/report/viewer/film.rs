@@ -16,7 +16,8 @@ use std::sync::Arc;
 const STATES: usize = 240;
 /// Most numbers that are kept during a run: 160 MB.
 const NUMBERS: usize = 40 << 20;
-const FORCES: &str = "contact forces";
+/// Friction is not among them.
+const FORCES: &str = "normal contact forces";
 
 /// The states of a run, thinned out as they become many.
 pub struct Film {
@@ -36,11 +37,9 @@ impl Film {
     /// A film of a scene with the stretch and the fields `what`.
     pub fn new(scene: &Scene, what: &[FieldSpec], limits: &Limits) -> Self {
         let has = |f: &FieldSpec| what.contains(f);
-        // Forces of contact are arrows; the page computes von Mises' stress and pressure from the stress
-        let of_stress =
-            [FieldSpec::VonMises, FieldSpec::Pressure].into_iter().filter(|f| has(f) && !has(&FieldSpec::Stress));
-        let others = [FieldSpec::Stress, FieldSpec::Velocity].into_iter().filter(has);
-        let what = std::iter::once(FieldSpec::Stretch).chain(others).chain(of_stress).collect();
+        // Forces of contact are arrows
+        let others = [FieldSpec::Stress, FieldSpec::Velocity, FieldSpec::VonMises, FieldSpec::Pressure];
+        let what = std::iter::once(FieldSpec::Stretch).chain(others.into_iter().filter(has)).collect();
         Self {
             shape: of_scene::shape(scene, limits),
             what,

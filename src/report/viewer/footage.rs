@@ -11,7 +11,7 @@ const BYTES: usize = 3_500_000;
 const OF_EXTENT: f64 = 5e-5;
 /// The same as a share of the largest displacement, for stiff bodies.
 const OF_DISPLACEMENT: f64 = 1e-3;
-/// Tolerance of fields, as a share of their range: half a grade of a colour map.
+/// Tolerance of fields, as a share of their range: half a grade of a colour map. Of a tensor it holds for von Mises' value and the pressure.
 const OF_RANGE: f64 = 2e-3;
 /// Smallest tolerance, as a share of the largest displacement: a few units of the rounding of the first mode to 16 bits.
 const OF_ROUNDING: f64 = 5e-5;
@@ -93,11 +93,37 @@ impl Footage {
     }
 }
 
+/// Least and largest of the numbers that are finite; zero where there are none.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let all = values.filter(|v| v.is_finite());
+    let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+    if low <= high { [low, high] } else { [0.0; 2] }
+}
+
+/// Distance that the values of a field may have from the stored ones.
+fn tolerance(q: &Quantity) -> f64 {
+    let range = |[low, high]: [f64; 2]| high - low;
+    let all = ends(q.states.iter().flatten().map(|v| f64::from(*v)));
+    let of_tensors = |scalar: fn([f64; 6]) -> f64| {
+        let tensors = q.states.iter().flat_map(|state| state.chunks_exact(6));
+        range(ends(tensors.map(|s| scalar(std::array::from_fn(|i| f64::from(s[i]))))))
+    };
+    // A tensor that is off by e is off by at most √3 e in von Mises' value, and by e/√3 in the pressure
+    let range = match q.components {
+        6 => (of_tensors(von_mises) / 3f64.sqrt()).min(of_tensors(|s| (s[0] + s[1] + s[2]) / 3.0) * 3f64.sqrt()),
+        _ => range(all),
+    };
+    (OF_RANGE * range).max(OF_SIZE * all[0].abs().max(all[1].abs()))
+}
+
+/// Von Mises' value of xx, yy, zz, xy, yz, xz.
+fn von_mises(s: [f64; 6]) -> f64 {
+    let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
+    (0.5 * normal + 3.0 * (s[3].powi(2) + s[4].powi(2) + s[5].powi(2))).sqrt()
+}
+
 fn field(q: &Quantity, states: usize, wider: f64) -> Field {
-    let values = || q.states.iter().flatten().filter(|v| v.is_finite()).map(|v| f64::from(*v));
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    let tolerance = if low <= high { (OF_RANGE * (high - low)).max(OF_SIZE * low.abs().max(high.abs())) } else { 0.0 };
-    let mut modes = Modes::of(History { components: q.components, states: q.states.clone() }, wider * tolerance);
+    let mut modes = Modes::of(History { components: q.components, states: q.states.clone() }, wider * tolerance(q));
     if let ([_], Some(repeats)) = (&q.states[..], states.checked_sub(1)) {
         modes.amplitudes.iter_mut().for_each(|a| a.extend(vec![a[0]; repeats]));
     }
@@ -118,5 +144,55 @@ pub fn hollow(model: &Model) -> Model {
         arrows: model.arrows.iter().map(|a| Arrows { states: states(a), ..a.clone() }).collect(),
         shape,
         ..model.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::SplitMix;
+    use crate::math::statistics::larger;
+
+    /// Whatever the pressure is, von Mises' stress and the pressure are those of the run to the share of their own ranges.
+    #[test]
+    fn the_scalars_of_a_stress_keep_the_tolerance_of_their_own_ranges() {
+        let mut random = SplitMix(3);
+        let mut noise = || (0..200).map(|_| random.unit() - 0.5).collect::<Vec<f64>>();
+        let (of_pressure, of_deviator, of_shear) = (noise(), noise(), noise());
+        for (pressure, deviator) in [(1e6, 1e3), (1e3, 1e3), (1e3, 1e6)] {
+            let state = |t: f64| {
+                let point = |p: usize| {
+                    let (mean, s) = (-pressure * t * (2.0 + of_pressure[p]), deviator * t * t * of_deviator[p]);
+                    [mean + s, mean - s, mean, deviator * t.sin() * of_shear[p], 0.0, s].map(|v| v as f32)
+                };
+                (0..200).flat_map(point).collect::<Vec<f32>>()
+            };
+            let states: Vec<Vec<f32>> = (0..11).map(|k| state(f64::from(k) / 10.0)).collect();
+            let q = Quantity {
+                name: "stress".into(),
+                unit: "Pa".into(),
+                components: 6,
+                at_nodes: true,
+                states: states.clone(),
+            };
+            let modes = field(&q, 11, 1.0).modes;
+            for scalar in [von_mises, |s: [f64; 6]| (s[0] + s[1] + s[2]) / 3.0] {
+                let of = |values: Vec<f64>| -> Vec<f64> {
+                    values.chunks_exact(6).map(|s| scalar(std::array::from_fn(|i| s[i]))).collect()
+                };
+                let exact: Vec<Vec<f64>> =
+                    states.iter().map(|s| of(s.iter().map(|v| f64::from(*v)).collect())).collect();
+                let [low, high] = ends(exact.iter().flatten().copied());
+                let off = exact.iter().enumerate().flat_map(|(k, exact)| {
+                    of(modes.at(k)).into_iter().zip(exact.clone()).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
+                });
+                let off = off.fold(0.0, larger);
+                // The numbers are below three times the larger part. Their residual is kept in single precision: it is rounded once for each mode
+                let size = 3.0 * larger(pressure, deviator);
+                let stated = larger(OF_RANGE * (high - low), 3f64.sqrt() * OF_SIZE * size);
+                let rounding = 18f64.sqrt() * 6e-8 * size * modes.shapes.len() as f64;
+                assert!(off <= stated + rounding, "{off} of {low} to {high}");
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A history D \[values × states\] is written as D ≈ Σ_k φ_k a_kᵀ. The directions in time are the eigenvectors of DᵀD in descending order of their
 //! eigenvalues, the method of snapshots (Sirovich, *Quart. Appl. Math.* 45 (1987) 561–571). Each mode φ_k is rounded to 16 bits, and its amplitudes are the
-//! least-squares ones of what the modes before it leave, so that later modes take up the rounding of earlier ones. Modes are added until the largest
+//! least-squares ones of what the modes before it leave. Further modes, in the directions of that rest, take up the rounding of earlier ones. Modes are added until the largest
 //! difference at any point and state is within the tolerance. That difference is measured on the numbers that are stored, not bounded by singular values.
 
 use crate::math::svd::svd;
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 /// Values of one state after the other \[states × points × components\].
 pub struct History {
     pub components: usize,
-    /// \[states\]\[points × components\]; a value that is not finite marks a point without one
+    /// \[states\]\[points × components\]; values that are not finite mark a state without any, or a point that has none at some other state
     pub states: Vec<Vec<f32>>,
 }
 
@@ -21,7 +21,7 @@ pub struct Modes {
     pub components: usize,
     /// \[modes\]\[points × components\] whole numbers from −32767 to 32767; [`Modes::NONE`] in the first mode where there is no value
     pub shapes: Vec<Vec<i16>>,
-    /// \[modes\]\[states\] factors of the whole numbers
+    /// \[modes\]\[states\] factors of the whole numbers; not a number at a state without values
     pub amplitudes: Vec<Vec<f32>>,
     /// Largest distance from the history at any point and state: Euclidean over the components
     pub error: f64,
@@ -32,6 +32,8 @@ const MOST: usize = 64;
 /// Rows that are multiplied at a time, so that no second copy of a history is needed in double precision.
 const ROWS: usize = 8192;
 const FULL: f64 = 32767.0;
+/// Eigenvalues below this share of the largest one are its rounding.
+const ROUNDING: f64 = 1e-13;
 
 impl Modes {
     /// Mark of a point without a value.
@@ -39,16 +41,22 @@ impl Modes {
 
     /// The modes of a history to a tolerance in its unit. The result does not depend on the number of threads.
     pub fn of(mut history: History, tolerance: f64) -> Self {
-        let missing = take_out(&mut history.states);
+        let (gaps, missing) = take_out(&mut history.states);
         let count = history.states.first().map_or(0, Vec::len);
         let mut out = Self { components: history.components, shapes: vec![], amplitudes: vec![], error: 0.0 };
-        let times = directions(&history.states);
+        let most = MOST.min(2 * history.states.len());
+        let mut left = vec![].into_iter().peekable();
         loop {
             out.error = largest(&history);
-            if out.error <= tolerance || out.shapes.len() == MOST.min(times.len()) {
+            if out.error <= tolerance || out.shapes.len() == most {
                 break;
             }
-            let (shape, amplitudes) = mode(&history.states, &times[out.shapes.len()]);
+            // Where the directions hold less than the tolerance, the rest is the rounding of earlier modes, in their directions
+            if left.peek().is_none_or(|(size, _)| *size <= tolerance) {
+                left = directions(&history.states).into_iter().peekable();
+            }
+            let Some((_, direction)) = left.next() else { break };
+            let (shape, amplitudes) = mode(&history.states, &direction);
             subtract(&mut history.states, &shape, &amplitudes);
             out.shapes.push(shape);
             out.amplitudes.push(amplitudes);
@@ -59,6 +67,7 @@ impl Modes {
             out.amplitudes.push(vec![0.0; history.states.len()]);
         }
         missing.into_iter().for_each(|p| out.shapes[0][p] = Self::NONE);
+        out.amplitudes.iter_mut().for_each(|a| gaps.iter().for_each(|&k| a[k] = f32::NAN));
         out
     }
 
@@ -84,18 +93,28 @@ impl Modes {
     }
 }
 
-/// Sets values that are not finite at some state to zero at all of them; returns their places.
-fn take_out(states: &mut [Vec<f32>]) -> Vec<usize> {
-    let count = states.first().map_or(0, Vec::len);
-    let missing: Vec<usize> = (0..count).filter(|&p| states.iter().any(|s| !s[p].is_finite())).collect();
+/// Sets states without a value to zero, and values that are not finite at some other state to zero at all of them; returns these states and places.
+fn take_out(states: &mut [Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
+    let (gaps, missing) = without_values(states);
+    gaps.iter().for_each(|&k| states[k].fill(0.0));
     for state in states {
         missing.iter().for_each(|&p| state[p] = 0.0);
     }
-    missing
+    (gaps, missing)
 }
 
-/// Eigenvectors of DᵀD, in descending order of the eigenvalues.
-fn directions(states: &[Vec<f32>]) -> Vec<Vec<f64>> {
+/// States that have no value while others have some, and places without one at some other state.
+pub fn without_values(states: &[Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
+    let is_gap = |s: &Vec<f32>| s.iter().all(|v| !v.is_finite());
+    let (gaps, known): (Vec<usize>, Vec<usize>) = (0..states.len()).partition(|&k| is_gap(&states[k]));
+    let (gaps, known) = if known.is_empty() { (known, gaps) } else { (gaps, known) };
+    let count = states.first().map_or(0, Vec::len);
+    let missing = (0..count).filter(|&p| known.iter().any(|&k| !states[k][p].is_finite())).collect();
+    (gaps, missing)
+}
+
+/// Eigenvectors of DᵀD, in descending order of the eigenvalues, with the norm of the part of D along each.
+fn directions(states: &[Vec<f32>]) -> Vec<(f64, Vec<f64>)> {
     let (count, frames) = (states.first().map_or(0, Vec::len), states.len());
     let mut gram = DMatrix::<f64>::zeros(frames, frames);
     for first in (0..count).step_by(ROWS) {
@@ -105,9 +124,10 @@ fn directions(states: &[Vec<f32>]) -> Vec<Vec<f64>> {
     }
     let found = svd(gram, true, false);
     let Some(u) = found.u else { return vec![] };
-    let mut order: Vec<usize> = (0..frames).filter(|&k| found.singular_values[k] > 0.0).collect();
+    let least = ROUNDING * found.singular_values.max();
+    let mut order: Vec<usize> = (0..frames).filter(|&k| found.singular_values[k] > least).collect();
     order.sort_by(|&a, &b| found.singular_values[b].total_cmp(&found.singular_values[a]));
-    order.into_iter().map(|k| u.column(k).iter().copied().collect()).collect()
+    order.into_iter().map(|k| (found.singular_values[k].sqrt(), u.column(k).iter().copied().collect())).collect()
 }
 
 /// The mode of a direction in time, rounded, with its least-squares amplitudes.
@@ -178,9 +198,36 @@ mod tests {
     fn noise_is_stored_by_all_of_its_modes() {
         let mut random = SplitMix(7);
         let states: Vec<Vec<f32>> = (0..12).map(|_| (0..300).map(|_| random.unit() as f32).collect()).collect();
-        let modes = Modes::of(History { components: 1, states }, 0.0);
+        let modes = Modes::of(History { components: 1, states }, 1e-3);
         assert_eq!(modes.shapes.len(), 12);
         assert!(modes.error < 1e-3, "{}", modes.error);
+    }
+
+    /// The rounding of a mode to 16 bits does not bound the error: a further mode takes it up, also of a single state.
+    #[test]
+    fn further_modes_take_up_the_rounding_of_the_first() {
+        let mut random = SplitMix(5);
+        let state: Vec<f32> = (0..300).map(|_| random.unit() as f32).collect();
+        for count in [1u8, 6] {
+            let states = (1..=count).map(|k| state.iter().map(|v| f32::from(k) * v).collect()).collect();
+            let tolerance = 1e-5 * f64::from(count);
+            let modes = Modes::of(History { components: 1, states }, tolerance);
+            let found = (modes.shapes.len(), modes.error);
+            assert!(found.0 == 2 && found.1 <= tolerance, "{found:?}");
+        }
+    }
+
+    /// A state without any value takes none from the others.
+    #[test]
+    fn a_state_without_values_has_none_and_the_others_keep_theirs() {
+        let states = vec![vec![1.0, 2.0], vec![f32::NAN; 2], vec![3.0, 5.0]];
+        let modes = Modes::of(History { components: 1, states }, 1e-4);
+        assert!(modes.at(1).iter().all(|v| v.is_nan()), "{:?}", modes.at(1));
+        for (state, expected) in [(0, [1.0, 2.0]), (2, [3.0, 5.0])] {
+            let off = modes.at(state).iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, larger);
+            // The residual is kept in single precision
+            assert!(off <= modes.error + 5.0 * 6e-8 && modes.error <= 1e-4, "{off}, stated {}", modes.error);
+        }
     }
 
     #[test]

@@ -1,14 +1,19 @@
 //! Grids of VTU and PVD files as histories: the displacement, and every other field that they hold.
 
 use super::footage::{Footage, Quantity};
+use super::modes::without_values;
 use super::shape::{Limits, Shape};
+use crate::math::tensor::Vec3;
 use crate::mesh::error::MeshError;
 use crate::mesh::grid_file::{Grid, GridCells, GridData, read_grid};
 use crate::scene::column;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 /// Names of displacements, in the unit of length of the points.
 const DISPLACEMENTS: [&str; 6] = ["displacement_m", "displacement", "Displacement", "displacements", "U", "u"];
+/// Smallest motion of the points of a collection, as a share of their extent: below it are the digits in which they are written.
+const MOTION: f64 = 1e-6;
 /// Most fields of a page.
 const FIELDS: usize = 12;
 /// Most states of a page.
@@ -25,12 +30,13 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
     out.shape = shape(&grid, limits);
     let moving = grid.data.iter().find(|d| is_displacement(d)).map(|d| d.name.clone());
     out.quantities = quantities(&grid, moving.as_deref(), &mut notes);
-    let each = out.shape.points.len() * (3 + out.quantities.iter().map(|q| q.components).sum::<usize>());
+    let each = out.shape.points.len() * (6 + out.quantities.iter().map(|q| q.components).sum::<usize>());
     let most = STATES.min(NUMBERS / each.max(1)).max(1);
     let stride = files.len().div_ceil(most);
     if stride > 1 {
         notes.push(format!("Every {stride}th of the {} states is shown.", files.len()));
     }
+    let mut of_points = vec![];
     for (t, file) in files.iter().step_by(stride) {
         let now = read_grid(file, unit_m)?;
         let new: Vec<&String> = now.left_out.iter().filter(|note| !notes.contains(note)).collect();
@@ -41,6 +47,7 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
             return Err(MeshError::Format { file: file.clone(), fact: fact.into(), remedy: remedy.into() });
         }
         out.times.push(*t);
+        of_points.push(differences(&now.points, &grid.points, &out.shape.nodes));
         if let Some(u) = moving.as_ref().and_then(|name| find(&now, name, true)).filter(|d| is_displacement(d)) {
             let u = picked(&u.values, 3, &out.shape.nodes);
             out.motion.push(if unit_m == 1.0 {
@@ -59,13 +66,58 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
             q.states.push(values.unwrap_or_else(unknown));
         }
     }
-    if let Some(name) = moving.filter(|_| out.motion.len() < out.times.len()) {
+    let least = MOTION * out.shape.diagonal();
+    if of_points.iter().flatten().any(|v| f64::from(v.abs()) > least) {
+        let instead = moving.map_or_else(String::new, |name| format!(", in place of {name}"));
+        notes.push(format!("The points move from state to state: this motion is shown{instead}."));
+        out.motion = of_points;
+    } else if let Some(name) = moving.filter(|_| out.motion.len() < out.times.len()) {
         let missing = out.times.len() - out.motion.len();
         notes.push(format!("The motion is left out: {missing} of {} states have no {name}.", out.times.len()));
         out.motion.clear();
     }
-    out.quantities.iter_mut().for_each(|q| (q.name, q.unit) = words(&q.name));
+    if out.times.windows(2).any(|pair| pair[1] <= pair[0]) {
+        notes.push("The times do not rise: the states are in the order of the collection.".into());
+    }
+    notes.extend(out.quantities.iter().filter_map(gaps));
+    rename(&mut out);
     Ok((out, notes))
+}
+
+/// How far points are from their first places \[m\].
+fn differences(now: &[Vec3], first: &[Vec3], nodes: &[u32]) -> Vec<f32> {
+    nodes.iter().flat_map(|&n| <[f64; 3]>::from(now[n as usize] - first[n as usize])).map(|v| v as f32).collect()
+}
+
+/// A note on a field that some states or places lack.
+fn gaps(q: &Quantity) -> Option<String> {
+    let (states, missing) = without_values(&q.states);
+    let places: BTreeSet<usize> = missing.iter().map(|k| k / q.components).collect();
+    let all = q.states.first().map_or(0, Vec::len) / q.components;
+    let kind = if q.at_nodes { "nodes" } else { "cells" };
+    let mut parts = vec![];
+    if !states.is_empty() {
+        parts.push(format!("has no value at {} of {} states", states.len(), q.states.len()));
+    }
+    if !places.is_empty() {
+        parts.push(format!("is left out at {} of {all} {kind}, which have no value at some state", places.len()));
+    }
+    (!parts.is_empty()).then(|| format!("{} {}.", q.name, parts.join(", and ")))
+}
+
+/// Gives the fields the names and units of the page, each name once: one that is taken leaves the field the name of its array.
+fn rename(footage: &mut Footage) {
+    let mut taken: Vec<String> = ["regions", "plain"].map(String::from).into();
+    if !footage.motion.is_empty() {
+        taken.push("displacement".into());
+    }
+    for q in &mut footage.quantities {
+        let (words, unit) = words(&q.name);
+        let of_array = format!("array {}", q.name);
+        let name = [words, q.name.clone()].into_iter().find(|name| !taken.contains(name)).unwrap_or(of_array);
+        taken.push(name.clone());
+        (q.name, q.unit) = (name, unit);
+    }
 }
 
 /// The cells of another state at the reference positions of this one, to compare them.
@@ -151,6 +203,8 @@ fn words(name: &str) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::viewer::footage::About;
+    use crate::report::viewer::unpack::unpack;
 
     const LIMITS: Limits = Limits { cells: 10, facets: 10 };
 
@@ -215,9 +269,76 @@ mod tests {
         let (footage, notes) = footage(&[(0.0, first), (1.0, other)], 1.0, &LIMITS).expect("readable");
         let v = footage.quantities.iter().find(|q| q.name == "v").expect("the first state has it");
         assert!(v.states[0].iter().all(|x| *x == 0.0) && v.states[1].iter().all(|x| x.is_nan()));
-        assert!(
-            footage.motion.is_empty() && notes == ["The motion is left out: 1 of 2 states have no u."],
-            "{notes:?}"
+        let expected = ["The motion is left out: 1 of 2 states have no u.", "v has no value at 1 of 2 states."];
+        assert!(footage.motion.is_empty() && notes == expected, "{notes:?}");
+    }
+
+    /// A value that is missing is named, and the other states and places keep theirs.
+    #[test]
+    fn values_that_are_missing_are_named() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let state = |name: &str, arrays: &[String]| grid(folder.path(), name, &arrays.concat());
+        let files = [
+            state("a.vtu", &[array("v", 1, "1 2 3 4"), array("w", 1, "1 2 3 4")]),
+            state("b.vtu", &[array("v", 1, "1 2 nan 4"), array("w", 1, "1 2 3 4")]),
+            state("c.vtu", &[array("w", 1, "1 2 3 4")]),
+        ];
+        let files: Vec<(f64, PathBuf)> = (0..3).map(f64::from).zip(files).collect();
+        let (footage, notes) = footage(&files, 1.0, &LIMITS).expect("readable");
+        let expected =
+            "v has no value at 1 of 3 states, and is left out at 1 of 4 nodes, which have no value at some state.";
+        assert_eq!(notes, [expected]);
+        let case = unpack(&footage.packed(About::default())).expect("sound");
+        let v = case.fields.iter().find(|f| f.name == "v").expect("shown");
+        let seen = |state: usize| v.modes.at(state).iter().map(|x| x.is_finite()).collect::<Vec<_>>();
+        assert_eq!(
+            [seen(0), seen(1), seen(2)],
+            [vec![true, true, false, true], vec![true, true, false, true], vec![false; 4]]
         );
+    }
+
+    /// Points that move are the motion, also without a displacement, and before one.
+    #[test]
+    fn points_that_move_from_state_to_state_are_shown_to_move() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let u = array("u", 3, &["9"; 12].join(" "));
+        for (arrays, instead) in [("", ""), (u.as_str(), ", in place of u")] {
+            let first = grid(folder.path(), "a.vtu", arrays);
+            let text = std::fs::read_to_string(&first)
+                .expect("text")
+                .replace("0 0 0 1 0 0 0 1 0 0 0 1", "0 0 0 3 0 0 0 1 0 0 0 1");
+            let second = folder.path().join("b.vtu");
+            std::fs::write(&second, text).expect("room");
+            let (footage, notes) = footage(&[(0.0, first), (1.0, second)], 0.001, &LIMITS).expect("readable");
+            assert_eq!(notes, [format!("The points move from state to state: this motion is shown{instead}.")]);
+            let mut moved = [0.0; 12];
+            // 2 mm in single precision
+            moved[3] = (0.003 - 0.001) as f32;
+            assert_eq!(footage.motion, [vec![0.0; 12], moved.to_vec()]);
+        }
+    }
+
+    /// No field hides another one, nor the displacement.
+    #[test]
+    fn fields_have_names_of_their_own() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let names = ["displacement_m", "displacement", "q_Pa", "q_N", "regions"];
+        let arrays = names.map(|name| array(name, 3, &["0"; 12].join(" ")));
+        let file = grid(folder.path(), "a.vtu", &arrays.concat());
+        let (footage, _) = footage(&[(0.0, file)], 1.0, &LIMITS).expect("readable");
+        let found: Vec<[&str; 2]> = footage.quantities.iter().map(|q| [q.name.as_str(), q.unit.as_str()]).collect();
+        let expected = [["array displacement", ""], ["q", "Pa"], ["q_N", "N"], ["array regions", ""], ["good", ""]];
+        assert_eq!(found, expected);
+    }
+
+    /// A run by arc length goes back in time: its states are not sorted.
+    #[test]
+    fn states_whose_times_do_not_rise_keep_their_order() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = grid(folder.path(), "a.vtu", "");
+        let files = [0.0, 1.0, 0.5].map(|t| (t, file.clone()));
+        let (footage, notes) = footage(&files, 1.0, &LIMITS).expect("readable");
+        assert_eq!(footage.times, [0.0, 1.0, 0.5]);
+        assert_eq!(notes, ["The times do not rise: the states are in the order of the collection."]);
     }
 }

@@ -81,7 +81,7 @@ fn floors(scene: &Scene) -> Vec<Floor<'_>> {
     out
 }
 
-/// Points of the shape at which contacts press, with the forces \[N\].
+/// Points of the shape at which contacts press, with the forces \[N\], without friction.
 pub fn contact_forces(scene: &Scene, shape: &Shape, x: &[f64]) -> Vec<(u32, [f32; 3])> {
     if scene.contacts.is_empty() {
         return vec![];

@@ -7,10 +7,11 @@ use super::model::{Arrows, Field, Model};
 use super::modes::Modes;
 use crate::scene::column;
 use serde_json::{Value, json};
+use std::collections::HashSet;
 use std::io::Write;
 
 /// Version of the data of a page; pages of a later one are refused.
-pub const FORMAT: u64 = 1;
+pub const FORMAT: u64 = 2;
 
 /// A model as a page holds it.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,12 +101,15 @@ pub fn pack(model: &Model) -> Packed {
         "origin": low,
         "points": points,
         "nodes": shape.nodes.len(),
+        "nodeNumbers": numbers(&mut block, &shape.nodes),
+        "ownNumbers": shape.has_own_numbers,
         "facetNodes": shape.facet_nodes,
         "facets": block.indices(shape.facets.iter().copied()),
         "facetCells": block.indices(shape.facet_cells.iter().copied()),
         "cellNodes": if shape.facet_nodes == 6 { 10 } else { 4 },
         "cells": block.indices(shape.cells.iter().copied()),
         "cellCount": shape.cell_numbers.len(),
+        "cellNumbers": numbers(&mut block, &shape.cell_numbers),
         "parts": parts,
         "marked": marked,
         "motion": modes(&mut block, &model.motion),
@@ -114,6 +118,12 @@ pub fn pack(model: &Model) -> Packed {
         "curves": curves(&mut block, model),
     });
     Packed { head, data: block.compressed() }
+}
+
+/// Numbers in the mesh, where they are not 0, 1, 2, …
+fn numbers(block: &mut Block, numbers: &[u32]) -> Value {
+    let is_plain = numbers.iter().zip(0..).all(|(number, k)| *number == k);
+    if is_plain { Value::Null } else { block.indices(numbers.iter().copied()) }
 }
 
 fn modes(block: &mut Block, modes: &Modes) -> Value {
@@ -137,14 +147,19 @@ fn arrows(block: &mut Block, arrows: &Arrows) -> Value {
     json!({ "name": arrows.name, "unit": arrows.unit, "counts": counts, "points": points, "vectors": vectors })
 }
 
+/// The rows of the states, and so many others as a screen has points. Times are in double precision: by them the page finds the row of a state.
 fn curves(block: &mut Block, model: &Model) -> Value {
     let curves = &model.curves;
     let stride = curves.rows.len().div_ceil(ROWS).max(1);
     let last = curves.rows.len().saturating_sub(1);
+    let of_states: HashSet<u64> = model.times.iter().map(|t| t.to_bits()).collect();
+    let is_kept = |k: usize, row: &[f64]| k % stride == 0 || k == last || of_states.contains(&row[0].to_bits());
     let rows: Vec<&Vec<f64>> =
-        (curves.rows.iter().enumerate()).filter(|(k, _)| k % stride == 0 || *k == last).map(|(_, r)| r).collect();
-    let column = |k: usize| rows.iter().map(|r| r[k] as f32).collect();
-    let values: Vec<Value> = (0..curves.columns.len()).map(|k| block.floats(column(k))).collect();
+        curves.rows.iter().enumerate().filter(|(k, row)| is_kept(*k, row)).map(|(_, row)| row).collect();
+    let column = |k: usize| rows.iter().map(move |row| row[k]);
+    let values: Vec<Value> = (0..curves.columns.len())
+        .map(|k| if k == 0 { block.doubles(column(k)) } else { block.floats(column(k).map(|v| v as f32).collect()) })
+        .collect();
     json!({ "columns": curves.columns, "labels": labels(&curves.columns), "values": values })
 }
 
@@ -164,6 +179,11 @@ impl Block {
         let at = self.bytes.len();
         (0..N).for_each(|plane| self.bytes.extend(values.iter().map(|v| v[plane])));
         json!({ "kind": kind, "at": at, "count": values.len() })
+    }
+
+    fn doubles(&mut self, values: impl Iterator<Item = f64>) -> Value {
+        let bytes: Vec<[u8; 8]> = values.map(f64::to_be_bytes).collect();
+        self.planes("f64", &bytes)
     }
 
     fn floats(&mut self, values: Vec<f32>) -> Value {

@@ -127,7 +127,7 @@ mod tests {
         let path = folder.path().join("a.html");
         std::fs::write(&path, &html).expect("room");
         assert_eq!(read(&path).expect("a page"), [case.clone(), case]);
-        std::fs::write(&path, html.replace("\"format\":1", "\"format\":99")).expect("room");
+        std::fs::write(&path, html.replace(&format!("\"format\":{FORMAT}"), "\"format\":99")).expect("room");
         assert!(read(&path).expect_err("newer").to_string().contains("newer version"));
         std::fs::write(&path, "<p>").expect("room");
         assert!(read(&path).expect_err("no page").to_string().contains("no page of the viewer"));

@@ -77,6 +77,8 @@ pub struct Shape {
     pub points: Vec<[f64; 3]>,
     /// \[nodes\] number of each in the mesh, ascending
     pub nodes: Vec<u32>,
+    /// The numbers in the mesh are not known: those of the nodes are the page's own
+    pub has_own_numbers: bool,
     /// 3 or 6
     pub facet_nodes: usize,
     /// \[facets × `facet_nodes`\] points, in the order of [`TetMesh`]

@@ -11,7 +11,7 @@ use std::io::Read;
 /// Most bytes of unpacked numbers.
 const LIMIT: u64 = 1 << 30;
 
-/// The model of a packed case; none where its description and its numbers do not fit together. Nodes, cells and facets are numbered as on the page.
+/// The model of a packed case; none where its description and its numbers do not fit together. Facets are numbered as on the page.
 pub fn unpack(packed: &Packed) -> Option<Model> {
     let mut bytes = vec![];
     flate2::read::ZlibDecoder::new(&packed.data[..]).take(LIMIT).read_to_end(&mut bytes).ok()?;
@@ -56,6 +56,11 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     let [nodes, facet_nodes, cell_count]: [usize; 3] =
         [plain(&head["nodes"])?, plain(&head["facetNodes"])?, plain(&head["cellCount"])?];
     let below = |all: Vec<u32>, end: usize| all.iter().all(|k| (*k as usize) < end).then_some(all);
+    // Not on pages of earlier versions, nor where they are 0, 1, 2, …
+    let numbers = |array: &Value, count: usize| match array.is_null() {
+        true => Some((0..count as u32).collect()),
+        false => block.indices(array).filter(|own| own.len() == count),
+    };
     let facets = below(block.indices(&head["facets"])?, count)?;
     let facet_cells = below(block.indices(&head["facetCells"])?, cell_count)?;
     let parts = head["parts"].as_array()?.iter().map(|p| {
@@ -74,11 +79,12 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     let fits = nodes <= count && [3, 6].contains(&facet_nodes) && facets.len() == facet_nodes * facet_cells.len();
     fits.then_some(Shape {
         points: (0..count).map(point).collect(),
-        nodes: (0..nodes as u32).collect(),
+        nodes: numbers(&head["nodeNumbers"], nodes)?,
+        has_own_numbers: plain(&head["ownNumbers"]).unwrap_or_default(),
         facet_nodes,
         facet_numbers: (0..facet_cells.len() as u32).collect(),
         cells: below(block.indices(&head["cells"])?, nodes)?,
-        cell_numbers: (0..cell_count as u32).collect(),
+        cell_numbers: numbers(&head["cellNumbers"], cell_count)?,
         parts: parts.collect::<Option<_>>()?,
         marked: marked.collect::<Option<_>>()?,
         facets,
@@ -95,8 +101,11 @@ fn modes(head: &Value, block: &Block, states: usize) -> Option<Modes> {
         // On a page one component comes after the other
         Some((0..count).flat_map(|p| (0..components).map(move |i| i * count + p)).map(|k| values[k]).collect())
     });
-    let (shapes, amplitudes): (Vec<Vec<i16>>, Vec<Vec<f32>>) =
+    let (shapes, amplitudes): (Vec<Vec<i16>>, Vec<Vec<Option<f32>>>) =
         (shapes.collect::<Option<_>>()?, plain(&head["amplitudes"])?);
+    // JSON has no other word for what is no number
+    let amplitudes: Vec<Vec<f32>> =
+        amplitudes.into_iter().map(|a| a.into_iter().map(|v| v.unwrap_or(f32::NAN)).collect()).collect();
     let fits = shapes.len() == amplitudes.len() && amplitudes.iter().all(|a| a.len() == states);
     fits.then_some(Modes { components, shapes, amplitudes, error: plain(&head["error"])? })
 }
@@ -114,10 +123,12 @@ fn arrows(head: &Value, block: &Block, count: usize) -> Option<Arrows> {
 
 fn curves(head: &Value, block: &Block) -> Option<Curves> {
     let columns: Vec<String> = plain(&head["columns"])?;
-    let values: Vec<Vec<f32>> = head["values"].as_array()?.iter().map(|v| block.floats(v)).collect::<Option<_>>()?;
+    // Pages of earlier versions have times in single precision too
+    let column = |v| block.doubles(v).or_else(|| Some(block.floats(v)?.into_iter().map(f64::from).collect()));
+    let values: Vec<Vec<f64>> = head["values"].as_array()?.iter().map(column).collect::<Option<_>>()?;
     let rows = values.first().map_or(0, Vec::len);
     let fits = values.len() == columns.len() && values.iter().all(|v| v.len() == rows);
-    let row = |k: usize| values.iter().map(|v| f64::from(v[k])).collect();
+    let row = |k: usize| values.iter().map(|v| v[k]).collect();
     fits.then(|| Curves { columns, rows: (0..rows).map(row).collect() })
 }
 
@@ -133,6 +144,10 @@ impl Block {
         let own = self.bytes.get(at..at.checked_add(count.checked_mul(N)?)?)?;
         (array["kind"] == kind)
             .then(|| (0..count).map(|k| std::array::from_fn(|plane| own[plane * count + k])).collect())
+    }
+
+    fn doubles(&self, array: &Value) -> Option<Vec<f64>> {
+        Some(self.words(array, "f64")?.into_iter().map(f64::from_be_bytes).collect())
     }
 
     fn floats(&self, array: &Value) -> Option<Vec<f32>> {
