@@ -511,6 +511,31 @@ fn a_list_takes_values_in_any_order() {
     assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
 }
 
+/// What a list does along its first key is not attributed to that one alone: the axis, the legend and the captions name the keys that go along, and none that stays.
+#[test]
+fn figures_of_a_list_name_all_its_keys() {
+    let (mut study, stored) = study(&[1.0, 2.0, 3.0], &[1.0], |p, _| p);
+    let mut sweep = sweep_of(&study);
+    sweep.axes[1] = axis("q", &[5.0, 4.5, 4.0]);
+    sweep.axes.push(axis("r", &[7.0, 7.0, 7.0]));
+    sweep.points.values_mut().for_each(|at| *at = vec![at[0]; 3]);
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let [against, over_time, page] =
+        ["figures/against-cable_tension_N-length.svg", "figures/sweep-length.svg", "index.html"]
+            .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"));
+    assert!(against.contains(" (with ") && !against.contains("7 kPa"), "{against}");
+    assert!(
+        ["5 kPa", "4.5 kPa", "4 kPa"].iter().all(|value| over_time.contains(&format!(" = {value}"))),
+        "{over_time}"
+    );
+    for named in ["against key p p", "coloured by key p"] {
+        assert!(page.contains(&format!("{named}, along which key q q goes from 5 kPa to 4 kPa too.")), "{page}");
+    }
+}
+
 /// Values that are files of curves are words: their dots begin no ending in the names of the files of a case.
 #[test]
 fn an_axis_of_files_has_cases() {

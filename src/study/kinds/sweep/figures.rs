@@ -37,26 +37,26 @@ fn place(axis: &AxisRecord, k: usize) -> f64 {
     axis.numbers.get(k).copied().unwrap_or(k as f64 + 1.0)
 }
 
-/// `Young's modulus E [kPa]`, or `formulation` for an axis of words.
-fn name(axis: &AxisRecord) -> String {
+/// `Young's modulus E [kPa]`, with these words before the unit, or `formulation` for an axis of words.
+fn name(axis: &AxisRecord, with: &str) -> String {
     if axis.numbers.is_empty() {
         return axis.label.clone();
     }
     let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", raised(&axis.unit)) };
-    format!("{} {}{unit}", axis.label, italic(&axis.symbol))
+    format!("{} {}{with}{unit}", axis.label, italic(&axis.symbol))
 }
 
 /// Logarithmic where the values span a factor of eight and their logarithms are spaced more evenly than they.
-fn scale(axis: &AxisRecord) -> Axis {
+fn scale(axis: &AxisRecord, with: &str) -> Axis {
     if axis.numbers.is_empty() {
-        return Axis { label: name(axis), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
+        return Axis { label: name(axis, with), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
     }
     let values = || (0..axis.values.len()).map(|k| place(axis, k));
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if low > 0.0 && high >= 8.0 * low && unevenness(&axis.numbers, f64::ln) < unevenness(&axis.numbers, |x| x) {
-        Axis::log(values(), &name(axis))
+        Axis::log(values(), &name(axis, with))
     } else {
-        Axis::linear(values(), &name(axis))
+        Axis::linear(values(), &name(axis, with))
     }
 }
 
@@ -71,6 +71,38 @@ fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
 /// `ν = 0.45`, a line of a legend, with the symbol in italics.
 fn entry(axis: &AxisRecord, value: &str) -> String {
     format!("{} = {}", italic(&axis.symbol), raised(value))
+}
+
+/// Whether the points are a list along its first axis, whose numbers rise or fall.
+fn goes_along(a: &SweepFindings) -> bool {
+    a.list && a.axes[0].is_ordered()
+}
+
+/// The keys of a list that change next to its first one.
+fn other_keys(a: &SweepFindings) -> impl Iterator<Item = &AxisRecord> {
+    let changes = |axis: &&AxisRecord| axis.values.iter().any(|value| *value != axis.values[0]);
+    a.axes.iter().skip(1).filter(|_| a.list).filter(changes)
+}
+
+/// The keys that go along with the first one of a list, on its axis: ` (with ρ)`.
+fn with(a: &SweepFindings) -> String {
+    let symbols: Vec<String> = other_keys(a).filter(|_| goes_along(a)).map(|axis| italic(&axis.symbol)).collect();
+    if symbols.is_empty() { String::new() } else { format!(" (with {})", wording::all(&symbols)) }
+}
+
+/// How a list changes further keys, for a caption that has named its first one: `, along which density ρ goes from 1 g/cm³ to 9 g/cm³ too`.
+fn along_which(a: &SweepFindings) -> String {
+    let one = |axis: &AxisRecord| {
+        let [first, .., last] = &axis.values[..] else { return String::new() };
+        let name = format!("{} {}", axis.label, axis.symbol);
+        match axis.is_ordered() && goes_along(a) {
+            true => format!("{name} goes from {} to {}", raised(first), raised(last)),
+            false => format!("{name} changes"),
+        }
+    };
+    let all: Vec<String> = other_keys(a).map(one).collect();
+    let link = if goes_along(a) { "along which" } else { "while" };
+    if all.is_empty() { String::new() } else { format!(", {link} {} too", wording::all(&all)) }
 }
 
 /// A panel against one axis.
@@ -88,7 +120,7 @@ impl Against {
     fn all(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Vec<Self> {
         let is_judged = |k: &usize| q.along.iter().any(|x| x.axis == a.axes[*k].name);
         let axes: Vec<usize> = match a.list {
-            true if a.axes[0].is_ordered() => vec![0],
+            true if goes_along(a) => vec![0],
             true => (0..a.axes.len()).collect(),
             false => (0..a.axes.len()).filter(is_judged).collect(),
         };
@@ -158,11 +190,12 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     });
     let places: Vec<String> = places.collect();
     let held = if places.is_empty() { String::new() } else { format!(" Further axes are kept {}.", places.join(", ")) };
-    let caption = format!(
-        "{} against {}.{held}{more}",
-        capital(&q.peak_title()),
-        if a.list { "the points of the list" } else { "the swept keys" }
-    );
+    let of = match a.list {
+        true if goes_along(a) => format!("{} {}{}", a.axes[0].label, a.axes[0].symbol, along_which(a)),
+        true => "each key of the list, whose other keys change from point to point too".into(),
+        false => "the swept keys".into(),
+    };
+    let caption = format!("{} against {of}.{held}{more}", capital(&q.peak_title()));
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
@@ -178,7 +211,7 @@ fn panel(
     let label = axis_label(&q.quantity, q.peak_prefix());
     let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &label);
     let [_, top, right, _] = frame;
-    let plot = Plot { area, frame: frame.map(mm), x: scale(axis), y };
+    let plot = Plot { area, frame: frame.map(mm), x: scale(axis, &with(a)), y };
     plot.grid();
     let mut entries = vec![];
     for (n, points) in lines.iter().enumerate() {
@@ -302,7 +335,7 @@ fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
     (found, numbers)
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value.
+/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value, and the legend names the keys that go along with it in a list.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
@@ -317,7 +350,9 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let across = places.width() - LEFT;
     let count = values.len().min(ENTRIES);
     let picked = (0..count).map(|k| k * (values.len() - 1) / (count - 1).max(1));
-    let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), entry(first, &first.values[values[k]]))).collect();
+    let together = || std::iter::once(first).chain(other_keys(a).filter(|_| goes_along(a)));
+    let words = |k: usize| together().map(|axis| entry(axis, &axis.values[k])).collect::<Vec<_>>().join(", ");
+    let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), words(values[k]))).collect();
     let legend = LINE * legend_lines(&entries, across);
     let tall = places.tall(TALL, (BETWEEN, TOP + 11.0 + legend));
     let row = tall + BETWEEN;
@@ -342,8 +377,12 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
         legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
     let held = kept.words(&a.axes).map_or(String::new(), |words| format!(", with {words}"));
-    let caption =
-        format!("The quantities over time, {}, coloured by {}{held}.{more}", store.study.label(variant), first.label);
+    let caption = format!(
+        "The quantities over time, {}, coloured by {}{}{held}.{more}",
+        store.study.label(variant),
+        first.label,
+        along_which(a)
+    );
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
 }
 
@@ -378,7 +417,7 @@ mod tests {
     fn the_scale_is_the_more_even_one() {
         let is_log = |numbers: &[f64]| {
             let values = numbers.iter().map(|n| format!("{n}")).collect();
-            scale(&AxisRecord { values, numbers: numbers.into(), ..length() }).log
+            scale(&AxisRecord { values, numbers: numbers.into(), ..length() }, "").log
         };
         assert!(is_log(&[5.0, 10.0, 20.0, 40.0]) && is_log(&[0.05, 0.1, 0.2, 0.3, 0.4, 0.6]));
         assert!(!is_log(&[1.0, 4.0, 8.0, 12.0]) && !is_log(&[1.0, 2.0, 3.0]));
