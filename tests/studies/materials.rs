@@ -92,6 +92,33 @@ fn differences_are_shares_of_changes() {
     }
 }
 
+/// Under the reversed load the same member is as much stiffer: its magnitude is larger, not its value higher. A member that goes the other way is said to.
+#[test]
+fn peaks_of_negative_quantities_differ_by_their_magnitudes() {
+    let stiff_of = |factors: [f64; 2]| {
+        let (study, mut stored) = study();
+        for case in &mut stored {
+            let factor = factors[usize::from(case.record.member == "stiff")];
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value *= factor);
+            case.record.probes.get_mut("cable_tension_N").expect("probe").peak *= factor;
+        }
+        let a = analyse(&study, &stored);
+        let stiff = a.quantities[0].members.iter().find(|c| c.member == "stiff").expect("a member").peak_difference;
+        (stiff, a.verdict.clone(), a.quantities[0].sentence.clone())
+    };
+    let words = ["20 % higher", "20 % larger in magnitude", "has the other sign and differs by 220 %"];
+    for (factors, share, words) in
+        [([1.0, 1.0], 0.2, words[0]), ([-1.0, -1.0], 0.2, words[1]), ([-1.0, 1.0], -2.2, words[2])]
+    {
+        let (found, verdict, sentence) = stiff_of(factors);
+        assert!((found - share).abs() < 1e-12, "{found}");
+        assert!(verdict.contains(words), "{verdict}");
+        let sign = if share < 0.0 { "−220 %" } else { "+20 %" };
+        assert!(sentence.contains(&format!("stiff {sign}")), "{sentence}");
+    }
+}
+
 /// Tensions of rounding differ by 20 %, which decides nothing where the absolute tolerance of the quantity is larger; the words are in the unit.
 /// A difference beyond that tolerance decides, and a reference that is zero is comparable.
 #[test]

@@ -335,7 +335,7 @@ fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
     (found, numbers)
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value, and the legend names the keys that go along with it in a list.
+/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value, those that go along with it in a list are in the legend.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
