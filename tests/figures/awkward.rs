@@ -198,10 +198,25 @@ fn figures_of_awkward_validations_are_legible() {
             let sheets = within(style(of), || budget::draw(&found));
             let panels: usize = sheets.iter().flatten().map(|f| f.svg.matches("all together").count()).sum();
             assert_eq!(panels, (records * quantities).min(6), "{name}: no panel is lost");
+            let others: usize = sheets.iter().flatten().map(|f| f.svg.matches("4 other groups").count()).sum();
+            assert_eq!(others, panels, "{name}: no group is lost");
             wrong.extend(drawn_in(sheets, of, &name));
         }
     }
     assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Predictions without a budget have no panel that could be left out.
+#[test]
+fn a_budget_says_which_predictions_it_shows() {
+    let mut found = predictions(2, 4, "");
+    found.found.predictions[0].budget.clear();
+    let captions = |found: &Analysis<ValidationFindings>| -> Vec<String> {
+        budget::draw(found).into_iter().flatten().map(|figure| figure.caption).collect()
+    };
+    assert!(captions(&found).iter().all(|c| c.ends_with(" Of 7 predictions the first 6.")), "{:?}", captions(&found));
+    found.found.predictions[1].budget.clear();
+    assert!(captions(&found).iter().all(|c| !c.contains("the first")), "{:?}", captions(&found));
 }
 
 #[test]
@@ -281,6 +296,10 @@ fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
         let wrong = drawn_in(vec![Ok(figure)], of, "failures");
         assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
     }
+    let many = RobustnessFindings { cases: (0..12).map(case).collect(), ..found };
+    results.skins = many.cases.iter().map(|c| (c.case.clone(), body.clone())).collect();
+    let caption = failed::draw(&results, &many).expect("a figure").caption;
+    assert!(caption.ends_with(" Of 12 failed cases the first 9."), "{caption}");
 }
 
 /// A wall time far below a hundredth of a second is not printed as zero.

@@ -11,7 +11,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::grid::{MapNumbers, raised, sides};
-use crate::study::figures::{PANELS, axis_label, first_of, first_panels};
+use crate::study::figures::{PANELS, axis_label, first_of};
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
 use crate::wording;
@@ -169,7 +169,7 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
         return None;
     }
     let mut shown = Against::all(a, q);
-    let more = first_panels(shown.len(), "axes");
+    let more = first_of(shown.len(), PANELS, "axes");
     shown.truncate(PANELS);
     let others = shown.iter().filter_map(|panel| panel.other).map(|k| &a.axes[k]);
     let names: Vec<_> = others.flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v)))).collect();
@@ -251,7 +251,7 @@ fn word_axis(plot: &Plot, axis: &AxisRecord) {
 /// The quantities of a variant that have a panel, and the end of the caption.
 fn shown<'a>(a: &'a SweepFindings, variant: &str) -> (Vec<&'a ByQuantity<Dependence>>, String) {
     let mut all: Vec<_> = a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).collect();
-    let more = first_of(all.len());
+    let more = first_of(all.len(), PANELS, "quantities");
     all.truncate(PANELS);
     (all, more)
 }
