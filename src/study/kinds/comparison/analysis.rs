@@ -210,7 +210,7 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
 }
 
 /// A difference in words: `3.2 %`, or in the unit where the absolute tolerance decides.
-fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
+pub fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
     let own = q.quantity.tolerance(tolerance);
     match own.is_absolute(q.peak) {
         true => significant(share * own.scale(q.peak), 3) + &space(&q.quantity.unit),
