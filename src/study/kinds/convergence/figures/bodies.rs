@@ -1,9 +1,10 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
+use crate::math::tensor::Vec3;
 use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
 use crate::report::measure::shortened;
-use crate::report::numbers::thousands;
+use crate::report::numbers::{percent, thousands};
 use crate::report::panels::{heading, letter};
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
@@ -92,7 +93,7 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         return None;
     }
     let fit = Fit::new(from, [mm(2.0), mm(2.0), mm(2.0 + wide), mm(2.0 + tall)]);
-    // The top two per cent are left to the end of the scale, so that a notch corner does not take all of it
+    // The top two per cent of the nodes are left to the end of the scale, so that a notch corner does not take all of it
     let mut sorted: Vec<f64> = skin.stretch.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
@@ -117,11 +118,9 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         }
         color_bar(area, bar_at);
     });
-    let clipped = if sorted.last().is_some_and(|m| *m > top * 1.01) {
-        format!(" (2 % of the surface is above {top:.2}, up to {:.2})", sorted[sorted.len() - 1])
-    } else {
-        String::new()
-    };
+    let clipped = above(skin, &value, top).map_or(String::new(), |(share, largest)| {
+        format!(" ({} of the surface is above {top:.2}, up to {largest:.2})", percent(share))
+    });
     let cables = match skin.cables.len() {
         0 => "",
         1 => " cable in red,",
@@ -133,6 +132,19 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         r.id, skin.t_s
     );
     Some(Figure { name: "bent".into(), svg, caption })
+}
+
+/// Share of the surface at rest whose facets have a value beyond the end of the scale, and the largest value; none where it is within a hundredth of the end.
+fn above(skin: &Skin, value: impl Fn(usize) -> f64, top: f64) -> Option<(f64, f64)> {
+    let area = |k: usize| {
+        let [a, b, c] = skin.triangles[k].map(|i| Vec3::from(skin.points[i as usize]));
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let all = 0..skin.triangles.len();
+    let beyond = || all.clone().filter(|k| value(*k) > top);
+    let largest = beyond().map(&value).reduce(f64::max).filter(|most| *most > 1.01 * top)?;
+    let [beyond, all] = [beyond().map(area).sum::<f64>(), all.clone().map(area).sum()];
+    Some((beyond / all, largest))
 }
 
 /// Top and bottom of the colour bar \[mm\].
@@ -163,5 +175,28 @@ fn color_bar(area: &Area, (x, height, top): (f64, f64, f64)) {
         let y = mm(b - (b - a) * axis.place(value));
         line(area, &[(mm(x + 3.5), y), (mm(x + 4.4), y)], INK, 5);
         text(area, &name, (mm(x + 5.2), y), At::Left, SMALL, INK);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of four facets, of which the smallest has an eighth of the area and the only value beyond the scale: its share is that of the area, and not that of its nodes.
+    #[test]
+    fn the_share_beyond_the_scale_is_one_of_the_surface() {
+        let skin = Skin {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.25, 0.0]],
+            triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+            middles: vec![],
+            t_s: 0.0,
+            displacement: vec![[0.0; 3]; 5],
+            stretch: vec![1.0; 5],
+            cables: vec![],
+            rigids: vec![],
+        };
+        let value = |k: usize| if k == 0 { 1.5 } else { 1.0 };
+        assert_eq!(above(&skin, value, 1.2), Some((0.125, 1.5)));
+        assert_eq!(above(&skin, value, 1.495), None);
     }
 }
