@@ -287,6 +287,11 @@ fn a_missing_point_is_named_and_the_report_is_written() {
         summary.decisions.as_ref().expect("decisions")[&format!("cable_tension_N, length along {along}")].as_str()
     };
     assert_eq!(["p", "q"].map(decided), ["rising", "falling"]);
+    let table = std::fs::read_to_string(dir.path().join("tables/points.csv")).expect("a table");
+    assert!(table.starts_with("p [kPa],q [kPa],Control,T [N],Status,"), "{table}");
+    for row in ["\n1,1,length,1.000,Converged,", "\n2,4,length,–,StepTooSmall,"] {
+        assert!(table.contains(row), "{table}");
+    }
     let points = &summary.analysis["cable_tension_N"]["length"]["points"];
     assert_eq!(points.as_array().map(Vec::len), Some(11));
     for file in [
