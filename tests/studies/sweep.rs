@@ -354,6 +354,22 @@ fn peaks_that_are_changes_are_called_so() {
     assert_eq!(drawn(50.0), [true, true, false]);
 }
 
+/// Squares without room for numbers have a colour bar from their least to their largest value; those with numbers have none.
+#[test]
+fn a_map_has_numbers_or_a_colour_bar() {
+    let map = |q: &[f64]| {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &study(&[1.0, 2.0], q, |p, q| p * q));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn")
+    };
+    let (few, many) = (map(&Q), map(&(1..=20).map(f64::from).collect::<Vec<_>>()));
+    // 2 N is a number of a square; from 1 N to 40 N the ticks of a bar are tens, and the axis of q ends at 20
+    assert!(few.contains("\n2.00\n") && few.matches("<rect").count() <= 2 * Q.len() + 1, "{few}");
+    assert!(["\n30\n", "\n40\n"].iter().all(|tick| many.contains(tick)) && !many.contains("\n2.00\n"), "{many}");
+    assert!(many.matches("<rect").count() > 3 * 40, "{many}");
+}
+
 /// A grid over p, q and r with the peak p q r, whose third axis has a long unit.
 fn three_axes() -> (StudyRecord, Vec<StoredCase>) {
     let (mut study, layer) = study(&[1.0, 2.0], &Q, |p, q| p * q);

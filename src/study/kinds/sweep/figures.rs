@@ -1,6 +1,7 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
 use crate::report::canvas::{Area, At, INK, RGB, SMALL, block, figure, italic, line, mark, mm, page_width, text};
+use crate::report::color_bar::ROOM;
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines, legend_width, stroke, style};
 use crate::report::measure::{shortened, width};
 use crate::report::numbers::capital;
@@ -268,16 +269,27 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     if a.list || maps.is_empty() {
         return None;
     }
-    let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0, 3.0), (56.0, 76.0));
-    let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
+    // With so much room at the right of each for a colour bar: panels, their height, and the numbers of each
+    let placed = |bar: f64| {
+        let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0 + bar, 3.0 + bar), (56.0, 76.0));
+        let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
+        let square = (mm(panels.each / first.values.len() as f64), mm(tall / second.values.len() as f64));
+        let of =
+            |q: &&ByQuantity<Dependence>| MapNumbers::of(q.points.iter().map(|p| p.value), &q.quantity.unit, square);
+        (panels, tall, maps.iter().map(of).collect::<Vec<MapNumbers>>())
+    };
+    let (mut panels, mut tall, mut numbers) = placed(0.0);
+    if !numbers.iter().all(MapNumbers::have_room) {
+        (panels, tall, numbers) = placed(BAR);
+    }
     let row = tall + BETWEEN + 2.0;
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
-        for (k, q) in maps.iter().enumerate() {
+        for (k, (q, numbers)) in maps.iter().zip(&numbers).enumerate() {
             let frame = panels.frame(k, (TOP, row), tall);
-            let square = (panels.each / first.values.len() as f64, tall / second.values.len() as f64);
-            let values = q.points.iter().map(|p| p.value);
-            let numbers = MapNumbers::of(values, &q.quantity.unit, (mm(square.0), mm(square.1)));
-            squares(area, q, &numbers, (first, second), frame);
+            squares(area, q, numbers, (first, second), frame);
+            if !numbers.have_room() {
+                numbers.color_bar(area, frame[2] + 2.0, (frame[1], frame[3]), q.range());
+            }
             let title = format!("{}{}", peak_name(q), numbers.brackets());
             let [left, top, ..] = frame.map(mm);
             headed(area, (left, top), mm(panels.each), letter(k, maps.len()), &title);
@@ -290,6 +302,9 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     );
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
+
+/// Room of a colour bar at the right of a map \[mm\].
+const BAR: f64 = ROOM + 2.0;
 
 /// Squares of a map with their numbers, where all of them have room.
 fn squares(

@@ -1,7 +1,8 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
 use crate::math::tensor::Vec3;
-use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, figure, italic, line, mm, page_width, text};
+use crate::report::color_bar::color_bar;
 use crate::report::figure::Figure;
 use crate::report::measure::shortened;
 use crate::report::numbers::{percent, thousands};
@@ -108,23 +109,25 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
     under += &surface(&moved, &skin.facets(), &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;
-    let bar_at = (wide + 5.0, total, top);
-    under += &gradient(bar_at);
     let svg = figure(wide + bar + 6.0, total, &under, |area| {
         for polyline in &skin.cables {
             let path: Vec<_> = polyline.iter().map(|x| fit.at(view.project(*x))).collect();
             line(area, &path, RGB(255, 255, 255), 22);
             line(area, &path, PALETTE[1], 12);
         }
-        color_bar(area, bar_at);
+        let tall = (total - 16.0).min(50.0);
+        let span = (0.5 * (total - tall) + 2.0, 0.5 * (total + tall) + 2.0);
+        let at = (mm(wide + 5.0), mm(span.0 - 3.5));
+        text(area, &format!("{}₁ [–]", italic("λ")), at, At::Left, LABEL, INK);
+        color_bar(area, wide + 5.0, span, &Axis::exact(1.0, top, ""));
     });
     let clipped = above(skin, &value, top).map_or(String::new(), |(share, largest)| {
         format!(" ({} of the surface is above {top:.2}, up to {largest:.2})", percent(share))
     });
     let cables = match skin.cables.len() {
         0 => "",
-        1 => " cable in red,",
-        _ => " cables in red,",
+        1 => " cable in orange,",
+        _ => " cables in orange,",
     };
     let rigid = if skin.rigids.is_empty() { "" } else { " rigid bodies behind in beige," };
     let caption = format!(
@@ -145,37 +148,6 @@ fn above(skin: &Skin, value: impl Fn(usize) -> f64, top: f64) -> Option<(f64, f6
     let largest = beyond().map(&value).reduce(f64::max).filter(|most| *most > 1.01 * top)?;
     let [beyond, all] = [beyond().map(area).sum::<f64>(), all.clone().map(area).sum()];
     Some((beyond / all, largest))
-}
-
-/// Top and bottom of the colour bar \[mm\].
-fn bar_span(height: f64) -> (f64, f64) {
-    let tall = (height - 16.0).min(50.0);
-    (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0)
-}
-
-/// The colours of the bar, as SVG.
-fn gradient((x, height, _): (f64, f64, f64)) -> String {
-    let (a, b) = bar_span(height);
-    let mut svg = String::from("<defs><linearGradient id=\"stretch\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
-    for k in 0..=16 {
-        let c = viridis(f64::from(k) / 16.0);
-        svg += &format!("<stop offset=\"{}\" stop-color=\"rgb({},{},{})\"/>", f64::from(k) / 16.0, c.0, c.1, c.2);
-    }
-    let (x, y, w, h) = (mm(x), mm(a), mm(3.5), mm(b) - mm(a));
-    svg + &format!(
-        "</linearGradient></defs>\n<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"url(#stretch)\"/>\n"
-    )
-}
-
-fn color_bar(area: &Area, (x, height, top): (f64, f64, f64)) {
-    let (a, b) = bar_span(height);
-    text(area, &format!("{}₁ [–]", italic("λ")), (mm(x), mm(a - 3.5)), At::Left, LABEL, INK);
-    let axis = Axis::exact(1.0, top, "");
-    for (value, name) in axis.ticks() {
-        let y = mm(b - (b - a) * axis.place(value));
-        line(area, &[(mm(x + 3.5), y), (mm(x + 4.4), y)], INK, 5);
-        text(area, &name, (mm(x + 5.2), y), At::Left, SMALL, INK);
-    }
 }
 
 #[cfg(test)]
