@@ -370,6 +370,42 @@ fn a_map_has_numbers_or_a_colour_bar() {
     assert!(many.matches("<rect").count() > 3 * 40, "{many}");
 }
 
+/// The panel of a quantity against the axes, and the page.
+fn against(study: &(StudyRecord, Vec<StoredCase>)) -> [String; 2] {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), study);
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    ["figures/against-cable_tension_N-length.svg", "index.html"]
+        .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
+}
+
+/// A legend ends with its panel, and the caption says how many of the values it names: here 10 of 20 of q, and both of p.
+#[test]
+fn a_legend_of_many_values_names_some() {
+    let values: Vec<f64> = (1..=20).map(f64::from).collect();
+    let [svg, page] = against(&study(&[1.0, 2.0], &values, |p, q| p * q));
+    assert_eq!(svg.matches("</tspan> = ").count(), 10 + 2, "{svg}");
+    assert!(page.contains(" Of 20 values of key q q the legend names 10."), "{page}");
+    let [_, page] = against(&study(&[1.0, 2.0], &Q, |p, q| p * q));
+    assert!(!page.contains("the legend names"), "{page}");
+}
+
+/// No line joins a minimum and a maximum. Of y = p − 3 the first line along p would; that of y = p has four points.
+#[test]
+fn no_line_joins_a_minimum_and_a_maximum() {
+    let drawn = |y: fn(f64, f64) -> f64| {
+        let [svg, page] = against(&study(&P, &Q, y));
+        let points = |l: &str| Some(l.split_once("points=\"")?.1.split('"').next()?.split_whitespace().count());
+        let lines = svg.split("<polyline ").filter(|l| l.contains("stroke-width=\"8\""));
+        (
+            lines.filter(|l| points(l) == Some(P.len())).count(),
+            page.contains(" Hollow marks are minima and full ones maxima"),
+        )
+    };
+    assert_eq!(drawn(|p, _| p), (1, false));
+    assert_eq!(drawn(|p, _| p - 3.0), (0, true));
+}
+
 /// A grid over p, q and r with the peak p q r, whose third axis has a long unit.
 fn three_axes() -> (StudyRecord, Vec<StoredCase>) {
     let (mut study, layer) = study(&[1.0, 2.0], &Q, |p, q| p * q);

@@ -1,6 +1,8 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
-use crate::report::canvas::{Area, At, INK, RGB, SMALL, block, figure, italic, line, mark, mm, page_width, text};
+use crate::report::canvas::{
+    Area, At, INK, Mark, RGB, SMALL, block, figure, hollow, italic, line, mark, mm, page_width, text,
+};
 use crate::report::color_bar::ROOM;
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines, legend_width, stroke, style};
 use crate::report::measure::{shortened, width};
@@ -8,16 +10,17 @@ use crate::report::numbers::capital;
 use crate::report::panels::{Letter, Panels, headed, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
+use crate::scene::ExtremeKind;
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::grid::{MapNumbers, raised, sides};
 use crate::study::figures::{PANELS, axis_label, first_of};
-use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
+use crate::study::kinds::sweep::analysis::{Dependence, Judged, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
 use crate::wording;
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const LEFT: f64 = 16.5;
 const GAP: f64 = 18.0;
@@ -133,6 +136,40 @@ impl Against {
         };
         axes.iter().enumerate().map(one).collect()
     }
+
+    /// The lines along the axis, of which each has a value of the other one.
+    fn lines<'a>(&self, a: &SweepFindings, q: &'a Dependence) -> Vec<Vec<&'a SweepPoint>> {
+        q.lines(self.along, a.list).into_iter().filter(|line| self.kept.has(line[0])).collect()
+    }
+}
+
+/// Entries of a legend for so many lines in order, if it has room for `most`: the first, the last, and some between.
+fn picked(lines: usize, most: usize) -> Vec<usize> {
+    let count = lines.min(most);
+    (0..count).map(|k| k * (lines - 1) / (count - 1).max(1)).collect()
+}
+
+/// The end of a caption where a legend has entries for a part of the values only.
+fn named(axis: &AxisRecord, lines: usize, most: usize) -> Option<String> {
+    (lines > most).then(|| format!(" Of {lines} values of {} {} the legend names {most}.", axis.label, axis.symbol))
+}
+
+/// Colour of line `k` of many, by their order.
+fn ordered_color(k: usize, lines: usize) -> RGB {
+    viridis(0.9 * k as f64 / (lines - 1).max(1) as f64)
+}
+
+/// The cases whose peak is a minimum, where those of others are maxima.
+fn minima<'a>(store: &Results, a: &SweepFindings, q: &'a ByQuantity<Dependence>) -> BTreeSet<&'a str> {
+    let of = |kind: ExtremeKind| -> BTreeSet<&'a str> {
+        let is_one = |p: &&SweepPoint| {
+            let case = store.cases.iter().find(|c| c.record.id == p.case);
+            case.and_then(|c| c.record.probes.get(&q.quantity.name)).is_some_and(|probe| probe.peak_is == kind)
+        };
+        q.points.iter().filter(is_one).map(|p| p.case.as_str()).collect()
+    };
+    let is_mixed = a.judged == Judged::Peak && !of(ExtremeKind::Maximum).is_empty();
+    if is_mixed { of(ExtremeKind::Minimum) } else { BTreeSet::new() }
 }
 
 /// Axes that a panel keeps at one value each: the axis, and the index of its value.
@@ -164,8 +201,8 @@ impl Kept {
 }
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// are kept at a value. Scattered points of a list are marks without a line. `None` without two points on a line.
-pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
+/// are kept at a value. Scattered points of a list are marks without a line, and no line joins a minimum and a maximum. `None` without two points on a line.
+pub fn against(store: &Results, a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
@@ -180,11 +217,17 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     let panels = Panels::new(shown.len(), (LEFT, side + GAP, side), (LEAST, EACH));
     let tall = panels.tall(TALL, (BETWEEN, TOP + 11.0));
     let row = tall + BETWEEN;
+    let most = (((tall - 2.0) / LINE) as usize + 1).min(ENTRIES);
+    let minima = minima(store, a, q);
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, of) in shown.iter().enumerate() {
-            panel(area, a, q, (of, letter(k, shown.len())), panels.frame(k, (TOP, row), tall));
+            panel(area, a, q, (of, letter(k, shown.len()), most, &minima), panels.frame(k, (TOP, row), tall));
         }
     });
+    let unnamed = shown.iter().filter_map(|of| named(&a.axes[of.other?], of.lines(a, q).len(), most));
+    let unnamed: String = wording::distinct(unnamed).concat();
+    let mixed =
+        if minima.is_empty() { "" } else { " Hollow marks are minima and full ones maxima; no line joins the two." };
     let places = shown.iter().enumerate().filter_map(|(k, of)| {
         let place = letter(k, shown.len()).map_or(String::new(), |letter| format!("in ({letter}) "));
         Some(format!("{place}at {}", of.kept.words(&a.axes)?))
@@ -196,7 +239,7 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
         true => "each key of the list, whose other keys change from point to point too".into(),
         false => "the swept keys".into(),
     };
-    let caption = format!("{} against {of}.{held}{more}", capital(&q.peak_title()));
+    let caption = format!("{} against {of}.{mixed}{held}{unnamed}{more}", capital(&q.peak_title()));
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
@@ -204,27 +247,33 @@ fn panel(
     area: &Area,
     a: &SweepFindings,
     q: &ByQuantity<Dependence>,
-    (of, letter): (&Against, Option<Letter>),
+    (of, letter, most, minima): (&Against, Option<Letter>, usize, &BTreeSet<&str>),
     frame: [f64; 4],
 ) {
     let axis = &a.axes[of.along];
-    let lines: Vec<Vec<&SweepPoint>> = q.lines(of.along, a.list).into_iter().filter(|l| of.kept.has(l[0])).collect();
+    let lines = of.lines(a, q);
     let label = axis_label(&q.quantity, q.peak_prefix());
     let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &label);
     let [_, top, right, _] = frame;
     let plot = Plot { area, frame: frame.map(mm), x: scale(axis, &with(a)), y };
     plot.grid();
     let mut entries = vec![];
+    let named = picked(lines.len(), most);
+    let is_minimum = |p: &SweepPoint| minima.contains(p.case.as_str());
     for (n, points) in lines.iter().enumerate() {
-        let (shape, color) = style(n);
-        let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[of.along])).collect();
-        let y: Vec<f64> = points.iter().map(|p| p.value).collect();
+        // A legend that names some of the lines needs colours in their order
+        let in_order = lines.len() > most;
+        let (shape, color) = if in_order { (Mark::Circle, ordered_color(n, lines.len())) } else { style(n) };
+        let at = |p: &SweepPoint| plot.at(place(axis, p.at[of.along]), p.value);
         // Words and scattered values have no order that a line could follow
-        if axis.is_ordered() {
-            stroke(area, &plot.path(&x, &y), n, 8);
+        for part in points.chunk_by(|p, q| is_minimum(p) == is_minimum(q)).filter(|_| axis.is_ordered()) {
+            let path: Vec<_> = part.iter().map(|p| at(p)).collect();
+            if in_order { line(area, &path, color, 8) } else { stroke(area, &path, n, 8) }
         }
-        plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
-        if let Some(other) = of.other {
+        for p in points {
+            if is_minimum(p) { hollow(area, shape, at(p), 22, color) } else { mark(area, shape, at(p), 22, color) }
+        }
+        if let Some(other) = of.other.filter(|_| named.contains(&n)) {
             let value = &a.axes[other].values[points[0].at[other]];
             entries.push((Sample::Mark(shape, color), entry(&a.axes[other], value)));
         }
@@ -360,11 +409,10 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let rest: Vec<usize> = (1..a.axes.len()).filter(|_| !a.list).collect();
     let kept = Kept::of(panels.iter().flat_map(|q| &q.points), &a.axes, &rest);
     let (values, numbers) = distinct(first);
-    let color = |number: usize| viridis(0.9 * number as f64 / (values.len() - 1).max(1) as f64);
+    let color = |number: usize| ordered_color(number, values.len());
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
     let across = places.width() - LEFT;
-    let count = values.len().min(ENTRIES);
-    let picked = (0..count).map(|k| k * (values.len() - 1) / (count - 1).max(1));
+    let picked = picked(values.len(), ENTRIES).into_iter();
     let together = || std::iter::once(first).chain(other_keys(a).filter(|_| goes_along(a)));
     let words = |k: usize| together().map(|axis| entry(axis, &axis.values[k])).collect::<Vec<_>>().join(", ");
     let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), words(values[k]))).collect();
@@ -393,10 +441,11 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     });
     let held = kept.words(&a.axes).map_or(String::new(), |words| format!(", with {words}"));
     let caption = format!(
-        "The quantities over time, {}, coloured by {}{}{held}.{more}",
+        "The quantities over time, {}, coloured by {}{}{held}.{}{more}",
         store.study.label(variant),
         first.label,
-        along_which(a)
+        along_which(a),
+        named(first, values.len(), ENTRIES).unwrap_or_default()
     );
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
 }

@@ -18,7 +18,7 @@ use std::collections::HashMap;
 
 pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     let variants = || store.study.variants.iter();
-    let against = a.quantities.iter().filter_map(|q| drawn("dependence", || figures::against(a, q)));
+    let against = a.quantities.iter().filter_map(|q| drawn("dependence", || figures::against(store, a, q)));
     let maps = variants().filter_map(|v| drawn("map", || figures::map(store, a, v)));
     let over_time = variants().filter_map(|v| drawn("curves", || figures::over_time(store, a, v)));
     let supported = a.quantities.iter().any(|q| !q.along.is_empty());
