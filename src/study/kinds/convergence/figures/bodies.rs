@@ -1,7 +1,7 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
 use crate::math::tensor::Vec3;
-use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, figure, italic, line, mm, page_width, text};
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, figure, italic, line, mm, page_height, page_width, text};
 use crate::report::color_bar::color_bar;
 use crate::report::figure::Figure;
 use crate::report::measure::shortened;
@@ -20,6 +20,8 @@ const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
 const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
 /// Height of a drawn body \[mm\]; a slender upright one is drawn smaller.
 const TALLEST: f64 = 110.0;
+/// Height that every mesh has room for \[mm\]
+const LEAST: f64 = 15.0;
 const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
 const EDGE: RGB = RGB(0x33, 0x44, 0x55);
 /// Rigid bodies and obstacles
@@ -40,11 +42,14 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     if shown.is_empty() || !from.iter().all(|v| v.is_finite()) {
         return None;
     }
-    let columns = 2.min(shown.len());
     let (gap, head) = (6.0, 5.5);
+    // A page does not take more rows
+    let most = (page_height() / (LEAST + head + 3.0)).floor().max(1.0) as usize;
+    let columns = shown.len().div_ceil(most).max(2.min(shown.len()));
     let wide = (page_width() - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
-    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     let rows = shown.len().div_ceil(columns);
+    let room = (page_height() / rows as f64 - head - 3.0).min(TALLEST);
+    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(room);
     let height = rows as f64 * (tall + head + 3.0);
     let corner = |k: usize| {
         let (i, j) = (k % columns, k / columns);
