@@ -6,6 +6,7 @@ pub mod time;
 pub mod work_precision;
 
 use crate::report::canvas::italic;
+use crate::report::names::with_symbol;
 use crate::report::unit::labelled;
 use crate::study::store::record::Quantity;
 
@@ -19,7 +20,7 @@ pub fn first_of(count: usize, shown: usize, things: &str) -> String {
 
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {
-    labelled(&format!("{prefix}{} {}", q.label, italic(&q.symbol)), &q.unit)
+    labelled(&format!("{prefix}{}", with_symbol(&q.label, &q.symbol, &italic(&q.symbol))), &q.unit)
 }
 
 #[cfg(test)]

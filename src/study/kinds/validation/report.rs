@@ -1,6 +1,7 @@
 //! Report of a validation, and `predictions.toml`.
 
 use crate::report::figure::drawn;
+use crate::report::names::with_symbol;
 use crate::report::numbers::{capital, digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -84,7 +85,7 @@ fn answer(a: &ValidationFindings) -> Table {
         let number = |v: f64| rounded(v, wide);
         vec![
             p.record_label.clone(),
-            format!("{} {}", p.label, p.symbol),
+            with_symbol(&p.label, &p.symbol, &p.symbol),
             p.unit.clone(),
             number(p.value),
             format!("{} to {}", number(p.interval[0]), number(p.interval[1])),

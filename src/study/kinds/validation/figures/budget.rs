@@ -5,6 +5,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Drawn, Figure, drawn, numbered};
 use crate::report::measure::{shortened, width_in_mm};
+use crate::report::names::with_symbol;
 use crate::report::numbers::{capital, digits, space};
 use crate::report::panels::{Panels, headed, letter};
 use crate::report::unit;
@@ -80,7 +81,8 @@ fn sheet(predictions: &[&Prediction], places: &Panels, left: f64) -> String {
     figure(places.width(), rows.iter().sum(), "", |area| {
         for (k, p) in predictions.iter().enumerate() {
             let top = rows[..k / places.columns].iter().sum::<f64>();
-            let words = format!("{} {}, {}", capital(&p.label), italic(&p.symbol), p.record_label);
+            let words =
+                format!("{}, {}", capital(&with_symbol(&p.label, &p.symbol, &italic(&p.symbol))), p.record_label);
             let from = places.x(k) - left + 1.0;
             let wide = left + places.each + RIGHT - 4.0;
             headed(area, (mm(from), mm(top + HEAD - 1.0)), mm(wide), letter(k, predictions.len()), &words);
