@@ -61,3 +61,27 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
         if named < count { format!(" The legend names the first {named} of {count} markers.") } else { String::new() };
     Figure { name: name.into(), svg, caption: format!("{}: {caption}.{more}", overlay.source) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::curve::Curve;
+
+    /// Every marker has a line of its own look, and up to twenty have an entry; of more the caption says so.
+    #[test]
+    fn no_two_markers_look_alike() {
+        let of = |count: usize| {
+            let still = Curve { t: vec![0.0, 1.0], f: vec![0.0, 1e-3] };
+            let pair = |k: usize| Pair {
+                marker: format!("marker {k}."),
+                measured: vec![],
+                simulated: [still.clone(), still.clone(), still.clone()],
+                distance: None,
+            };
+            let overlay = MarkerOverlay { source: "f".into(), pairs: (0..count).map(pair).collect(), note: None };
+            let figure = draw("markers", &overlay);
+            (figure.svg.matches("marker ").count(), figure.caption.contains("names the first 20 of 25 markers"))
+        };
+        assert_eq!([of(8), of(25)], [(8, false), (20, true)]);
+    }
+}
