@@ -320,7 +320,7 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     }
     // With so much room at the right of each for a colour bar: panels, their height, and the numbers of each
     let placed = |bar: f64| {
-        let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0 + bar, 3.0 + bar), (56.0, 76.0));
+        let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0 + bar, 3.0 + bar), (56.0 - bar, 76.0));
         let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
         let square = (mm(panels.each / first.values.len() as f64), mm(tall / second.values.len() as f64));
         let of =
