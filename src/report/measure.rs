@@ -81,12 +81,32 @@ pub fn heading_lines(words: &str, room: i32) -> (i32, Vec<String>) {
     (size, wrapped(words, size, room, 2))
 }
 
-/// Label of an axis in this room \[units\]: the words are shortened, the unit behind them stays.
+/// Label of an axis in this room \[units\]: the words are shortened, the symbol and the unit behind them stay.
 pub fn label_within(label: &str, room: i32) -> (i32, String) {
     let size = if width(label, LABEL) <= room { LABEL } else { SMALL };
-    let split = label.rfind(" [").unwrap_or(label.len());
-    let (words, unit) = label.split_at(split);
-    (size, format!("{}{unit}", shortened(words, size, room - width(unit, size))))
+    let (words, kept) = symbol_and_unit(label);
+    (size, format!("{}{kept}", shortened(words, size, room - width(kept, size))))
+}
+
+/// The label of an axis in two lines where the words would be shortened in one.
+pub fn label_lines(label: &str, room: i32) -> (i32, Vec<String>) {
+    let (size, line) = label_within(label, room);
+    let (words, kept) = symbol_and_unit(label);
+    let first = wrapped(words, size, room, 2).swap_remove(0);
+    match words.strip_prefix(&first).map(str::trim_start) {
+        Some(rest) if line != label && !rest.is_empty() => {
+            let rest = shortened(rest, size, room - width(kept, size));
+            (size, vec![first, format!("{rest}{kept}")])
+        }
+        _ => (size, vec![line]),
+    }
+}
+
+/// The words of a label, and the symbol and the unit behind them.
+fn symbol_and_unit(label: &str) -> (&str, &str) {
+    let unit = label.rfind(" [").unwrap_or(label.len());
+    let symbol = label[..unit].rfind(&format!(" {}", ITALIC.0));
+    label.split_at(symbol.unwrap_or(unit))
 }
 
 #[cfg(test)]
@@ -101,11 +121,21 @@ mod tests {
             assert!(width(&shortened(long, SMALL, room), SMALL) <= room);
             let (size, lines) = heading_lines(long, room);
             assert!(lines.len() <= 2 && lines.iter().all(|l| width(l, size) <= room), "{lines:?}");
-            let (size, label) = label_within(&format!("{long} {} [kPa]", italic("u")), room);
-            assert!(label.ends_with("[kPa]") && (room < 300 || width(&label, size) <= room), "{label}");
+            let kept = format!(" {} [kPa]", italic("u"));
+            let (size, line) = label_within(&format!("{long}{kept}"), room);
+            let (small, lines) = label_lines(&format!("{long}{kept}"), room);
+            assert!(size == small && lines.len() <= 2);
+            for line in lines.iter().chain([&line]) {
+                assert!(room < 300 || width(line, size) <= room, "{line}");
+            }
+            assert!([lines.last(), Some(&line)].iter().all(|l| l.is_some_and(|l| l.ends_with(&kept))), "{lines:?}");
         }
         assert_eq!(shortened("short", SMALL, 1000), "short");
         assert_eq!(heading_lines(long, 1600).1.len(), 2);
+        let lines = |label: &str| label_lines(label, 900).1;
+        assert_eq!(lines(&format!("reach {} [m]", italic("x"))).len(), 1);
+        let tip = format!("displacement of the tip of the finger {} [m]", italic("z_tip"));
+        assert!(lines(&tip).len() == 2 && lines(&tip).join(" ") == tip, "no word is lost: {:?}", lines(&tip));
         assert_eq!(wrapped("one two", SMALL, 1, 1), ["…"]);
     }
 }

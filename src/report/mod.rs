@@ -5,6 +5,7 @@
 pub mod axis;
 pub mod body;
 pub mod canvas;
+pub mod color_bar;
 pub mod error;
 pub mod export;
 pub mod figure;

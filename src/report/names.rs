@@ -41,6 +41,11 @@ pub fn constant(key: &str) -> String {
     }
 }
 
+/// A label with its symbol, as this is shown; a label that begins with the symbol has it already: `x of m1`.
+pub fn with_symbol(label: &str, symbol: &str, shown: &str) -> String {
+    if label.split_whitespace().next() == Some(symbol) { label.into() } else { format!("{label} {shown}") }
+}
+
 fn element_title(name: &str) -> Option<&'static str> {
     match name {
         "tet4_up" => Some("tet4 mixed"),
@@ -61,6 +66,13 @@ mod tests {
         assert_eq!(keys.map(symbol), ["μ", "τ₁", "C₁₀", "κ", "g₂", "r", "J_m", "μ₁", "α₁₂", "set"]);
         assert_eq!(constant("laws.soft_rubber.mu"), "μ of soft rubber");
         assert_eq!(constant("stage.0.dt"), "stage.0.dt");
+    }
+
+    #[test]
+    fn a_symbol_is_written_once() {
+        let labels = [("x of m1", "x"), ("cable tension", "T"), ("xylem height", "x")];
+        let shown = ["x of m1", "cable tension T", "xylem height x"];
+        assert_eq!(labels.map(|(label, symbol)| with_symbol(label, symbol, symbol)), shown);
     }
 
     #[test]

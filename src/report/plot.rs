@@ -2,7 +2,7 @@
 
 pub use crate::report::axis::Axis;
 use crate::report::canvas::{Area, At, INK, PALE, Point, SMALL, line, mm, text};
-use crate::report::measure::{label_within, width};
+use crate::report::measure::{label_lines, label_within, width};
 use crate::report::numbers::percent;
 use crate::report::panels::{Letter, headed};
 use crate::wording::all;
@@ -10,6 +10,9 @@ use crate::wording::all;
 /// Distances between the numbers of neighbouring ticks: along x, and of their lines along y \[units\].
 const APART: i32 = 25;
 const LINE: i32 = 80;
+
+/// Room at the left of a frame that every figure leaves \[mm\].
+const SIDE: f64 = 14.0;
 
 /// Words of a caption about marks that are [on the axis](Plot::floored).
 pub const BELOW: &str = "a mark on the axis is of an error below it";
@@ -111,8 +114,17 @@ impl Plot<'_, '_> {
                 text(self.area, &name, (l - 38, y), At::Right, SMALL, INK);
             }
         }
-        let (size, label) = label_within(&self.y.label, b - t + mm(4.0));
-        text(self.area, &label, (l - 60 - widest, (t + b) / 2), At::Turned, size, INK);
+        let (room, place) = (b - t + mm(4.0), l - 60 - widest);
+        let (size, lines) = match l - place + 2 * LINE <= mm(SIDE) {
+            true => label_lines(&self.y.label, room),
+            false => {
+                let (size, label) = label_within(&self.y.label, room);
+                (size, vec![label])
+            }
+        };
+        for (k, words) in lines.iter().rev().enumerate() {
+            text(self.area, words, (place - LINE * k as i32, (t + b) / 2), At::Turned, size, INK);
+        }
     }
 
     /// The axis along x only.

@@ -84,7 +84,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     }
     let records: Vec<&CaseRecord> = results.cases.iter().map(|c| &c.record).collect();
     let methods = OwnMethods { errors: &content.errors, search: &content.search };
-    paper::write(&dir.join("paper"), &records, methods, parts(&results.study.study, &content, &figures))?;
+    paper::write(&dir.join("paper"), &records, methods, parts(&results.study.question, &content, &figures))?;
     own.files = report_files::names(writing.files(), dir);
     let path = dir.join(report_files::FILE);
     own.replace(earlier.as_ref(), dir).map_err(|source| ReportError::Unwritable { path, source })?;

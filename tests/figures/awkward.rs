@@ -6,6 +6,7 @@ use durometer::math::statistics::larger;
 use durometer::report::figure::Drawn;
 use durometer::report::style::{Style, within};
 use durometer::study::analysis::Analysis;
+use durometer::study::kinds::convergence::figures::bodies;
 use durometer::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
 use durometer::study::kinds::robustness::figures::{failed, matrix};
 use durometer::study::kinds::validation::budget::Contribution;
@@ -13,7 +14,7 @@ use durometer::study::kinds::validation::figures::{budget, score};
 use durometer::study::kinds::validation::findings::{Prediction, ValidationFindings};
 use durometer::study::outcome::CaseOutcome;
 use durometer::study::report;
-use durometer::study::store::record::{StoredCase, StudyRecord};
+use durometer::study::store::record::{Role, StoredCase, StudyRecord};
 use durometer::study::store::results::Results;
 use durometer::study::store::skin::Skin;
 
@@ -198,10 +199,25 @@ fn figures_of_awkward_validations_are_legible() {
             let sheets = within(style(of), || budget::draw(&found));
             let panels: usize = sheets.iter().flatten().map(|f| f.svg.matches("all together").count()).sum();
             assert_eq!(panels, (records * quantities).min(6), "{name}: no panel is lost");
+            let others: usize = sheets.iter().flatten().map(|f| f.svg.matches("4 other groups").count()).sum();
+            assert_eq!(others, panels, "{name}: no group is lost");
             wrong.extend(drawn_in(sheets, of, &name));
         }
     }
     assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// Predictions without a budget have no panel that could be left out.
+#[test]
+fn a_budget_says_which_predictions_it_shows() {
+    let mut found = predictions(2, 4, "");
+    found.found.predictions[0].budget.clear();
+    let captions = |found: &Analysis<ValidationFindings>| -> Vec<String> {
+        budget::draw(found).into_iter().flatten().map(|figure| figure.caption).collect()
+    };
+    assert!(captions(&found).iter().all(|c| c.ends_with(" Of 7 predictions the first 6.")), "{:?}", captions(&found));
+    found.found.predictions[1].budget.clear();
+    assert!(captions(&found).iter().all(|c| !c.contains("the first")), "{:?}", captions(&found));
 }
 
 #[test]
@@ -259,13 +275,10 @@ fn curves_of_meshes_differ_without_colour() {
     assert!(first > 0 && second > 10 * first, "{first} lines of the first mesh, {second} of the second");
 }
 
-#[test]
-fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
-    let case = |k: usize| JudgedCase { status: "StepTooSmall".into(), outcome: CaseOutcome::Fail, ..judged(k) };
-    let found = RobustnessFindings { suites: vec![], cases: (0..5).map(case).collect(), maps: vec![] };
-    let mut results = Results::without_cases(synthetic::study().0);
-    let body = Skin {
-        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+/// A body of one cell of this height.
+fn tetrahedron(height: f64) -> Skin {
+    Skin {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, height]],
         triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
         middles: vec![],
         t_s: 1.0,
@@ -273,13 +286,50 @@ fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
         stretch: vec![1.0; 4],
         cables: vec![],
         rigids: vec![],
-    };
+    }
+}
+
+#[test]
+fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
+    let case = |k: usize| JudgedCase { status: "StepTooSmall".into(), outcome: CaseOutcome::Fail, ..judged(k) };
+    let found = RobustnessFindings { suites: vec![], cases: (0..5).map(case).collect(), maps: vec![] };
+    let mut results = Results::without_cases(synthetic::study().0);
+    let body = tetrahedron(1.0);
     results.skins = found.cases.iter().map(|c| (c.case.clone(), body.clone())).collect();
     for of in STYLES {
         let figure = within(style(of), || failed::draw(&results, &found)).expect("a figure");
         assert_eq!(figure.svg.matches("StepTooSmall").count(), 5, "{of}");
         let wrong = drawn_in(vec![Ok(figure)], of, "failures");
         assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
+    }
+    let many = RobustnessFindings { cases: (0..12).map(case).collect(), ..found };
+    results.skins = many.cases.iter().map(|c| (c.case.clone(), body.clone())).collect();
+    let caption = failed::draw(&results, &many).expect("a figure").caption;
+    assert!(caption.ends_with(" Of 12 failed cases the first 9."), "{caption}");
+}
+
+/// Many meshes of a slender upright body are on one page.
+#[test]
+fn a_figure_of_many_meshes_is_no_taller_than_a_page() {
+    let (study, cases) = synthetic::study();
+    let mut family = study.families.iter().find(|f| f.role == Role::Sizes).expect("sizes").clone();
+    let template = cases.iter().find(|c| family.cases.contains(&c.record.id)).expect("a case");
+    let case = |k: usize| {
+        let mut case = template.clone();
+        (case.record.id, case.record.mesh.cells) = (format!("mesh-{k}"), 100 * (k + 1));
+        case
+    };
+    for count in [1, 5, 9, 40] {
+        let all: Vec<StoredCase> = (0..count).map(case).collect();
+        family.cases = all.iter().map(|c| c.record.id.clone()).collect();
+        let mut results = Results::without_cases(StudyRecord { families: vec![family.clone()], ..study.clone() });
+        results.skins = all.iter().map(|c| (c.record.id.clone(), tetrahedron(20.0))).collect();
+        results.cases = all;
+        for of in STYLES {
+            let figure = within(style(of), || bodies::meshes(&results)).expect("a figure");
+            let wrong = drawn_in(vec![Ok(figure)], of, &format!("{count} meshes"));
+            assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
+        }
     }
 }
 

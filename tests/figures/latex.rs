@@ -234,6 +234,9 @@ fn the_generated_parts_make_a_paper_of_two_pages() {
     let paper = dir.path().join("paper");
     let read = |name: &str| std::fs::read_to_string(paper.join(name)).expect("a part");
     let (methods, bib, markdown) = (read("methods.tex"), read("references.bib"), read("methods.md"));
+    let (document, question) = (read("paper.tex"), &study.0.question);
+    assert!(!question.is_empty() && document.contains(&format!("\\title{{{question}}}")), "{document}");
+    assert!(document.contains("\n\\input{../figures/") && document.contains("\n% \\input{../figures/"), "{document}");
     let cited = methods.split("\\cite{").skip(1).filter_map(|s| s.split('}').next()).flat_map(|keys| keys.split(','));
     let cited: std::collections::BTreeSet<&str> = cited.collect();
     assert!(cited.contains("durometer") && cited.contains("celik2008"), "{cited:?}");

@@ -192,8 +192,8 @@ fn faults(name: &str, svg: &str, style: Style) -> Vec<String> {
     out
 }
 
-/// Headings that a table of a folder of results has twice, by which a program cannot tell the columns.
-fn repeated_headings(results: &Path) -> Vec<String> {
+/// What keeps a program from reading the tables of a folder of results: headings that one has twice, and numbers with the signs of print.
+fn unreadable(results: &Path) -> Vec<String> {
     let files = std::fs::read_dir(results.join("tables")).into_iter().flatten().flatten().map(|f| f.path());
     let mut out = vec![];
     for path in files.filter(|f| f.extension().is_some_and(|e| e == "csv")) {
@@ -201,6 +201,11 @@ fn repeated_headings(results: &Path) -> Vec<String> {
         let mut seen = BTreeSet::new();
         let twice = table.headers().expect("headings").iter().filter(|h| !seen.insert(h.to_string()));
         out.extend(twice.map(|h| format!("{}: {h:?}", path.display())));
+        let is_number = |part: &str| part.contains('−') && part.trim().replace('−', "-").parse::<f64>().is_ok();
+        for row in table.records().flatten() {
+            let cells = row.iter().filter(|cell| cell.split(" to ").any(is_number));
+            out.extend(cells.map(|cell| format!("{}: {cell:?}", path.display())));
+        }
     }
     out
 }
@@ -209,8 +214,8 @@ fn repeated_headings(results: &Path) -> Vec<String> {
 fn every_figure_has_type_of_the_chosen_size_within_its_sheet() {
     let folder = tempfile::tempdir().expect("a folder");
     let results = results(folder.path());
-    let twice: Vec<String> = results.iter().flat_map(|folder| repeated_headings(folder)).collect();
-    assert!(twice.is_empty(), "{}", twice.join("\n"));
+    let unreadable: Vec<String> = results.iter().flat_map(|folder| unreadable(folder)).collect();
+    assert!(unreadable.is_empty(), "{}", unreadable.join("\n"));
     let mut names: BTreeSet<String> = BTreeSet::new();
     let mut wrong = vec![];
     let larger = ("one-column", Some("8"));

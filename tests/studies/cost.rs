@@ -4,8 +4,10 @@
 #[allow(dead_code)]
 use crate::common::program::{ROOT, ended, without_mesher};
 use crate::common::synthetic;
+use durometer::math::statistics::extent;
 use durometer::study::kinds::cost::analysis::analyse;
-use durometer::study::kinds::cost::findings::{CostOfAccuracy, Grows, Measure};
+use durometer::study::kinds::cost::figures::growth;
+use durometer::study::kinds::cost::findings::{CostOfAccuracy, Grows, GrowthLaw, Measure};
 use durometer::study::kinds::cost::line::How;
 use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
@@ -13,6 +15,7 @@ use durometer::study::run::work::RepeatRecord;
 use durometer::study::store::record::{
     CaseRecord, FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord,
 };
+use durometer::study::store::results::Results;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -227,6 +230,25 @@ fn twice_the_cells_take_no_less_than_was_measured() {
     assert!(law.law.at(law.next_cells) < 42e6, "{law:?}");
     let [low, high] = law.next.interval.expect("four meshes");
     assert!(law.next.value == 42e6 && low == 42e6 && high > 42e6, "{law:?}");
+
+    let store = Results::without_cases(study);
+    let mut alone = a.found.clone();
+    alone.growth.retain(|l| l.of == Grows::Memory && l.formulation == "tet4");
+    let figure = growth::draw(&store, &alone, "length").expect("a law");
+    assert!(figure.caption.ends_with("by the law, but no less than what was measured."), "{}", figure.caption);
+    let heights = |width: &str| -> Vec<f64> {
+        let lines = figure.svg.split("<polyline ").filter(|l| l.contains(&format!("stroke-width=\"{width}\"")));
+        let points = lines.filter_map(|l| Some(l.split_once("points=\"")?.1.split('"').next()?.split_whitespace()));
+        points.flatten().filter_map(|p| p.split_once(',')?.1.parse().ok()).collect()
+    };
+    // Axes and lines of laws by their widths; the law begins 13 % below the least memory
+    let [[top, bottom], [highest, lowest]] = ["6", "7"].map(|width| extent(heights(width).into_iter()));
+    assert!(top <= highest && lowest <= bottom, "lines from {highest} to {lowest}, a frame from {top} to {bottom}");
+    let mut two = a.found.clone();
+    two.growth.extend(a.growth.iter().map(|l| GrowthLaw { variant: "tension".into(), ..l.clone() }));
+    let names = ["length", "tension"].map(|variant| growth::draw(&store, &two, variant).expect("laws").name);
+    assert_eq!(names, ["growth-length", "growth-tension"]);
+    assert!(growth::draw(&store, &a, "tension").is_none());
 }
 
 /// A quantity that is the same on all meshes has its costs, those of the coarsest cases, and no panel, whose axis would end far above its errors.

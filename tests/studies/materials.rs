@@ -92,6 +92,33 @@ fn differences_are_shares_of_changes() {
     }
 }
 
+/// Under the reversed load the same member is as much stiffer: its magnitude is larger, not its value higher. A member that goes the other way is said to.
+#[test]
+fn peaks_of_negative_quantities_differ_by_their_magnitudes() {
+    let stiff_of = |factors: [f64; 2]| {
+        let (study, mut stored) = study();
+        for case in &mut stored {
+            let factor = factors[usize::from(case.record.member == "stiff")];
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value *= factor);
+            case.record.probes.get_mut("cable_tension_N").expect("probe").peak *= factor;
+        }
+        let a = analyse(&study, &stored);
+        let stiff = a.quantities[0].members.iter().find(|c| c.member == "stiff").expect("a member").peak_difference;
+        (stiff, a.verdict.clone(), a.quantities[0].sentence.clone())
+    };
+    let words = ["20 % higher", "20 % larger in magnitude", "has the other sign and differs by 220 %"];
+    for (factors, share, words) in
+        [([1.0, 1.0], 0.2, words[0]), ([-1.0, -1.0], 0.2, words[1]), ([-1.0, 1.0], -2.2, words[2])]
+    {
+        let (found, verdict, sentence) = stiff_of(factors);
+        assert!((found - share).abs() < 1e-12, "{found}");
+        assert!(verdict.contains(words), "{verdict}");
+        let sign = if share < 0.0 { "−220 %" } else { "+20 %" };
+        assert!(sentence.contains(&format!("stiff {sign}")), "{sentence}");
+    }
+}
+
 /// Tensions of rounding differ by 20 %, which decides nothing where the absolute tolerance of the quantity is larger; the words are in the unit.
 /// A difference beyond that tolerance decides, and a reference that is zero is comparable.
 #[test]
@@ -244,6 +271,48 @@ fn the_report_holds_both_figures() {
     {
         assert!(dir.path().join(file).is_file(), "{file}");
     }
+}
+
+/// The caption of the curves names what has no panel, no curve and no difference, and the legend only what is drawn. Differences have no axis where none of them is drawn.
+#[test]
+fn a_caption_of_curves_says_what_is_left_out() {
+    let (mut study, mut stored) = study();
+    let template = stored[0].clone();
+    stored.push(case("laws", "far", 6.0, 0.0, &template));
+    let mut brief = case("laws", "brief", 2.0, 0.0, &template);
+    brief.series.t_s.iter_mut().for_each(|t| *t *= 0.5);
+    stored.push(brief);
+    for case in &stored[6..] {
+        study.families[0].cases.push(case.record.id.clone());
+    }
+    let names = ["one_N", "two_N", "three_N"];
+    for case in &mut stored {
+        let (wave, probe) =
+            (case.series.columns["cable_tension_N"].clone(), case.record.probes["cable_tension_N"].clone());
+        for name in names {
+            case.series.columns.insert(name.into(), wave.clone());
+            case.record.probes.insert(name.into(), probe.clone());
+        }
+    }
+    let quantities = study.quantities.get_mut("length").expect("quantities");
+    let tension = quantities[0].clone();
+    quantities.extend(names.map(|name| Quantity { name: name.into(), against: None, ..tension.clone() }));
+    let drawn = |stored: Vec<StoredCase>| {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &(study.clone(), stored));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        ["figures/comparison-length.svg", "index.html"]
+            .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
+    };
+    let [svg, page] = drawn(stored.clone());
+    assert!(page.contains(" Of 4 quantities the first 3."), "{page}");
+    assert!(page.contains(" Without a curve to compare: brief.") && !svg.contains("brief"), "{page}");
+    for panel in ["drawn there: in (a)", "; in (b)", "; in (c)"] {
+        assert!(page.contains(&format!("{panel} far, by more than half of its ")), "{page}");
+    }
+    assert!(svg.contains("(reference) [N]"), "{svg}");
+    let [svg, _] = drawn(stored.into_iter().filter(|c| ["base", "far"].contains(&c.record.member.as_str())).collect());
+    assert!(svg.contains("base (reference)") && !svg.contains("(reference) [N]"), "{svg}");
 }
 
 /// In every style the type has the size of the style, and no word of a legend ends outside of the figure, however long the name of a member is.

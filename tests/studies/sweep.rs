@@ -354,6 +354,11 @@ fn a_missing_point_is_named_and_the_report_is_written() {
         summary.decisions.as_ref().expect("decisions")[&format!("cable_tension_N, length along {along}")].as_str()
     };
     assert_eq!(["p", "q"].map(decided), ["rising", "falling"]);
+    let table = std::fs::read_to_string(dir.path().join("tables/points.csv")).expect("a table");
+    assert!(table.starts_with("p [kPa],q [kPa],Control,T [N],Status,"), "{table}");
+    for row in ["\n1,1,length,1.000,Converged,", "\n2,4,length,–,StepTooSmall,"] {
+        assert!(table.contains(row), "{table}");
+    }
     let points = &summary.analysis["cable_tension_N"]["length"]["points"];
     assert_eq!(points.as_array().map(Vec::len), Some(11));
     for file in [
@@ -414,6 +419,58 @@ fn peaks_that_are_changes_are_called_so() {
     };
     assert_eq!(drawn(0.0), [false; 3]);
     assert_eq!(drawn(50.0), [true, true, false]);
+}
+
+/// Squares without room for numbers have a colour bar from their least to their largest value; those with numbers have none.
+#[test]
+fn a_map_has_numbers_or_a_colour_bar() {
+    let map = |q: &[f64]| {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &study(&[1.0, 2.0], q, |p, q| p * q));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn")
+    };
+    let (few, many) = (map(&Q), map(&(1..=20).map(f64::from).collect::<Vec<_>>()));
+    // 2 N is a number of a square; from 1 N to 40 N the ticks of a bar are tens, and the axis of q ends at 20
+    assert!(few.contains("\n2.00\n") && few.matches("<rect").count() <= 2 * Q.len() + 1, "{few}");
+    assert!(["\n30\n", "\n40\n"].iter().all(|tick| many.contains(tick)) && !many.contains("\n2.00\n"), "{many}");
+    assert!(many.matches("<rect").count() > 3 * 40, "{many}");
+}
+
+/// The panel of a quantity against the axes, and the page.
+fn against(study: &(StudyRecord, Vec<StoredCase>)) -> [String; 2] {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), study);
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    ["figures/against-cable_tension_N-length.svg", "index.html"]
+        .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
+}
+
+/// A legend ends with its panel, and the caption says how many of the values it names: here 10 of 20 of q, and both of p.
+#[test]
+fn a_legend_of_many_values_names_some() {
+    let values: Vec<f64> = (1..=20).map(f64::from).collect();
+    let [svg, page] = against(&study(&[1.0, 2.0], &values, |p, q| p * q));
+    assert_eq!(svg.matches("</tspan> = ").count(), 10 + 2, "{svg}");
+    assert!(page.contains(" Of 20 values of key q q the legend names 10."), "{page}");
+    let [_, page] = against(&study(&[1.0, 2.0], &Q, |p, q| p * q));
+    assert!(!page.contains("the legend names"), "{page}");
+}
+
+/// No line joins a minimum and a maximum. Of y = p − 3 the first line along p would; that of y = p has four points.
+#[test]
+fn no_line_joins_a_minimum_and_a_maximum() {
+    let drawn = |y: fn(f64, f64) -> f64| {
+        let [svg, page] = against(&study(&P, &Q, y));
+        let points = |l: &str| Some(l.split_once("points=\"")?.1.split('"').next()?.split_whitespace().count());
+        let lines = svg.split("<polyline ").filter(|l| l.contains("stroke-width=\"8\""));
+        (
+            lines.filter(|l| points(l) == Some(P.len())).count(),
+            page.contains(" Hollow marks are minima and full ones maxima"),
+        )
+    };
+    assert_eq!(drawn(|p, _| p), (1, false));
+    assert_eq!(drawn(|p, _| p - 3.0), (0, true));
 }
 
 /// A grid over p, q and r with the peak p q r, whose third axis has a long unit.
@@ -576,6 +633,31 @@ fn a_list_takes_values_in_any_order() {
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let drawn = std::fs::read_to_string(dir.path().join("figures/against-cable_tension_N-length.svg")).expect("drawn");
     assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
+}
+
+/// What a list does along its first key is not attributed to that one alone: the axis, the legend and the captions name the keys that go along, and none that stays.
+#[test]
+fn figures_of_a_list_name_all_its_keys() {
+    let (mut study, stored) = study(&[1.0, 2.0, 3.0], &[1.0], |p, _| p);
+    let mut sweep = sweep_of(&study);
+    sweep.axes[1] = axis("q", &[5.0, 4.5, 4.0]);
+    sweep.axes.push(axis("r", &[7.0, 7.0, 7.0]));
+    sweep.points.values_mut().for_each(|at| *at = vec![at[0]; 3]);
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let [against, over_time, page] =
+        ["figures/against-cable_tension_N-length.svg", "figures/sweep-length.svg", "index.html"]
+            .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"));
+    assert!(against.contains(" (with ") && !against.contains("7 kPa"), "{against}");
+    assert!(
+        ["5 kPa", "4.5 kPa", "4 kPa"].iter().all(|value| over_time.contains(&format!(" = {value}"))),
+        "{over_time}"
+    );
+    for named in ["against key p p", "coloured by key p"] {
+        assert!(page.contains(&format!("{named}, along which key q q goes from 5 kPa to 4 kPa too.")), "{page}");
+    }
 }
 
 /// Values that are files of curves are words: their dots begin no ending in the names of the files of a case.

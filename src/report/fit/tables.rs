@@ -189,7 +189,7 @@ fn misfits(fit: &StoredFit) -> Table {
             m.rows.to_string(),
             format!("{} to {}", stretch_text(a), stretch_text(b)),
             format!("{:.1}", 100.0 * m.rms_relative),
-            format!("{:+.1}", 100.0 * m.bias_relative).replace('-', "−"),
+            format!("{:+.1}", 100.0 * m.bias_relative),
             format!("{:.1}", 100.0 * m.max_relative),
         ]
     };

@@ -11,11 +11,14 @@ pub struct Parts<'a> {
     pub figures: Vec<&'a str>,
 }
 
-/// An article that reads the methods, the first table, the first figure, and the bibliography; to be compiled where it lies.
+/// An article that reads the methods, the first table, the first figure, and the bibliography, with a comment for each other table and figure; to be
+/// compiled where it lies.
 pub fn document(parts: &Parts) -> String {
     let input = |folder: &str, names: &[&str]| {
         let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };
-        names.first().map_or(String::new(), |name| format!("\\input{{../{folder}{name}.tex}}\n"))
+        let line =
+            |(k, name): (usize, &&str)| format!("{}\\input{{../{folder}{name}.tex}}\n", if k == 0 { "" } else { "% " });
+        names.iter().enumerate().map(line).collect::<String>()
     };
     format!(
         "% pdflatex paper && bibtex paper && pdflatex paper && pdflatex paper (or xelatex)\n\\documentclass[a4paper]{{article}}\n\\usepackage[margin=22mm]{{geometry}}\n{PACKAGES}\\graphicspath{{{{../figures/}}}}\n\\begin{{document}}\n\\title{{{}}}\n\\author{{}}\n\\date{{}}\n\\maketitle\n\\section*{{Methods}}\n\\input{{methods.tex}}\n\\section*{{Results}}\n{}{}\\bibliographystyle{{unsrt}}\n\\bibliography{{references}}\n\\end{{document}}\n",

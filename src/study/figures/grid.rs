@@ -1,6 +1,8 @@
 //! Maps over two axes: names of the values along both sides, and numbers in the squares that have room there.
 
+use crate::report::axis::Axis;
 use crate::report::canvas::{Area, At, INK, SMALL, italic, mm, text};
+use crate::report::color_bar::color_bar;
 use crate::report::measure::{label_within, shortened, width};
 use crate::report::numbers::fixed;
 use crate::report::unit;
@@ -121,6 +123,20 @@ impl MapNumbers {
     /// The number of a square; `None` where squares have no room for one.
     pub fn written(&self, value: f64) -> Option<String> {
         Some(self.decimals?.written(value * 10f64.powi(self.power)))
+    }
+
+    /// Whether squares have room for their numbers.
+    pub fn have_room(&self) -> bool {
+        self.decimals.is_some()
+    }
+
+    /// A colour bar for squares without numbers, from its left edge between two heights \[mm\].
+    pub fn color_bar(&self, area: &Area, x: f64, span: (f64, f64), ends: [f64; 2]) {
+        let [low, high] = ends.map(|end| end * 10f64.powi(self.power));
+        // A single value has the middle of the colours
+        let half = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+        let (low, high) = if low < high { (low, high) } else { (low - half, high + half) };
+        color_bar(area, x, span, &Axis::exact(low, high, ""));
     }
 
     /// ` [kPa]`, or nothing without a unit.

@@ -6,25 +6,21 @@ pub mod time;
 pub mod work_precision;
 
 use crate::report::canvas::italic;
+use crate::report::names::with_symbol;
 use crate::report::unit::labelled;
 use crate::study::store::record::Quantity;
 
 /// Quantities or axes that a figure with a panel for each shows.
 pub const PANELS: usize = 6;
 
-/// The end of a caption where there are more quantities than panels.
-pub fn first_of(quantities: usize) -> String {
-    first_panels(quantities, "quantities")
-}
-
-/// The end of a caption where there are more things than panels.
-pub fn first_panels(count: usize, things: &str) -> String {
-    if count > PANELS { format!(" Of {count} {things} the first {PANELS}.") } else { String::new() }
+/// The end of a caption where a figure shows the first of more things: ` Of 9 quantities the first 6.`
+pub fn first_of(count: usize, shown: usize, things: &str) -> String {
+    if count > shown { format!(" Of {count} {things} the first {shown}.") } else { String::new() }
 }
 
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {
-    labelled(&format!("{prefix}{} {}", q.label, italic(&q.symbol)), &q.unit)
+    labelled(&format!("{prefix}{}", with_symbol(&q.label, &q.symbol, &italic(&q.symbol))), &q.unit)
 }
 
 #[cfg(test)]
@@ -33,8 +29,8 @@ mod tests {
 
     #[test]
     fn a_caption_says_what_has_no_panel() {
-        assert_eq!(first_of(PANELS), "");
-        assert_eq!(first_of(8), " Of 8 quantities the first 6.");
-        assert_eq!(first_panels(7, "axes"), " Of 7 axes the first 6.");
+        assert_eq!(first_of(PANELS, PANELS, "quantities"), "");
+        assert_eq!(first_of(8, PANELS, "quantities"), " Of 8 quantities the first 6.");
+        assert_eq!(first_of(7, 2, "axes"), " Of 7 axes the first 2.");
     }
 }

@@ -9,9 +9,10 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::disturbed;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::study::store::results::Results;
+use crate::wording::count;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
-const PHASES: [&str; 4] = ["assembly", "factorisation", "solve", "rest"];
+const PHASES: [&str; 3] = ["assembly", "factorisation", "solve"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
 
@@ -31,12 +32,12 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let total =
         |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
-    effects.truncate(AREAS.len());
     let longest = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
     // A name takes half of the page at most
     let room = (longest + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
     let panels = Panels::new(2, (room, 16.0, 14.0), (44.0, 70.0));
-    let below = 13.5 + LINE * PHASES.len().max(effects.len()).div_ceil(2) as f64;
+    let legends = legends(&effects);
+    let below = 13.5 + LINE * legends[0].len().max(legends[1].len()).div_ceil(2) as f64;
     let most = ((page_height() / panels.rows() - TOP - below) / ROW).floor().max(1.0) as usize;
     let sheets = rows.len().div_ceil(most);
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
@@ -48,11 +49,23 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
                 "Share of the wall time per case ({}){part}, total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}{busy}",
                 store.study.label(variant)
             );
-            Figure { name, svg: sheet(rows, &effects, &panels, (room, below)), caption }
+            Figure { name, svg: sheet(rows, &effects, &legends, &panels, (room, below)), caption }
         })
     };
     // Sheets of the same length
     rows.chunks(rows.len().div_ceil(sheets.max(1)).max(1)).enumerate().filter_map(of).collect()
+}
+
+/// Names and colours of the phases and of the effects; effects beyond the colours share one.
+fn legends(effects: &[&str]) -> [Vec<(String, RGB)>; 2] {
+    let coloured = |names: &[&str]| names.iter().map(ToString::to_string).zip(AREAS).collect::<Vec<_>>();
+    let [mut of_phases, mut of_effects] = [coloured(&PHASES), coloured(effects)];
+    of_phases.push(("rest".into(), REST));
+    let others = effects.len() - of_effects.len();
+    if others > 0 {
+        of_effects.push((count(others, "other effect"), REST));
+    }
+    [of_phases, of_effects]
 }
 
 /// A sentence where cases waited for what else the machine did.
@@ -64,7 +77,13 @@ fn waiting(rows: &[&CaseRecord]) -> String {
 }
 
 /// Panels of the cases, with room for their names at the left and for the legends below \[mm\].
-fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below): (f64, f64)) -> String {
+fn sheet(
+    rows: &[&CaseRecord],
+    effects: &[&str],
+    legends: &[Vec<(String, RGB)>; 2],
+    panels: &Panels,
+    (room, below): (f64, f64),
+) -> String {
     let tall = ROW * rows.len() as f64;
     let step = TOP + tall + below;
     figure(panels.width(), step * panels.rows(), "", |area| {
@@ -77,7 +96,10 @@ fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below):
         };
         let effect = |r: &CaseRecord| {
             let of = |name: &&str| r.effects.iter().filter(|e| e.name == **name).map(|e| e.wall_s).sum::<f64>();
-            effects.iter().map(of).zip(AREAS).collect()
+            let (named, others) = effects.split_at(effects.len().min(AREAS.len()));
+            let mut out: Vec<(f64, RGB)> = named.iter().map(of).zip(AREAS).collect();
+            out.push((others.iter().map(of).sum(), REST));
+            out
         };
         let place = |k: usize| panels.frame(k, (TOP, step), tall);
         bars(area, place(0).map(mm), letter(0, 2), "Phases", rows, &phase);
@@ -85,19 +107,16 @@ fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below):
         for [left, top, right, _] in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
             names(area, (left, top, right), room, rows);
         }
-        let put = |number: usize, names: &[&str]| {
+        for (number, entries) in legends.iter().enumerate() {
             let [x, .., bottom] = place(number);
-            for (k, name) in names.iter().enumerate() {
-                let color = if *name == "rest" { REST } else { AREAS[k] };
+            for (k, (name, color)) in entries.iter().enumerate() {
                 // From the left edge of the page, so that the second name fits into a narrow one
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
                 let at = (mm(left + 28.0 * (k % 2) as f64), mm(bottom + 13.5 + LINE * (k / 2) as f64));
                 let words = shortened(&name.replace('_', " "), SMALL, mm(20.5));
-                legend(area, at, &[(Sample::Block(color), words)]);
+                legend(area, at, &[(Sample::Block(*color), words)]);
             }
-        };
-        put(0, &PHASES);
-        put(1, effects);
+        }
     })
 }
 
@@ -150,6 +169,18 @@ fn bars(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Effects have as many colours as there are; the others are one part, so that what is left of a bar is no effect.
+    #[test]
+    fn effects_beyond_the_colours_share_one() {
+        let names: Vec<String> = (0..AREAS.len() + 2).map(|k| format!("effect {k}")).collect();
+        let of = |count: usize| {
+            let [_, entries] = legends(&names[..count].iter().map(String::as_str).collect::<Vec<_>>());
+            entries
+        };
+        assert!(of(AREAS.len()).iter().all(|(_, color)| *color != REST));
+        assert_eq!(of(AREAS.len() + 2).last(), Some(&("2 other effects".to_string(), REST)));
+    }
 
     #[test]
     fn cases_that_waited_are_told() {

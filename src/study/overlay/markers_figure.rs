@@ -1,14 +1,14 @@
 //! Measured tracks as marks, recorded points as lines: one panel per coordinate.
 
-use super::markers::{MarkerOverlay, words};
-use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
-use crate::report::figure::{Figure, LINE, Sample, WithLegend, apart, legend};
+use super::markers::{MarkerOverlay, Pair, words};
+use crate::report::canvas::{INK, MARKS, figure, hollow, mm};
+use crate::report::figure::{Figure, LINE, Sample, WithLegend, apart, legend, stroke, style};
 use crate::report::plot::{Axis, Plot};
 
 /// Least distance of the marks of one marker in a panel \[units\].
 const APART: i32 = 54;
-/// Markers with a colour of their own, and lines of the legend.
-const COLOURS: usize = 6;
+/// Markers that the legend has room for.
+const ENTRIES: usize = 20;
 
 /// Height of a panel and distance from one to the next \[mm\].
 const TALL: f64 = 36.0;
@@ -16,7 +16,8 @@ const STEP: f64 = 44.0;
 
 pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
     let (left, top) = (18.0, 4.0);
-    let lines = 2.5 + 3.2 * overlay.pairs.len().min(COLOURS) as f64;
+    let named = overlay.pairs.len().min(ENTRIES);
+    let lines = 2.5 + named as f64;
     let WithLegend { wide, legend: key, size } = WithLegend::new((left, top, top + 3.0 * STEP + 6.0), lines);
     let svg = figure(size.0, size.1, "", |area| {
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
@@ -34,27 +35,53 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
             for (k, pair) in overlay.pairs.iter().enumerate() {
                 let scaled = |v: &[f64]| v.iter().map(|v| 1e3 * v).collect::<Vec<_>>();
                 let curve = &pair.simulated[axis];
-                line(area, &plot.path(&curve.t, &scaled(&curve.f)), PALETTE[k % COLOURS], 10);
+                stroke(area, &plot.path(&curve.t, &scaled(&curve.f)), k, 10);
                 let inside = pair.measured.iter().filter(|(t, _)| *t >= plot.x.lo && *t <= plot.x.hi);
                 let places = inside.flat_map(|(t, m)| plot.path(&[*t], &[1e3 * m[axis]]));
-                for at in apart(places, APART) {
-                    hollow(area, MARKS[0], at, 18, PALETTE[k % COLOURS]);
-                }
+                let (shape, color) = style(k);
+                apart(places, APART).into_iter().for_each(|at| hollow(area, shape, at, 18, color));
             }
             plot.axes(true);
         }
         let at = |row: f64| (mm(key.0), mm(key.1 + LINE * row));
         let entries = [(Sample::Line(INK), "simulated"), (Sample::Hollow(MARKS[0], INK), "measured")];
         legend(area, at(0.0), &entries.map(|(s, w)| (s, w.to_string())));
-        for (k, pair) in overlay.pairs.iter().take(COLOURS).enumerate() {
-            let row = 2.5 + 3.2 * k as f64;
-            text(area, &pair.marker, at(row), At::Left, SMALL, PALETTE[k % COLOURS]);
-            let Some(d) = &pair.distance else { continue };
-            text(area, &format!("rms {:.2} mm", 1e3 * d.rms_m), at(row + 1.0), At::Left, SMALL, INK);
-            text(area, &format!("largest {:.2} mm", 1e3 * d.largest_m), at(row + 2.0), At::Left, SMALL, INK);
-        }
+        let entry = |(k, pair): (usize, &Pair)| {
+            let off = pair.distance.as_ref().map(|d| (1e3 * d.rms_m, 1e3 * d.largest_m));
+            let off = off.map_or(String::new(), |(rms, largest)| format!(": rms {rms:.2}, largest {largest:.2} mm"));
+            (Sample::Stroke(k), format!("{}{off}", pair.marker))
+        };
+        let entries: Vec<_> = overlay.pairs.iter().enumerate().take(named).map(entry).collect();
+        legend(area, at(2.5), &entries);
     });
     let all: Vec<String> = overlay.pairs.iter().filter_map(|p| p.distance.as_ref()).map(words).collect();
     let caption = if all.is_empty() { "No row of the tracks is within the run".into() } else { all.join("; ") };
-    Figure { name: name.into(), svg, caption: format!("{}: {caption}.", overlay.source) }
+    let count = overlay.pairs.len();
+    let more =
+        if named < count { format!(" The legend names the first {named} of {count} markers.") } else { String::new() };
+    Figure { name: name.into(), svg, caption: format!("{}: {caption}.{more}", overlay.source) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::curve::Curve;
+
+    /// Every marker has a line of its own look, and up to twenty have an entry; of more the caption says so.
+    #[test]
+    fn no_two_markers_look_alike() {
+        let of = |count: usize| {
+            let still = Curve { t: vec![0.0, 1.0], f: vec![0.0, 1e-3] };
+            let pair = |k: usize| Pair {
+                marker: format!("marker {k}."),
+                measured: vec![],
+                simulated: [still.clone(), still.clone(), still.clone()],
+                distance: None,
+            };
+            let overlay = MarkerOverlay { source: "f".into(), pairs: (0..count).map(pair).collect(), note: None };
+            let figure = draw("markers", &overlay);
+            (figure.svg.matches("marker ").count(), figure.caption.contains("names the first 20 of 25 markers"))
+        };
+        assert_eq!([of(8), of(25)], [(8, false), (20, true)]);
+    }
 }

@@ -100,7 +100,7 @@ fn constants(a: &CalibrationFindings) -> Table {
             part(c.steps),
             pair(c.nuisance),
             c.gauge.map_or("–".into(), |g| format!("{:.n$}", f * g)),
-            c.bias.map_or("–".into(), |b| format!("{:+.1}", 100.0 * b).replace('-', "−")),
+            c.bias.map_or("–".into(), |b| format!("{:+.1}", 100.0 * b)),
         ]
     };
     Table {

@@ -3,7 +3,7 @@
 //! Pure: stored cases in, [`ComparisonFindings`] out. f is a quantity of a member, g the same of the reference:
 //!
 //! ```text
-//! difference of the peaks (f̂ − ĝ)/|ĝ|
+//! difference of the peaks (f̂ − ĝ)/ĝ             that of the magnitudes where both have one sign, below −1 where they have not
 //! distance ‖f − g‖₂/‖g − g₀‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
 //! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
@@ -81,8 +81,9 @@ fn compare(
     let tolerance = quantity.tolerance(study.tolerance);
     let base = Base::new(study.member(reference), find(&all, reference), quantity, tolerance);
     let finer_peak = |member: &str| peak(find(&finer, member)?, &quantity.name);
-    let on_finer =
-        |member: &str| finer_peak(member).zip(finer_peak(reference)).map(|(f, g)| (f - g) / tolerance.scale(g));
+    let on_finer = |member: &str| {
+        finer_peak(member).zip(finer_peak(reference)).map(|(f, g)| (f - g) / with_sign_of(g, tolerance.scale(g)))
+    };
     let mut members = vec![];
     for (member, case) in all {
         match base.as_ref().map_err(Clone::clone).and_then(|base| base.compare(case, quantity)) {
@@ -155,7 +156,7 @@ impl Base {
             member: String::new(),
             case: c.record.id.clone(),
             peak: own_peak,
-            peak_difference: share(own_peak - self.peak, scale),
+            peak_difference: share(own_peak - self.peak, with_sign_of(self.peak, scale)),
             mesh_drift: None,
             distance: share(l2(&t, &d), l2(&t, &changes).max(self.tolerance.scale(0.0))),
             largest: share(largest, scale),
@@ -164,6 +165,11 @@ impl Base {
             loop_share: cycle.map(|c| c.1),
         })
     }
+}
+
+/// A size with the sign of a peak.
+fn with_sign_of(peak: f64, size: f64) -> f64 {
+    if peak < 0.0 { -size } else { size }
 }
 
 /// Whether the protocol imposes a quantity: it is the same in all runs, of which there are several.
@@ -204,7 +210,7 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
 }
 
 /// A difference in words: `3.2 %`, or in the unit where the absolute tolerance decides.
-fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
+pub fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
     let own = q.quantity.tolerance(tolerance);
     match own.is_absolute(q.peak) {
         true => significant(share * own.scale(q.peak), 3) + &space(&q.quantity.unit),
@@ -212,9 +218,13 @@ fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> Stri
     }
 }
 
-/// `+3.2 %`
+/// `+3.2 %` of the magnitude, or the difference of the values in the unit where the absolute tolerance decides.
 pub fn signed(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
-    let sign = if share < 0.0 { "−" } else { "+" };
+    let is_less = match q.quantity.tolerance(tolerance).is_absolute(q.peak) {
+        true => with_sign_of(q.peak, share) < 0.0,
+        false => share < 0.0,
+    };
+    let sign = if is_less { "−" } else { "+" };
     format!("{sign}{}", amount(q, share.abs(), tolerance))
 }
 
@@ -307,15 +317,22 @@ pub fn decisions(a: &Analysis<ComparisonFindings>) -> BTreeMap<String, String> {
     replacements(a, a.tolerance).into_iter().map(one).collect()
 }
 
-/// `its maximum is 13 % higher: 68.3° against 60.4°`
+/// `its maximum is 13 % higher: 68.3° against 60.4°`, with the words of magnitudes where both are negative
 fn peaks(q: &ByQuantity<MemberDifferences>, c: &ComparedMember, tolerance: f64) -> String {
     let [own, base] = [c.peak, q.peak].map(|peak| significant(peak, 3) + &space(&q.quantity.unit));
     let peak = q.peak_is.trim_end_matches(" of");
     if own == base {
         return format!("its {peak} is the same, {base}");
     }
-    let side = if c.peak_difference < 0.0 { "lower" } else { "higher" };
-    format!("its {peak} is {} {side}: {own} against {base}", amount(q, c.peak_difference.abs(), tolerance))
+    let amount = amount(q, c.peak_difference.abs(), tolerance);
+    let (least, most) = (c.peak.min(q.peak), c.peak.max(q.peak));
+    let is_less = c.peak.abs() < q.peak.abs();
+    let differs = match (least < 0.0, most > 0.0) {
+        (true, true) => format!("has the other sign and differs by {amount}"),
+        (true, false) => format!("is {amount} {} in magnitude", if is_less { "smaller" } else { "larger" }),
+        (false, _) => format!("is {amount} {}", if is_less { "lower" } else { "higher" }),
+    };
+    format!("its {peak} {differs}: {own} against {base}")
 }
 
 /// Which members are interchangeable, how far the others are off, what they cost.

@@ -41,7 +41,7 @@ pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// (f̂ − ĝ)/|ĝ|, or over the scale of the absolute tolerance where that is larger \[–\]
+    /// (f̂ − ĝ)/ĝ: negative where the magnitude is smaller, below −1 where the sign is the other one. Over the scale of the absolute tolerance where that is larger \[–\]
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,

@@ -129,7 +129,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
     Table {
         name: "comparison",
         caption: format!(
-            "Every member against {}: peak and its difference, {mesh}distance of the curves (‖f − g‖₂ over ‖g − g₀‖₂, the changes of g from its start g₀, and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
+            "Every member against {}: peak and its difference (f̂ − ĝ)/ĝ, negative where the magnitude is smaller, {mesh}distance of the curves (‖f − g‖₂ over ‖g − g₀‖₂, the changes of g from its start g₀, and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
             store.study.member(&a.reference),
             percent(a.tolerance)
         ),

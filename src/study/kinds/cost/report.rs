@@ -23,7 +23,7 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
     let amounts = |v: &String| drawn("amounts", || work::amounts(store, a, v));
     let times = |v: &String| time::of_variant(store, v, &format!("time-{v}"));
     let mut figures: Vec<_> = variants().filter_map(precision).chain(variants().filter_map(amounts)).collect();
-    figures.extend(drawn("growth", || growth::draw(a)));
+    figures.extend(variants().filter_map(|v| drawn("growth", || growth::draw(store, a, v))));
     figures.extend(variants().flat_map(times));
     let supported = a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some()));
     Content {

@@ -1,22 +1,26 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
-use crate::report::canvas::{Area, At, INK, RGB, SMALL, block, figure, italic, line, mark, mm, page_width, text};
+use crate::report::canvas::{
+    Area, At, INK, Mark, RGB, SMALL, block, figure, hollow, italic, line, mark, mm, page_width, text,
+};
+use crate::report::color_bar::ROOM;
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines, legend_width, stroke, style};
 use crate::report::measure::{shortened, width};
 use crate::report::numbers::capital;
 use crate::report::panels::{Letter, Panels, headed, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
+use crate::scene::ExtremeKind;
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::grid::{MapNumbers, raised, sides};
-use crate::study::figures::{PANELS, axis_label, first_of, first_panels};
-use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
+use crate::study::figures::{PANELS, axis_label, first_of};
+use crate::study::kinds::sweep::analysis::{Dependence, Judged, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
 use crate::wording;
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const LEFT: f64 = 16.5;
 const GAP: f64 = 18.0;
@@ -37,26 +41,26 @@ fn place(axis: &AxisRecord, k: usize) -> f64 {
     axis.numbers.get(k).copied().unwrap_or(k as f64 + 1.0)
 }
 
-/// `Young's modulus E [kPa]`, or `formulation` for an axis of words.
-fn name(axis: &AxisRecord) -> String {
+/// `Young's modulus E [kPa]`, with these words before the unit, or `formulation` for an axis of words.
+fn name(axis: &AxisRecord, with: &str) -> String {
     if axis.numbers.is_empty() {
         return axis.label.clone();
     }
     let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", raised(&axis.unit)) };
-    format!("{} {}{unit}", axis.label, italic(&axis.symbol))
+    format!("{} {}{with}{unit}", axis.label, italic(&axis.symbol))
 }
 
 /// Logarithmic where the values span a factor of eight and their logarithms are spaced more evenly than they.
-fn scale(axis: &AxisRecord) -> Axis {
+fn scale(axis: &AxisRecord, with: &str) -> Axis {
     if axis.numbers.is_empty() {
-        return Axis { label: name(axis), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
+        return Axis { label: name(axis, with), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
     }
     let values = || (0..axis.values.len()).map(|k| place(axis, k));
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     if low > 0.0 && high >= 8.0 * low && unevenness(&axis.numbers, f64::ln) < unevenness(&axis.numbers, |x| x) {
-        Axis::log(values(), &name(axis))
+        Axis::log(values(), &name(axis, with))
     } else {
-        Axis::linear(values(), &name(axis))
+        Axis::linear(values(), &name(axis, with))
     }
 }
 
@@ -71,6 +75,38 @@ fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
 /// `ν = 0.45`, a line of a legend, with the symbol in italics.
 fn entry(axis: &AxisRecord, value: &str) -> String {
     format!("{} = {}", italic(&axis.symbol), raised(value))
+}
+
+/// Whether the points are a list along its first axis, whose numbers rise or fall.
+fn goes_along(a: &SweepFindings) -> bool {
+    a.list && a.axes[0].is_ordered()
+}
+
+/// The keys of a list that change next to its first one.
+fn other_keys(a: &SweepFindings) -> impl Iterator<Item = &AxisRecord> {
+    let changes = |axis: &&AxisRecord| axis.values.iter().any(|value| *value != axis.values[0]);
+    a.axes.iter().skip(1).filter(|_| a.list).filter(changes)
+}
+
+/// The keys that go along with the first one of a list, on its axis: ` (with ρ)`.
+fn with(a: &SweepFindings) -> String {
+    let symbols: Vec<String> = other_keys(a).filter(|_| goes_along(a)).map(|axis| italic(&axis.symbol)).collect();
+    if symbols.is_empty() { String::new() } else { format!(" (with {})", wording::all(&symbols)) }
+}
+
+/// How a list changes further keys, for a caption that has named its first one: `, along which density ρ goes from 1 g/cm³ to 9 g/cm³ too`.
+fn along_which(a: &SweepFindings) -> String {
+    let one = |axis: &AxisRecord| {
+        let [first, .., last] = &axis.values[..] else { return String::new() };
+        let name = format!("{} {}", axis.label, axis.symbol);
+        match axis.is_ordered() && goes_along(a) {
+            true => format!("{name} goes from {} to {}", raised(first), raised(last)),
+            false => format!("{name} changes"),
+        }
+    };
+    let all: Vec<String> = other_keys(a).map(one).collect();
+    let link = if goes_along(a) { "along which" } else { "while" };
+    if all.is_empty() { String::new() } else { format!(", {link} {} too", wording::all(&all)) }
 }
 
 /// A panel against one axis.
@@ -88,7 +124,7 @@ impl Against {
     fn all(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Vec<Self> {
         let is_judged = |k: &usize| q.along.iter().any(|x| x.axis == a.axes[*k].name);
         let axes: Vec<usize> = match a.list {
-            true if a.axes[0].is_ordered() => vec![0],
+            true if goes_along(a) => vec![0],
             true => (0..a.axes.len()).collect(),
             false => (0..a.axes.len()).filter(is_judged).collect(),
         };
@@ -100,6 +136,40 @@ impl Against {
         };
         axes.iter().enumerate().map(one).collect()
     }
+
+    /// The lines along the axis, of which each has a value of the other one.
+    fn lines<'a>(&self, a: &SweepFindings, q: &'a Dependence) -> Vec<Vec<&'a SweepPoint>> {
+        q.lines(self.along, a.list).into_iter().filter(|line| self.kept.has(line[0])).collect()
+    }
+}
+
+/// Entries of a legend for so many lines in order, if it has room for `most`: the first, the last, and some between.
+fn picked(lines: usize, most: usize) -> Vec<usize> {
+    let count = lines.min(most);
+    (0..count).map(|k| k * (lines - 1) / (count - 1).max(1)).collect()
+}
+
+/// The end of a caption where a legend has entries for a part of the values only.
+fn named(axis: &AxisRecord, lines: usize, most: usize) -> Option<String> {
+    (lines > most).then(|| format!(" Of {lines} values of {} {} the legend names {most}.", axis.label, axis.symbol))
+}
+
+/// Colour of line `k` of many, by their order.
+fn ordered_color(k: usize, lines: usize) -> RGB {
+    viridis(0.9 * k as f64 / (lines - 1).max(1) as f64)
+}
+
+/// The cases whose peak is a minimum, where those of others are maxima.
+fn minima<'a>(store: &Results, a: &SweepFindings, q: &'a ByQuantity<Dependence>) -> BTreeSet<&'a str> {
+    let of = |kind: ExtremeKind| -> BTreeSet<&'a str> {
+        let is_one = |p: &&SweepPoint| {
+            let case = store.cases.iter().find(|c| c.record.id == p.case);
+            case.and_then(|c| c.record.probes.get(&q.quantity.name)).is_some_and(|probe| probe.peak_is == kind)
+        };
+        q.points.iter().filter(is_one).map(|p| p.case.as_str()).collect()
+    };
+    let is_mixed = a.judged == Judged::Peak && !of(ExtremeKind::Maximum).is_empty();
+    if is_mixed { of(ExtremeKind::Minimum) } else { BTreeSet::new() }
 }
 
 /// Axes that a panel keeps at one value each: the axis, and the index of its value.
@@ -131,13 +201,13 @@ impl Kept {
 }
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// are kept at a value. Scattered points of a list are marks without a line. `None` without two points on a line.
-pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
+/// are kept at a value. Scattered points of a list are marks without a line, and no line joins a minimum and a maximum. `None` without two points on a line.
+pub fn against(store: &Results, a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
     let mut shown = Against::all(a, q);
-    let more = first_panels(shown.len(), "axes");
+    let more = first_of(shown.len(), PANELS, "axes");
     shown.truncate(PANELS);
     let others = shown.iter().filter_map(|panel| panel.other).map(|k| &a.axes[k]);
     let names: Vec<_> = others.flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v)))).collect();
@@ -147,22 +217,29 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     let panels = Panels::new(shown.len(), (LEFT, side + GAP, side), (LEAST, EACH));
     let tall = panels.tall(TALL, (BETWEEN, TOP + 11.0));
     let row = tall + BETWEEN;
+    let most = (((tall - 2.0) / LINE) as usize + 1).min(ENTRIES);
+    let minima = minima(store, a, q);
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, of) in shown.iter().enumerate() {
-            panel(area, a, q, (of, letter(k, shown.len())), panels.frame(k, (TOP, row), tall));
+            panel(area, a, q, (of, letter(k, shown.len()), most, &minima), panels.frame(k, (TOP, row), tall));
         }
     });
+    let unnamed = shown.iter().filter_map(|of| named(&a.axes[of.other?], of.lines(a, q).len(), most));
+    let unnamed: String = wording::distinct(unnamed).concat();
+    let mixed =
+        if minima.is_empty() { "" } else { " Hollow marks are minima and full ones maxima; no line joins the two." };
     let places = shown.iter().enumerate().filter_map(|(k, of)| {
         let place = letter(k, shown.len()).map_or(String::new(), |letter| format!("in ({letter}) "));
         Some(format!("{place}at {}", of.kept.words(&a.axes)?))
     });
     let places: Vec<String> = places.collect();
     let held = if places.is_empty() { String::new() } else { format!(" Further axes are kept {}.", places.join(", ")) };
-    let caption = format!(
-        "{} against {}.{held}{more}",
-        capital(&q.peak_title()),
-        if a.list { "the points of the list" } else { "the swept keys" }
-    );
+    let of = match a.list {
+        true if goes_along(a) => format!("{} {}{}", a.axes[0].label, a.axes[0].symbol, along_which(a)),
+        true => "each key of the list, whose other keys change from point to point too".into(),
+        false => "the swept keys".into(),
+    };
+    let caption = format!("{} against {of}.{mixed}{held}{unnamed}{more}", capital(&q.peak_title()));
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
@@ -170,27 +247,33 @@ fn panel(
     area: &Area,
     a: &SweepFindings,
     q: &ByQuantity<Dependence>,
-    (of, letter): (&Against, Option<Letter>),
+    (of, letter, most, minima): (&Against, Option<Letter>, usize, &BTreeSet<&str>),
     frame: [f64; 4],
 ) {
     let axis = &a.axes[of.along];
-    let lines: Vec<Vec<&SweepPoint>> = q.lines(of.along, a.list).into_iter().filter(|l| of.kept.has(l[0])).collect();
+    let lines = of.lines(a, q);
     let label = axis_label(&q.quantity, q.peak_prefix());
     let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &label);
     let [_, top, right, _] = frame;
-    let plot = Plot { area, frame: frame.map(mm), x: scale(axis), y };
+    let plot = Plot { area, frame: frame.map(mm), x: scale(axis, &with(a)), y };
     plot.grid();
     let mut entries = vec![];
+    let named = picked(lines.len(), most);
+    let is_minimum = |p: &SweepPoint| minima.contains(p.case.as_str());
     for (n, points) in lines.iter().enumerate() {
-        let (shape, color) = style(n);
-        let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[of.along])).collect();
-        let y: Vec<f64> = points.iter().map(|p| p.value).collect();
+        // A legend that names some of the lines needs colours in their order
+        let in_order = lines.len() > most;
+        let (shape, color) = if in_order { (Mark::Circle, ordered_color(n, lines.len())) } else { style(n) };
+        let at = |p: &SweepPoint| plot.at(place(axis, p.at[of.along]), p.value);
         // Words and scattered values have no order that a line could follow
-        if axis.is_ordered() {
-            stroke(area, &plot.path(&x, &y), n, 8);
+        for part in points.chunk_by(|p, q| is_minimum(p) == is_minimum(q)).filter(|_| axis.is_ordered()) {
+            let path: Vec<_> = part.iter().map(|p| at(p)).collect();
+            if in_order { line(area, &path, color, 8) } else { stroke(area, &path, n, 8) }
         }
-        plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
-        if let Some(other) = of.other {
+        for p in points {
+            if is_minimum(p) { hollow(area, shape, at(p), 22, color) } else { mark(area, shape, at(p), 22, color) }
+        }
+        if let Some(other) = of.other.filter(|_| named.contains(&n)) {
             let value = &a.axes[other].values[points[0].at[other]];
             entries.push((Sample::Mark(shape, color), entry(&a.axes[other], value)));
         }
@@ -218,7 +301,7 @@ fn word_axis(plot: &Plot, axis: &AxisRecord) {
 /// The quantities of a variant that have a panel, and the end of the caption.
 fn shown<'a>(a: &'a SweepFindings, variant: &str) -> (Vec<&'a ByQuantity<Dependence>>, String) {
     let mut all: Vec<_> = a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).collect();
-    let more = first_of(all.len());
+    let more = first_of(all.len(), PANELS, "quantities");
     all.truncate(PANELS);
     (all, more)
 }
@@ -235,16 +318,27 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     if a.list || maps.is_empty() {
         return None;
     }
-    let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0, 3.0), (56.0, 76.0));
-    let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
+    // With so much room at the right of each for a colour bar: panels, their height, and the numbers of each
+    let placed = |bar: f64| {
+        let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0 + bar, 3.0 + bar), (56.0 - bar, 76.0));
+        let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
+        let square = (mm(panels.each / first.values.len() as f64), mm(tall / second.values.len() as f64));
+        let of =
+            |q: &&ByQuantity<Dependence>| MapNumbers::of(q.points.iter().map(|p| p.value), &q.quantity.unit, square);
+        (panels, tall, maps.iter().map(of).collect::<Vec<MapNumbers>>())
+    };
+    let (mut panels, mut tall, mut numbers) = placed(0.0);
+    if !numbers.iter().all(MapNumbers::have_room) {
+        (panels, tall, numbers) = placed(BAR);
+    }
     let row = tall + BETWEEN + 2.0;
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
-        for (k, q) in maps.iter().enumerate() {
+        for (k, (q, numbers)) in maps.iter().zip(&numbers).enumerate() {
             let frame = panels.frame(k, (TOP, row), tall);
-            let square = (panels.each / first.values.len() as f64, tall / second.values.len() as f64);
-            let values = q.points.iter().map(|p| p.value);
-            let numbers = MapNumbers::of(values, &q.quantity.unit, (mm(square.0), mm(square.1)));
-            squares(area, q, &numbers, (first, second), frame);
+            squares(area, q, numbers, (first, second), frame);
+            if !numbers.have_room() {
+                numbers.color_bar(area, frame[2] + 2.0, (frame[1], frame[3]), q.range());
+            }
             let title = format!("{}{}", peak_name(q), numbers.brackets());
             let [left, top, ..] = frame.map(mm);
             headed(area, (left, top), mm(panels.each), letter(k, maps.len()), &title);
@@ -257,6 +351,9 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     );
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
+
+/// Room of a colour bar at the right of a map \[mm\].
+const BAR: f64 = ROOM + 2.0;
 
 /// Squares of a map with their numbers, where all of them have room.
 fn squares(
@@ -302,7 +399,7 @@ fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
     (found, numbers)
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value.
+/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value, those that go along with it in a list are in the legend.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
@@ -312,12 +409,13 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let rest: Vec<usize> = (1..a.axes.len()).filter(|_| !a.list).collect();
     let kept = Kept::of(panels.iter().flat_map(|q| &q.points), &a.axes, &rest);
     let (values, numbers) = distinct(first);
-    let color = |number: usize| viridis(0.9 * number as f64 / (values.len() - 1).max(1) as f64);
+    let color = |number: usize| ordered_color(number, values.len());
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
     let across = places.width() - LEFT;
-    let count = values.len().min(ENTRIES);
-    let picked = (0..count).map(|k| k * (values.len() - 1) / (count - 1).max(1));
-    let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), entry(first, &first.values[values[k]]))).collect();
+    let picked = picked(values.len(), ENTRIES).into_iter();
+    let together = || std::iter::once(first).chain(other_keys(a).filter(|_| goes_along(a)));
+    let words = |k: usize| together().map(|axis| entry(axis, &axis.values[k])).collect::<Vec<_>>().join(", ");
+    let entries: Vec<_> = picked.map(|k| (Sample::Line(color(k)), words(values[k]))).collect();
     let legend = LINE * legend_lines(&entries, across);
     let tall = places.tall(TALL, (BETWEEN, TOP + 11.0 + legend));
     let row = tall + BETWEEN;
@@ -342,8 +440,13 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
         legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
     let held = kept.words(&a.axes).map_or(String::new(), |words| format!(", with {words}"));
-    let caption =
-        format!("The quantities over time, {}, coloured by {}{held}.{more}", store.study.label(variant), first.label);
+    let caption = format!(
+        "The quantities over time, {}, coloured by {}{}{held}.{}{more}",
+        store.study.label(variant),
+        first.label,
+        along_which(a),
+        named(first, values.len(), ENTRIES).unwrap_or_default()
+    );
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
 }
 
@@ -378,7 +481,7 @@ mod tests {
     fn the_scale_is_the_more_even_one() {
         let is_log = |numbers: &[f64]| {
             let values = numbers.iter().map(|n| format!("{n}")).collect();
-            scale(&AxisRecord { values, numbers: numbers.into(), ..length() }).log
+            scale(&AxisRecord { values, numbers: numbers.into(), ..length() }, "").log
         };
         assert!(is_log(&[5.0, 10.0, 20.0, 40.0]) && is_log(&[0.05, 0.1, 0.2, 0.3, 0.4, 0.6]));
         assert!(!is_log(&[1.0, 4.0, 8.0, 12.0]) && !is_log(&[1.0, 2.0, 3.0]));

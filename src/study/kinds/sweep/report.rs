@@ -4,18 +4,21 @@ use crate::report::figure::drawn;
 use crate::report::numbers::{digits, minus_signs, percent, percent_cell, readable, space, unsigned_zero};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::axis::AxisRecord;
 use crate::study::content::Content;
+use crate::study::figures::grid::raised;
 use crate::study::kinds::sweep::analysis::{Along, Dependence, SweepFindings, Trend, axis_words, members};
 use crate::study::kinds::sweep::figures;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
 use crate::study::tables;
+use crate::wording;
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 
 pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
     let variants = || store.study.variants.iter();
-    let against = a.quantities.iter().filter_map(|q| drawn("dependence", || figures::against(a, q)));
+    let against = a.quantities.iter().filter_map(|q| drawn("dependence", || figures::against(store, a, q)));
     let maps = variants().filter_map(|v| drawn("map", || figures::map(store, a, v)));
     let over_time = variants().filter_map(|v| drawn("curves", || figures::over_time(store, a, v)));
     let supported = a.quantities.iter().any(|q| !q.along.is_empty());
@@ -115,49 +118,69 @@ fn plain(value: f64) -> String {
     if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
 }
 
+/// A value of an axis: a number without its unit, to the digits that a conversion of units leaves.
+fn value_of(axis: &AxisRecord, k: usize) -> String {
+    let number = axis.numbers.get(k).and_then(|n| format!("{n:.11e}").parse::<f64>().ok());
+    number.map_or_else(|| axis.values[k].clone(), |n| n.to_string())
+}
+
+/// The heading of a judged quantity, with its unit, and its meaning.
+fn judged(q: &ByQuantity<Dependence>) -> (String, String, String) {
+    (q.peak_symbol(), q.quantity.unit.clone(), q.peak_label())
+}
+
+/// A column for every key, and for every quantity of some variant.
 fn points(store: &Results, a: &SweepFindings) -> Table {
+    let found: Vec<HashMap<&str, f64>> =
+        a.quantities.iter().map(|q| q.points.iter().map(|p| (p.case.as_str(), p.value)).collect()).collect();
+    let shown = wording::distinct(a.quantities.iter().map(judged));
     let mut rows = vec![];
-    let of_quantity = |q: &ByQuantity<Dependence>| q.points.iter().map(|p| (p.case.clone(), p.value)).collect();
-    let found: Vec<HashMap<String, f64>> = a.quantities.iter().map(of_quantity).collect();
     let of_variants = store.cases.iter().flat_map(|c| store.study.variants.iter().map(move |v| (c, v)));
     let all = of_variants.flat_map(|(c, v)| members(&store.study, c, v).into_iter().map(move |member| (c, v, member)));
     for (c, variant, member) in all {
         let r: &CaseRecord = &c.record;
         let Some(at) = a.points.get(member) else { continue };
-        let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
-        let values: Vec<String> = values.collect();
-        let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == *variant);
-        let judged = quantities.filter_map(|(q, found)| {
-            let value = *found.get(&r.id)?;
-            let number = plain(value).replace('-', "−");
-            Some(format!("{} = {number}{}", q.peak_symbol(), space(&q.quantity.unit)))
-        });
-        let judged: Vec<String> = judged.collect();
-        rows.push(vec![
-            values.join(", "),
-            variant.clone(),
-            if judged.is_empty() { r.status.clone() } else { judged.join(", ") },
-            r.steps.to_string(),
-            r.all_iterations().to_string(),
-            r.cuts.to_string(),
-            format!("{:.*}", digits(r.cpu_s), r.cpu_s),
-        ]);
+        let mut row: Vec<String> = at.iter().zip(&a.axes).map(|(k, axis)| value_of(axis, *k)).collect();
+        row.push(variant.clone());
+        row.extend(shown.iter().map(|column| {
+            let own = a.quantities.iter().zip(&found).find(|(q, _)| q.variant == *variant && judged(q) == *column);
+            own.and_then(|(_, found)| found.get(r.id.as_str())).map_or("–".into(), |value| plain(*value))
+        }));
+        row.extend([r.status.clone(), r.steps.to_string(), r.all_iterations().to_string(), r.cuts.to_string()]);
+        row.push(format!("{:.*}", digits(r.cpu_s), r.cpu_s));
+        rows.push(row);
     }
+    // One symbol of two meanings is no heading
+    let symbols = || a.axes.iter().map(|axis| &axis.symbol).chain(shown.iter().map(|(symbol, ..)| symbol));
+    let heading = |symbol: &String, label: &str| match symbols().filter(|s| *s == symbol).count() {
+        1 => symbol.clone(),
+        _ => format!("{label} {symbol}"),
+    };
+    let of_axis = |axis: &AxisRecord| {
+        let is_number = !axis.numbers.is_empty();
+        (heading(&axis.symbol, &axis.label), if is_number { raised(&axis.unit) } else { String::new() }, is_number)
+    };
+    let mut columns: Vec<(String, String, bool)> = a.axes.iter().map(of_axis).collect();
+    columns.extend(headings(&[("Control", "", false)]));
+    columns.extend(shown.iter().map(|(symbol, unit, label)| (heading(symbol, label), unit.clone(), true)));
+    columns.extend(headings(&[
+        ("Status", "", false),
+        ("Steps", "", true),
+        ("Newton", "", true),
+        ("Cuts", "", true),
+        ("CPU", "s", true),
+    ]));
+    let keys: Vec<String> = a.axes.iter().map(|axis| format!("{} {}", axis.label, axis.symbol)).collect();
+    let quantities: Vec<String> = shown.iter().map(|(symbol, _, label)| format!("{label} {symbol}")).collect();
     Table {
         name: "points",
         caption: format!(
-            "Every point of the sweep: {}, or the status where there is none, and the cost.",
-            a.judged.heading().to_lowercase()
+            "Every point of the sweep over {}: {} of {}, and the cost.",
+            wording::all(&keys),
+            a.judged.heading().to_lowercase(),
+            wording::all(&quantities)
         ),
-        columns: headings(&[
-            ("Point", "", false),
-            ("Control", "", false),
-            (a.judged.heading(), "", false),
-            ("Steps", "", true),
-            ("Newton", "", true),
-            ("Cuts", "", true),
-            ("CPU", "s", true),
-        ]),
+        columns,
         rows,
         pick: None,
     }

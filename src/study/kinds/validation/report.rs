@@ -1,6 +1,7 @@
 //! Report of a validation, and `predictions.toml`.
 
 use crate::report::figure::drawn;
+use crate::report::names::with_symbol;
 use crate::report::numbers::{capital, digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -75,7 +76,7 @@ fn analysis(a: &Analysis<ValidationFindings>) -> Map<String, Value> {
 
 /// A number with the digits that its uncertainty leaves.
 fn rounded(value: f64, uncertainty: f64) -> String {
-    format!("{value:.*}", digits(0.1 * uncertainty)).replace('-', "−")
+    format!("{value:.*}", digits(0.1 * uncertainty))
 }
 
 fn answer(a: &ValidationFindings) -> Table {
@@ -84,12 +85,12 @@ fn answer(a: &ValidationFindings) -> Table {
         let number = |v: f64| rounded(v, wide);
         vec![
             p.record_label.clone(),
-            format!("{} {}", p.label, p.symbol),
+            with_symbol(&p.label, &p.symbol, &p.symbol),
             p.unit.clone(),
             number(p.value),
             format!("{} to {}", number(p.interval[0]), number(p.interval[1])),
             p.measured.map_or("–".into(), number),
-            p.score.map_or("–".into(), |s| format!("{s:+.2}").replace('-', "−")),
+            p.score.map_or("–".into(), |s| format!("{s:+.2}")),
             p.inside.map_or("–", |i| if i { "yes" } else { "no" }).into(),
         ]
     };
@@ -151,9 +152,9 @@ fn fitted(a: &ValidationFindings) -> Table {
             d.record.clone(),
             d.quantity.clone(),
             d.unit.clone(),
-            format!("{:.n$}", d.measured).replace('-', "−"),
-            format!("{:.n$}", d.fitted).replace('-', "−"),
-            format!("{:+.2}", d.residual).replace('-', "−"),
+            format!("{:.n$}", d.measured),
+            format!("{:.n$}", d.fitted),
+            format!("{:+.2}", d.residual),
         ]
     });
     Table {

@@ -8,11 +8,13 @@ use crate::report::panels::{Letter, Panels, letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
-use crate::study::figures::axis_label;
+use crate::study::figures::{axis_label, first_of};
+use crate::study::kinds::comparison::analysis::amount;
 use crate::study::kinds::comparison::findings::{ComparedMember, ComparisonFindings, MemberDifferences};
 use crate::study::kinds::comparison::finer;
-use crate::study::store::record::StoredCase;
+use crate::study::store::record::{StoredCase, StudyRecord};
 use crate::study::store::results::Results;
+use crate::wording::{all, few};
 
 const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
@@ -20,6 +22,9 @@ const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;
 /// Width of a page on which panels are next to each other with the legend at their right \[mm\].
 const WIDE: f64 = 180.0;
+/// Quantities that are drawn over time, and those with a loop.
+const MOST: usize = 3;
+const MOST_LOOPS: usize = 2;
 /// Largest distance that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
@@ -73,12 +78,15 @@ fn curve<'a>(
 
 /// `None` if the variant has no quantity to compare.
 pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
-    let panels: Vec<&ByQuantity<MemberDifferences>> =
-        a.quantities.iter().filter(|q| q.variant == variant).take(3).collect();
+    let mut panels: Vec<&ByQuantity<MemberDifferences>> =
+        a.quantities.iter().filter(|q| q.variant == variant).collect();
     if panels.is_empty() {
         return None;
     }
-    let looks = looks(a);
+    let more = first_of(panels.len(), MOST, "quantities");
+    panels.truncate(MOST);
+    let is_drawn = |l: &Look| panels.iter().any(|q| curve(store, q, l.member, &q.quantity.name).is_some());
+    let (looks, missing): (Vec<Look>, Vec<Look>) = looks(a).into_iter().partition(is_drawn);
     let entries = entries(store, &looks, a);
     // On a narrow page panels are stacked, and the legend is below them: type is never shrunk
     let is_narrow = page_width() < WIDE;
@@ -108,16 +116,37 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
         let at = if is_narrow { (LEFT, below + 2.0) } else { (width - side + 4.0, TOP + 2.0) };
         legend(area, (mm(at.0), mm(at.1)), &entries);
     });
-    let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
-    let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };
     let is_judged = panels.iter().any(|q| finer::is_judged(q, &a.reference));
     let finer = if is_judged { " What a finer mesh changes is in the table." } else { "" };
+    let missing: Vec<String> = missing.iter().map(|l| store.study.member(l.member)).collect();
+    let without =
+        if missing.is_empty() { String::new() } else { format!(" Without a curve to compare: {}.", few(&missing)) };
     let caption = format!(
-        "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far}{finer}",
+        "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{more}{}{without}{finer}",
         store.study.label(variant),
-        store.study.member(&a.reference)
+        store.study.member(&a.reference),
+        too_far(&store.study, &panels)
     );
     Some(Figure { name: format!("comparison-{variant}"), svg, caption })
+}
+
+/// The members that the lower panels leave out, panel by panel.
+fn too_far(study: &StudyRecord, panels: &[&ByQuantity<MemberDifferences>]) -> String {
+    let one = |(k, q): (usize, &&ByQuantity<MemberDifferences>)| {
+        let far = q.members.iter().filter(|c| c.largest > FAR).map(|c| study.member(&c.member));
+        let far: Vec<String> = far.collect();
+        let place = letter(k, panels.len()).map_or(String::new(), |letter| format!("in ({letter}) "));
+        let limit = match q.quantity.tolerance(study.tolerance).is_absolute(q.peak) {
+            true => amount(q, FAR, study.tolerance),
+            false => format!("half of its {}", q.peak_is.trim_end_matches(" of")),
+        };
+        (!far.is_empty()).then(|| format!("{place}{}, by more than {limit}", all(&far)))
+    };
+    let found: Vec<String> = panels.iter().enumerate().filter_map(one).collect();
+    match found.is_empty() {
+        true => String::new(),
+        false => format!(" Too far from the reference to be drawn there: {}.", found.join("; ")),
+    }
 }
 
 fn panel(
@@ -137,37 +166,43 @@ fn panel(
         times().fold(f64::NEG_INFINITY, f64::max),
         &format!("time {} [s]", italic("t")),
     );
+    let near = |look: &Look| q.members.iter().any(|c| c.member == look.member && c.largest <= FAR);
+    let difference = |g: &Curve, c: &Curve| {
+        let t = c.common(g);
+        let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect();
+        (t, d)
+    };
+    let reference = of(&a.reference);
+    let off: Vec<(&Look, (Vec<f64>, Vec<f64>))> = (curves.iter().filter(|(look, _)| near(look)))
+        .filter_map(|(look, c)| Some((*look, difference(reference.as_ref()?, c))))
+        .collect();
+    // The reference alone has no difference that an axis could be for
+    let is_compared = off.iter().any(|(look, _)| look.member != a.reference);
     let values = curves.iter().flat_map(|(_, c)| c.f.iter().copied());
     let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(&q.quantity, "")) };
     plot.grid();
     for (look, c) in curves.iter().rev() {
         look.draw(area, &plot.path(&c.t, &c.f));
     }
-    plot.axes(false);
+    plot.axes(!is_compared);
     plot.title(letter, &capital(&q.quantity.label));
-    let Some(g) = of(&a.reference) else { return };
-    let near = |look: &Look| q.members.iter().any(|c| c.member == look.member && c.largest <= FAR);
-    let off: Vec<(&Look, Vec<f64>, Vec<f64>)> = (curves.iter().filter(|(look, _)| near(look)))
-        .map(|(look, c)| {
-            let t = c.common(&g);
-            let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect();
-            (*look, t, d)
-        })
-        .collect();
+    if !is_compared {
+        return;
+    }
     let size = curves.iter().flat_map(|(_, c)| &c.f).fold(0.0, |m: f64, v| m.max(v.abs()));
-    let is_rounding = off.iter().flat_map(|(_, _, d)| d).all(|d| d.abs() <= RESOLVED * size);
+    let is_rounding = off.iter().flat_map(|(_, (_, d))| d).all(|d| d.abs() <= RESOLVED * size);
     // Differences that are rounding are drawn as none, on an axis of what could be seen
     let least = if is_rounding { [-1e3 * RESOLVED * size, 1e3 * RESOLVED * size] } else { [0.0; 2] };
-    let values = off.iter().flat_map(|(_, _, d)| d.iter().copied()).chain(least);
+    let values = off.iter().flat_map(|(_, (_, d))| d.iter().copied()).chain(least);
     let symbol = &q.quantity.symbol;
     let label = format!("{0} − {0}(reference) [{1}]", italic(symbol), q.quantity.unit);
     let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
     plot.grid();
-    for (look, t, d) in off.iter().rev() {
+    for (look, (t, d)) in off.iter().rev() {
         look.draw(area, &plot.path(t, d));
     }
     plot.axes(true);
-    if is_rounding && off.len() > 1 {
+    if is_rounding {
         let at = (lower[0] + mm(2.0), lower[1] + mm(2.5));
         text(area, "no difference beyond rounding", at, At::Left, SMALL, INK);
     }
@@ -181,11 +216,13 @@ fn is_open(c: &ComparedMember) -> bool {
 /// Quantities against what they are drawn against, where a member shows a loop; `None` if none does.
 pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
     let open = |q: &&ByQuantity<MemberDifferences>| q.members.iter().any(is_open);
-    let panels: Vec<&ByQuantity<MemberDifferences>> =
-        a.quantities.iter().filter(|q| q.variant == variant).filter(open).take(2).collect();
+    let mut panels: Vec<&ByQuantity<MemberDifferences>> =
+        a.quantities.iter().filter(|q| q.variant == variant).filter(open).collect();
     if panels.is_empty() {
         return None;
     }
+    let more = first_of(panels.len(), MOST_LOOPS, "quantities with a loop");
+    panels.truncate(MOST_LOOPS);
     let shown = |l: &Look| {
         l.member == a.reference || panels.iter().any(|q| q.members.iter().any(|c| c.member == l.member && is_open(c)))
     };
@@ -217,7 +254,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
         legend(area, (mm(LEFT), mm(bottom)), &entries);
     });
     let caption = format!(
-        "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.",
+        "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.{more}",
         store.study.label(variant)
     );
     Some(Figure { name: format!("loops-{variant}"), svg, caption })

@@ -7,6 +7,7 @@ use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds};
 use crate::study::store::record::StudyRecord;
+use crate::wording::count;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 7.0;
@@ -23,7 +24,11 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
             effects.push(name);
         }
     }
-    let color = |name: &str| effects.iter().position(|e| *e == name).map_or(REST, |k| AREAS[k % AREAS.len()]);
+    // Effects beyond the colours share one
+    let color =
+        |name: &str| effects.iter().position(|e| *e == name).and_then(|k| AREAS.get(k)).copied().unwrap_or(REST);
+    let (named, others) = effects.split_at(effects.len().min(AREAS.len()));
+    let others = (!others.is_empty()).then(|| (Sample::Block(REST), count(others.len(), "other effect")));
     let evaluations = |r: &Addition| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
     let whole = |r: &Addition| {
         let all: f64 = r.evaluation_s.iter().map(|e| e.1).sum();
@@ -35,7 +40,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     // The number behind the longest bar has room on the right
     let panels = Panels::new(2, (34.0, 20.0, 9.0), (48.0, 70.0));
     let tall = ROW * l.additions.len() as f64;
-    let rows = effects.len().max(4).div_ceil(2) as f64;
+    let rows = (named.len() + usize::from(others.is_some())).max(4).div_ceil(2) as f64;
     let step = TOP + tall + 14.0 + LINE * rows;
     let svg = figure(panels.width(), step * panels.rows(), "", |area| {
         let place = |k: usize| panels.frame(k, (TOP, step), tall);
@@ -80,7 +85,8 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         let parts = ["evaluations", "factorisation", "solve"].iter().zip(AREAS);
         let parts = parts.map(|(n, c)| (Sample::Block(c), n.to_string()));
         put(0, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
-        put(1, effects.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " "))).collect());
+        let named = named.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " ")));
+        put(1, named.chain(others).collect());
     });
     Some(Figure { name: format!("sequence-{}", l.variant), svg, caption: caption(study, l) })
 }

@@ -1,9 +1,11 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
-use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
+use crate::math::tensor::Vec3;
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, figure, italic, line, mm, page_height, page_width, text};
+use crate::report::color_bar::color_bar;
 use crate::report::figure::Figure;
 use crate::report::measure::shortened;
-use crate::report::numbers::thousands;
+use crate::report::numbers::{percent, thousands};
 use crate::report::panels::{heading, letter};
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
@@ -18,6 +20,8 @@ const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
 const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
 /// Height of a drawn body \[mm\]; a slender upright one is drawn smaller.
 const TALLEST: f64 = 110.0;
+/// Height that every mesh has room for \[mm\]
+const LEAST: f64 = 15.0;
 const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
 const EDGE: RGB = RGB(0x33, 0x44, 0x55);
 /// Rigid bodies and obstacles
@@ -38,11 +42,14 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     if shown.is_empty() || !from.iter().all(|v| v.is_finite()) {
         return None;
     }
-    let columns = 2.min(shown.len());
     let (gap, head) = (6.0, 5.5);
+    // A page does not take more rows
+    let most = (page_height() / (LEAST + head + 3.0)).floor().max(1.0) as usize;
+    let columns = shown.len().div_ceil(most).max(2.min(shown.len()));
     let wide = (page_width() - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
-    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     let rows = shown.len().div_ceil(columns);
+    let room = (page_height() / rows as f64 - head - 3.0).min(TALLEST);
+    let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(room);
     let height = rows as f64 * (tall + head + 3.0);
     let corner = |k: usize| {
         let (i, j) = (k % columns, k / columns);
@@ -92,7 +99,7 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         return None;
     }
     let fit = Fit::new(from, [mm(2.0), mm(2.0), mm(2.0 + wide), mm(2.0 + tall)]);
-    // The top two per cent are left to the end of the scale, so that a notch corner does not take all of it
+    // The top two per cent of the nodes are left to the end of the scale, so that a notch corner does not take all of it
     let mut sorted: Vec<f64> = skin.stretch.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
@@ -107,25 +114,25 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let look = Look { color: &color, edge: None, outline: Some((dark, 6.0)), shade: 0.45 };
     under += &surface(&moved, &skin.facets(), &view, &fit, &look);
     let total = tall.max(40.0) + 4.0;
-    let bar_at = (wide + 5.0, total, top);
-    under += &gradient(bar_at);
     let svg = figure(wide + bar + 6.0, total, &under, |area| {
         for polyline in &skin.cables {
             let path: Vec<_> = polyline.iter().map(|x| fit.at(view.project(*x))).collect();
             line(area, &path, RGB(255, 255, 255), 22);
             line(area, &path, PALETTE[1], 12);
         }
-        color_bar(area, bar_at);
+        let tall = (total - 16.0).min(50.0);
+        let span = (0.5 * (total - tall) + 2.0, 0.5 * (total + tall) + 2.0);
+        let at = (mm(wide + 5.0), mm(span.0 - 3.5));
+        text(area, &format!("{}₁ [–]", italic("λ")), at, At::Left, LABEL, INK);
+        color_bar(area, wide + 5.0, span, &Axis::exact(1.0, top, ""));
     });
-    let clipped = if sorted.last().is_some_and(|m| *m > top * 1.01) {
-        format!(" (2 % of the surface is above {top:.2}, up to {:.2})", sorted[sorted.len() - 1])
-    } else {
-        String::new()
-    };
+    let clipped = above(skin, &value, top).map_or(String::new(), |(share, largest)| {
+        format!(" ({} of the surface is above {top:.2}, up to {largest:.2})", percent(share))
+    });
     let cables = match skin.cables.len() {
         0 => "",
-        1 => " cable in red,",
-        _ => " cables in red,",
+        1 => " cable in orange,",
+        _ => " cables in orange,",
     };
     let rigid = if skin.rigids.is_empty() { "" } else { " rigid bodies behind in beige," };
     let caption = format!(
@@ -135,33 +142,38 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     Some(Figure { name: "bent".into(), svg, caption })
 }
 
-/// Top and bottom of the colour bar \[mm\].
-fn bar_span(height: f64) -> (f64, f64) {
-    let tall = (height - 16.0).min(50.0);
-    (0.5 * (height - tall) + 2.0, 0.5 * (height + tall) + 2.0)
+/// Share of the surface at rest whose facets have a value beyond the end of the scale, and the largest value; none where it is within a hundredth of the end.
+fn above(skin: &Skin, value: impl Fn(usize) -> f64, top: f64) -> Option<(f64, f64)> {
+    let area = |k: usize| {
+        let [a, b, c] = skin.triangles[k].map(|i| Vec3::from(skin.points[i as usize]));
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    let all = 0..skin.triangles.len();
+    let beyond = || all.clone().filter(|k| value(*k) > top);
+    let largest = beyond().map(&value).reduce(f64::max).filter(|most| *most > 1.01 * top)?;
+    let [beyond, all] = [beyond().map(area).sum::<f64>(), all.clone().map(area).sum()];
+    Some((beyond / all, largest))
 }
 
-/// The colours of the bar, as SVG.
-fn gradient((x, height, _): (f64, f64, f64)) -> String {
-    let (a, b) = bar_span(height);
-    let mut svg = String::from("<defs><linearGradient id=\"stretch\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
-    for k in 0..=16 {
-        let c = viridis(f64::from(k) / 16.0);
-        svg += &format!("<stop offset=\"{}\" stop-color=\"rgb({},{},{})\"/>", f64::from(k) / 16.0, c.0, c.1, c.2);
-    }
-    let (x, y, w, h) = (mm(x), mm(a), mm(3.5), mm(b) - mm(a));
-    svg + &format!(
-        "</linearGradient></defs>\n<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"url(#stretch)\"/>\n"
-    )
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn color_bar(area: &Area, (x, height, top): (f64, f64, f64)) {
-    let (a, b) = bar_span(height);
-    text(area, &format!("{}₁ [–]", italic("λ")), (mm(x), mm(a - 3.5)), At::Left, LABEL, INK);
-    let axis = Axis::exact(1.0, top, "");
-    for (value, name) in axis.ticks() {
-        let y = mm(b - (b - a) * axis.place(value));
-        line(area, &[(mm(x + 3.5), y), (mm(x + 4.4), y)], INK, 5);
-        text(area, &name, (mm(x + 5.2), y), At::Left, SMALL, INK);
+    /// A square of four facets, of which the smallest has an eighth of the area and the only value beyond the scale: its share is that of the area, and not that of its nodes.
+    #[test]
+    fn the_share_beyond_the_scale_is_one_of_the_surface() {
+        let skin = Skin {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.25, 0.0]],
+            triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
+            middles: vec![],
+            t_s: 0.0,
+            displacement: vec![[0.0; 3]; 5],
+            stretch: vec![1.0; 5],
+            cables: vec![],
+            rigids: vec![],
+        };
+        let value = |k: usize| if k == 0 { 1.5 } else { 1.0 };
+        assert_eq!(above(&skin, value, 1.2), Some((0.125, 1.5)));
+        assert_eq!(above(&skin, value, 1.495), None);
     }
 }

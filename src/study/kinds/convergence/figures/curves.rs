@@ -38,7 +38,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         cases.extend(store.cases.iter().find(here).filter(|c| !c.is_in(&family.name, variant)));
     }
     let shown = shown(analysis, variant, &cases);
-    let more = first_of(shown.len());
+    let more = first_of(shown.len(), PANELS, "quantities");
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
         .take(PANELS)
         .map(|q| {

@@ -45,12 +45,7 @@ fn dots<'a>(store: &'a Results, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>>
         .collect()
 }
 
-/// Number of deciding quantities.
-fn deciding(analysis: &ConvergenceFindings) -> usize {
-    analysis.quantities.iter().filter(|q| q.deciding).count()
-}
-
-/// Shared layout: one panel per deciding quantity with a reference, the legend below; with the words of the caption about quantities whose errors no axis reaches.
+/// Shared layout: one panel per deciding quantity with a reference, the legend below; with the words of the caption about quantities without a panel.
 fn sheet(
     store: &Results,
     analysis: &Analysis<ConvergenceFindings>,
@@ -58,10 +53,11 @@ fn sheet(
     panel: impl Fn(&Area, [i32; 4], Option<Letter>, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<(String, String)> {
     let below = |dots: &[ErrorDot]| Axis::below(dots.iter().map(|d| d.error), 100.0 * analysis.tolerance);
-    let (small, shown): (Vec<Dotted>, Vec<Dotted>) = (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))
-        .map(|q| (q, dots(store, q)))
-        .filter(|(_, dots)| !dots.is_empty())
-        .partition(|(_, dots)| below(dots).is_some());
+    let deciding = analysis.quantities.iter().filter(|q| q.deciding).map(|q| (q, dots(store, q)));
+    let (small, mut shown): (Vec<Dotted>, Vec<Dotted>) =
+        deciding.filter(|(_, dots)| !dots.is_empty()).partition(|(_, dots)| below(dots).is_some());
+    let more = first_of(shown.len(), PANELS, "quantities");
+    shown.truncate(PANELS);
     if shown.is_empty() {
         return None;
     }
@@ -70,7 +66,7 @@ fn sheet(
     let mut entries = look::entries(&store.study.families, used);
     entries.extend(extra);
     let svg = SHEET.draw(&shown, entries, |(q, dots), area, frame, letter| panel(area, frame, letter, q, dots));
-    Some((svg, without_panel(&small) + &against_refused(shown.iter().map(|(q, _)| *q))))
+    Some((svg, more + &without_panel(&small) + &against_refused(shown.iter().map(|(q, _)| *q))))
 }
 
 /// The end of a caption where errors of these quantities are drawn against a family that is refused, since all are.
@@ -201,7 +197,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
         extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
     }
-    let (svg, small) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+    let (svg, more) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let h = |d: &ErrorDot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
         let [l, t, r, b] = frame;
@@ -227,8 +223,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     };
     let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
-        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{}{small}",
-        first_of(deciding(analysis))
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{more}"
     );
     Some(Figure { name: "error-h".into(), svg, caption })
 }
@@ -242,7 +237,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         Setting { cost, error, bar, look: look(d.family), may_be_chosen: !is_seed(d) }
     };
     let extra = work_precision::entries().collect();
-    let (svg, small) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+    let (svg, more) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), "CPU time [s]");
         let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
         let plot = Plot { area, frame, x, y };
@@ -252,8 +247,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over the CPU time of the case; {BELOW}.{}{small}",
-        first_of(deciding(analysis))
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over the CPU time of the case; {BELOW}.{more}"
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
 }

@@ -6,6 +6,7 @@ use crate::report::numbers::capital;
 use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::figures::first_of;
 use crate::study::figures::work_precision::{level_entries, levels};
 use crate::study::kinds::convergence::figures::errors::{ERROR, against_refused, uncertainty};
 use crate::study::kinds::convergence::figures::look::{self, look};
@@ -13,6 +14,8 @@ use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 
+/// Quantities that are drawn.
+const MOST: usize = 2;
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
@@ -62,7 +65,9 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
         Axis::below(lines.iter().flat_map(|l| &l.dots).map(|d| d.error), tolerance).is_none()
     };
     let deciding = analysis.quantities.iter().filter(|q| q.deciding).map(|q| (q, lines(store, q)));
-    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> = deciding.filter(has_errors).take(2).collect();
+    let mut shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> = deciding.filter(has_errors).collect();
+    let more = first_of(shown.len(), MOST, "quantities");
+    shown.truncate(MOST);
     let formulation = |l: &FormulationCurve| &store.study.families[l.family].formulation;
     let several = |lines: &[FormulationCurve]| lines.iter().any(|l| formulation(l) != formulation(&lines[0]));
     if !shown.iter().any(|(_, lines)| several(lines)) {
@@ -106,7 +111,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let caption = format!(
         "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
          and over the CPU seconds of the case ({below}). Open marks raise the locking alarm. Errors in the grey \
-         zone are smaller than the uncertainty of the reference; {BELOW}.{}",
+         zone are smaller than the uncertainty of the reference; {BELOW}.{more}{}",
         against_refused(shown.iter().map(|(q, _)| *q))
     );
     Some(Figure { name: "formulations".into(), svg, caption })

@@ -7,6 +7,7 @@ use crate::report::numbers::with_error;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
+use crate::study::store::results::Results;
 
 const LEFT: f64 = 15.0;
 const EACH: f64 = 70.0;
@@ -18,10 +19,13 @@ const ROW: f64 = TALL + 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 
-/// Draws the growth of the first variant that has laws.
-pub fn draw(a: &CostFindings) -> Option<Figure> {
-    let variant = &a.growth.first()?.variant;
-    let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == *variant).collect();
+/// `None` where the variant has no laws. The figure is called after its variant where several have some.
+pub fn draw(store: &Results, a: &CostFindings, variant: &str) -> Option<Figure> {
+    let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == variant).collect();
+    if laws.is_empty() {
+        return None;
+    }
+    let is_only = laws.len() == a.growth.len();
     let mut formulations: Vec<&str> = laws.iter().map(|l| l.formulation.as_str()).collect();
     formulations.dedup();
     let unit = |l: &GrowthLaw| if l.of == Grows::Time { 1.0 } else { 1e-6 };
@@ -46,8 +50,11 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
             };
             let frame = panels.frame(k, (TOP, ROW), TALL).map(mm);
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
+            // Measured values, and the ends of the lines
             let value = |l: &GrowthLaw| {
-                l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>()
+                let ends = [l.points[0].0, l.points[l.points.len() - 1].0].map(|n| l.law.at(n));
+                let all = l.points.iter().map(|p| p.1).chain(ends).chain([l.next.value]);
+                all.map(|v| v * unit(l)).collect::<Vec<_>>()
             };
             let all: Vec<f64> = own.iter().flat_map(|l| value(l)).collect();
             // Room above for a line of text per law
@@ -75,8 +82,11 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
         }
         legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     });
-    let caption = "Growth with the cells: measured (full marks), fitted power law with the 95 % interval of its exponent, and what it \
-                   says about twice the most cells before anything is run there (hollow)."
-        .into();
-    Some(Figure { name: "growth".into(), svg, caption })
+    let caption = format!(
+        "Growth with the cells, {}: measured (full marks), fitted power law with the 95 % interval of its exponent, and what is expected \
+         of twice the most cells before anything is run there (hollow): by the law, but no less than what was measured.",
+        store.study.label(variant)
+    );
+    let name = if is_only { "growth".into() } else { format!("growth-{variant}") };
+    Some(Figure { name, svg, caption })
 }

@@ -4,6 +4,7 @@ use crate::report::canvas::{RGB, figure, mm};
 use crate::report::figure::Figure;
 use crate::report::panels::{Panels, headed};
 use crate::report::surface::{Fit, Look, View, extent, surface};
+use crate::study::figures::first_of;
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
@@ -17,11 +18,12 @@ const MOST: usize = 9;
 /// `None` where nothing failed.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let failed = a.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
-    let shown: Vec<_> = failed
+    let mut shown: Vec<_> = failed
         .filter_map(|c| Some((c, store.skins.get(&c.case)?)))
         .filter(|(_, s)| s.displacement.iter().flatten().all(|x| x.is_finite()))
-        .take(MOST)
         .collect();
+    let more = first_of(shown.len(), MOST, "failed cases");
+    shown.truncate(MOST);
     if shown.is_empty() {
         return None;
     }
@@ -51,6 +53,6 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         }
     });
     let caption =
-        "Failed cases at the state farthest from rest; the last good state is cases/<id>/last-0000.vtu.".into();
+        format!("Failed cases at the state farthest from rest; the last good state is cases/<id>/last-0000.vtu.{more}");
     Some(Figure { name: "failures".into(), svg, caption })
 }

@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{Area, At, GREY, INK, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
+use crate::report::measure::wrapped;
 use crate::report::panels::{Panels, headed, letter};
 use crate::study::axis::AxisRecord;
 use crate::study::figures::grid::{MapNumbers, sides};
@@ -36,14 +37,16 @@ pub fn draw(map: &Map) -> Figure {
         grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
     let across = panels.width() - LEFT;
     let lines = legend_lines(&entries, across);
-    // Numbers of lower squares may have another unit, and their key has as many lines
-    let legend = LINE * (lines + key(map, &numbers(map, (panels.each, TALL))).len() as f64);
-    let tall = panels.tall(TALL, (BETWEEN, TOP + 16.0 + legend));
+    let key = |numbers: &MapNumbers| key(map, numbers, mm(across));
+    let legend = |words: &[String]| LINE * (lines + words.len() as f64);
+    let usual = key(&numbers(map, (panels.each, TALL)));
+    let tall = panels.tall(TALL, (BETWEEN, TOP + 16.0 + legend(&usual)));
     let row = tall + BETWEEN;
+    // Numbers of lower squares may have another unit, or no room
     let numbers = numbers(map, (panels.each, tall));
-    let words = key(map, &numbers);
+    let words = key(&numbers);
     let bottom = TOP + row * panels.rows() - 4.0;
-    let svg = figure(panels.width(), bottom + legend, "", |area| {
+    let svg = figure(panels.width(), bottom + legend(&words), "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
             let frame = panels.frame(k, (TOP, row), tall);
             let [left, top, ..] = frame.map(mm);
@@ -55,9 +58,13 @@ pub fn draw(map: &Map) -> Figure {
             text(area, words, (mm(LEFT), mm(bottom + LINE * (lines + k as f64))), At::Left, SMALL, INK);
         }
     });
+    let meaning = match numbers.have_room() {
+        true => format!("Numbers are the {} {}; a", map.peak_is, map.quantity.label),
+        false => "A".into(),
+    };
     let caption = format!(
-        "{} Numbers are the {} {}; a right answer is within the tolerance of the study of the reference in its row.",
-        map.setup, map.peak_is, map.quantity.label
+        "{} {meaning} right answer is within the tolerance of the study of the reference in its row.",
+        map.setup
     );
     Figure { name: format!("map-{}", map.family), svg, caption }
 }
@@ -69,13 +76,11 @@ fn numbers(map: &Map, (wide, tall): (f64, f64)) -> MapNumbers {
     MapNumbers::of(peaks, &map.quantity.unit, (mm(wide / columns), mm(tall / rows)))
 }
 
-/// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
-fn key(map: &Map, numbers: &MapNumbers) -> Vec<String> {
-    let unit = numbers.brackets();
-    let mut words = vec![
-        format!("number: {}", map.peak_is),
-        format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol)),
-    ];
+/// Meaning of the numbers in the squares, with the unit, and of the abbreviations, in lines of this room \[units\].
+fn key(map: &Map, numbers: &MapNumbers, room: i32) -> Vec<String> {
+    let symbol = italic(&map.quantity.symbol);
+    let meaning = format!("number: {} {} {symbol}{}", map.peak_is, map.quantity.label, numbers.brackets());
+    let mut words = if numbers.have_room() { wrapped(&meaning, SMALL, room, 2) } else { vec![] };
     let without = map.panels.iter().flat_map(|p| &p.points).filter(|p| !p.peak.is_some_and(f64::is_finite));
     let statuses: BTreeSet<&str> = without.map(|p| p.status.as_str()).collect();
     words.extend(statuses.into_iter().map(|s| format!("{}: {s}", abbreviated(s))));

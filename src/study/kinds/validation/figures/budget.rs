@@ -5,6 +5,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Drawn, Figure, drawn, numbered};
 use crate::report::measure::{shortened, width_in_mm};
+use crate::report::names::with_symbol;
 use crate::report::numbers::{capital, digits, space};
 use crate::report::panels::{Panels, headed, letter};
 use crate::report::unit;
@@ -13,7 +14,7 @@ use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 
-/// Predictions and groups that are drawn.
+/// Bars of a prediction; of more groups the last ones share a bar.
 const BARS: usize = 9;
 /// Widths of the bars, and of the numbers at their right \[mm\]
 const LEAST: f64 = 20.0;
@@ -26,17 +27,30 @@ const GAP: f64 = 6.0;
 const ALL: &str = "all together";
 const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
 
+/// Name, half-width and colour of each bar: all groups together, the largest ones, and the others together where they are too many.
+fn bars(p: &Prediction) -> Vec<(String, f64, RGB)> {
+    let own = if p.budget.len() > BARS { BARS - 1 } else { p.budget.len() };
+    let (largest, others) = p.budget.split_at(own);
+    let mut bars = vec![(ALL.to_string(), half_width(&p.budget), TOTAL)];
+    bars.extend(largest.iter().map(|c| (c.group.clone(), COVERAGE * c.deviation, PALETTE[0])));
+    if !others.is_empty() {
+        bars.push((format!("{} other groups", others.len()), half_width(others), PALETTE[0]));
+    }
+    bars
+}
+
 /// A row of panels needs this height \[mm\].
 fn height(row: &[&Prediction]) -> f64 {
-    let bars = row.iter().map(|p| 1 + p.budget.len().min(BARS)).max().unwrap_or(0);
+    let bars = row.iter().map(|p| bars(p).len()).max().unwrap_or(0);
     HEAD + ROW * bars as f64 + GAP
 }
 
 /// Panels next to each other where the page has room for two, no sheet of them taller than a page; nothing without a prediction.
 pub fn draw(a: &Analysis<ValidationFindings>) -> Vec<Drawn> {
-    let shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).take(PANELS).collect();
-    let groups = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| c.group.as_str());
-    let names = groups.chain([ALL]).map(|name| width_in_mm(name, SMALL));
+    let mut shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).collect();
+    let more = first_of(shown.len(), PANELS, "predictions");
+    shown.truncate(PANELS);
+    let names = shown.iter().flat_map(|p| bars(p)).map(|(name, ..)| width_in_mm(&name, SMALL));
     let left = (names.fold(0.0, f64::max) + 6.0).min(page_width() - RIGHT - LEAST);
     let places = |count: usize| Panels::new(count, (left, left + RIGHT, RIGHT), (LEAST, WIDE));
     let columns = places(shown.len()).columns;
@@ -50,7 +64,6 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Vec<Drawn> {
         tall += height(row);
         sheets.last_mut().expect("a sheet").extend(row);
     }
-    let more = first_of(a.predictions.len());
     let of = |(k, predictions): (usize, &Vec<&Prediction>)| {
         drawn("budget", || {
             let (name, part) = numbered("budget", k, sheets.len());
@@ -68,7 +81,8 @@ fn sheet(predictions: &[&Prediction], places: &Panels, left: f64) -> String {
     figure(places.width(), rows.iter().sum(), "", |area| {
         for (k, p) in predictions.iter().enumerate() {
             let top = rows[..k / places.columns].iter().sum::<f64>();
-            let words = format!("{} {}, {}", capital(&p.label), italic(&p.symbol), p.record_label);
+            let words =
+                format!("{}, {}", capital(&with_symbol(&p.label, &p.symbol, &italic(&p.symbol))), p.record_label);
             let from = places.x(k) - left + 1.0;
             let wide = left + places.each + RIGHT - 4.0;
             headed(area, (mm(from), mm(top + HEAD - 1.0)), mm(wide), letter(k, predictions.len()), &words);
@@ -84,13 +98,11 @@ fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64
     let unit = if unit.starts_with("10") { format!("· {unit}") } else { unit };
     let factor = 10f64.powi(power);
     let n = digits(0.1 * factor * total);
-    let bars = std::iter::once((ALL, total, TOTAL))
-        .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
     let mut bottom = top;
-    for (j, (name, half, color)) in bars.enumerate() {
+    for (j, (name, half, color)) in bars(p).into_iter().enumerate() {
         let y = top + ROW * (j as f64 + 0.5);
         let long = wide * half / total;
-        text(area, &shortened(name, SMALL, mm(left - 3.0)), (mm(x - 1.5), mm(y)), At::Right, SMALL, INK);
+        text(area, &shortened(&name, SMALL, mm(left - 3.0)), (mm(x - 1.5), mm(y)), At::Right, SMALL, INK);
         block(area, (mm(x), mm(y - 1.6)), (mm(x + long), mm(y + 1.6)), color);
         let (least, shown) = (0.5 * 10f64.powi(-(n as i32)), factor * half);
         let number = match shown < least {

@@ -3,6 +3,7 @@
 use crate::report::canvas::{At, INK, PALE, SMALL, dashed, figure, fill, italic, mark, mm, page_width, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines, style};
 use crate::report::measure::width;
+use crate::report::names::with_symbol;
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
@@ -34,7 +35,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
         let band = (Sample::Block(PALE), "inside the interval".to_string());
         let named = quantities.iter().map(|q| {
             let (mark, color) = look(q);
-            (Sample::Mark(mark, color), format!("{} {}", q.label, italic(&q.symbol)))
+            (Sample::Mark(mark, color), with_symbol(&q.label, &q.symbol, &italic(&q.symbol)))
         });
         std::iter::once(band).chain(named).collect::<Vec<_>>()
     };
