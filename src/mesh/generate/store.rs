@@ -62,6 +62,11 @@ impl MeshStore {
         Ok(self.lookup(request, &name))
     }
 
+    /// Name of the file of the answer to a request.
+    pub fn file_name(&self, request: &MeshRequest) -> Result<String, GenerateError> {
+        Ok(format!("{}.msh.gz", request.resolve(&self.home.path)?.1))
+    }
+
     /// The numbers of cells that a request can ask for, with all else as in this one, and find stored; rising.
     pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
         let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
