@@ -25,7 +25,7 @@ pub struct Sensitivities {
     /// `[columns × keys]` largest estimated error over the times; zero where the derivative is exact
     #[pyo3(get)]
     errors: Py<PyAny>,
-    /// Keys that change nothing that is recorded; none where the derivatives end early
+    /// Keys that change none of the columns; none where the derivatives end early
     #[pyo3(get)]
     idle: Vec<String>,
     /// (column, key, error relative to the largest value) of derivatives that are less accurate than 1e-6

@@ -88,7 +88,7 @@ pub use body::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 pub use body::refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use body::request::request;
 pub use body::source_volume::SourceVolume;
-pub use body::stored::{is_stored, keep};
+pub use body::stored::{MadeMesh, keep, made_meshes};
 pub use build::before_meshing::mistakes_before_meshing;
 pub use build::builder::LawSource;
 pub use build::open::{open_scene, parse_scene};

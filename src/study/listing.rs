@@ -1,7 +1,7 @@
 //! The cases of a study with what is stored of them and what they are expected to cost.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::{Body, MeshSpec, SceneError, mesh_sha256};
+use crate::scene::{self, Body, MadeMesh, MeshSpec, SceneError, mesh_sha256};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::forecast::{Expected, Forecast, Size};
@@ -82,6 +82,26 @@ pub fn prepare(study: &Study, progress: &mut dyn FnMut(&str, &str)) -> Result<()
         }
     }
     Ok(())
+}
+
+/// The meshes that are made for the cases, each once.
+///
+/// # Errors
+///
+/// A scene without a sound mesh, unless refusals are kept: there a bad mesh is a case.
+pub fn made_meshes(study: &Study, store: &MeshStore) -> Result<Vec<MadeMesh>, SceneError> {
+    let (mut seen, mut made) = (HashSet::new(), vec![]);
+    for case in &study.cases {
+        for (file, spec, _) in case.scenes()? {
+            if seen.insert(key(file, &spec.mesh)) {
+                match scene::made_meshes(file, &spec.mesh, store) {
+                    Err(_) if study.rules.keep_refusals => {}
+                    found => made.extend(found?),
+                }
+            }
+        }
+    }
+    Ok(made)
 }
 
 fn key(file: &Path, mesh: &MeshSpec) -> String {

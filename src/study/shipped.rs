@@ -1,10 +1,10 @@
 //! The studies and scenes of the catalogue.
 
 use super::expand::Study;
+use super::listing;
 use crate::mesh::generate::MeshStore;
-use crate::scene::{SceneError, is_stored, read_scene};
+use crate::scene::{MadeMesh, SceneError, made_meshes, read_scene};
 use serde::Serialize;
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// A folder of `studies` with a study, or with a scene alone.
@@ -42,24 +42,18 @@ pub fn shipped(store: &MeshStore) -> Vec<Result<Shipped, (String, SceneError)>> 
 
 fn of_study(file: &Path, store: &MeshStore) -> Result<Shipped, SceneError> {
     let study = Study::read(file, &[])?;
-    let (mut known, mut has_meshes) = (HashSet::new(), true);
-    for case in &study.cases {
-        for (file, spec, _) in case.scenes()? {
-            if known.insert(format!("{:?}", (file, &spec.mesh))) {
-                // Of a study of robustness a bad mesh is a case
-                let is_found = is_stored(file, &spec.mesh, store);
-                has_meshes &= is_found.or_else(|e| if study.rules.keep_refusals { Ok(true) } else { Err(e) })?;
-            }
-        }
-    }
     Ok(Shipped {
         name: study.name.clone(),
         kind: study.record.kind.to_string(),
         about: study.record.question.clone(),
         cases: study.cases.len(),
-        has_meshes,
+        has_meshes: are_stored(&listing::made_meshes(&study, store)?),
         file: file.into(),
     })
+}
+
+fn are_stored(meshes: &[MadeMesh]) -> bool {
+    meshes.iter().all(|mesh| mesh.stored.is_some())
 }
 
 fn of_scene(file: &Path, store: &MeshStore) -> Result<Shipped, SceneError> {
@@ -70,7 +64,7 @@ fn of_scene(file: &Path, store: &MeshStore) -> Result<Shipped, SceneError> {
         kind: "scene".into(),
         about: scene.title.clone(),
         cases: 1,
-        has_meshes: is_stored(file, &scene.mesh, store)?,
+        has_meshes: are_stored(&made_meshes(file, &scene.mesh, store)?),
         file: file.into(),
     })
 }

@@ -61,6 +61,8 @@ pub struct FamilySpec {
     pub scene: Option<PathBuf>,
 }
 
+/// Replaced by the experiment of a record of the study.
+pub const EXPERIMENT: &str = "{experiment}";
 /// Most cases of a study. Each takes some 10 kB and 0.2 ms before anything runs, in every command that reads the study.
 pub const MOST_CASES: usize = 20_000;
 

@@ -168,8 +168,14 @@ fn simulate(text: &str, slope: &str) -> (Option<i32>, String, String) {
 
 #[test]
 fn the_command_writes_a_table() {
-    let (code, errors, table) = simulate(&text("displacement", LENGTH, &example_table("yeoh")), "laws.rubber.C10");
+    let text = text("displacement", LENGTH, &example_table("yeoh"))
+        .replace("[numerics]", "[[probe]]\nkind = \"moment\"\nregion = \"root\"\n[numerics]");
+    let (code, errors, table) = simulate(&text, "laws.rubber.C10");
     assert_eq!(code, Some(0), "{errors}");
+    let left_out = errors.lines().find_map(|line| line.strip_prefix("note: no derivatives are computed of "));
+    let left_out: Vec<&str> = left_out.unwrap_or_else(|| panic!("{errors}")).split(", ").collect();
+    assert!(left_out.contains(&"root_moment_x_Nm") && !left_out.contains(&"t_s"), "{left_out:?}");
+    assert!(left_out.iter().all(|column| !table.contains(&format!("d {column}/d "))), "{left_out:?}");
     let lines: Vec<&str> = table.lines().collect();
     assert!(lines[0].starts_with("t_s,d bending_angle_deg/d laws.rubber.C10,"), "{table}");
     assert_eq!(lines.len(), 3, "header, rest, end");

@@ -566,6 +566,7 @@ fn what_is_no_continuous_key_is_refused() {
         ("effect.gravity.direction.3", "there is no \"3\"; known: 0, 1, 2"),
         ("mesh.grid.divisions.0", "mesh.grid.divisions.0 takes whole numbers or names only"),
         ("numerics.reuse_factor", "numerics.reuse_factor is false"),
+        ("numerics.tolerance", "it is a setting of the solver"),
         ("stage.0.dt", "the stages have other times"),
         // Its region gains and loses nodes
         ("mesh.regions.end.min.0", "a small change of it changes more than values"),
@@ -575,11 +576,60 @@ fn what_is_no_continuous_key_is_refused() {
     }
 }
 
+/// The reason is that of the key: the other scenes have another integrator, or one of them is refused.
+#[test]
+fn a_refusal_says_why_the_other_scenes_are_none() {
+    let damping = "[[effect]]\nkind = \"viscous_damping\"\nregion = \"body\"\neta = \"0 Pa s\"\n";
+    let alpha = ("{ kind = \"generalised_alpha\", rho = 0.7 }", 2);
+    let mut table = Beam { effects: damping.into(), ..Beam::new(&[alpha]) }.table();
+    apply(&mut table, "numerics.time_error", Value::String("0.05 mm".into())).expect("a new key");
+    for (path, says) in [
+        ("numerics.time_error", "it is a setting of the solver"),
+        ("stage.0.integrator.rho", "the stages have other integrators"),
+        ("stage.0.dt", "the stages have other times"),
+        ("effect.viscous_damping.eta", "the scene with a slightly different value is refused"),
+    ] {
+        let message = refusal(&table, path);
+        assert!(message.contains(says), "{path}: {message}\nnot: {says}");
+    }
+}
+
+/// The unit of a value among points is another key of the signal: the derivative by it is that by a quantity which has its unit with it, times the share
+/// that the value has of the signal, here all of it.
+#[test]
+fn a_value_of_points_has_the_unit_of_its_signal() {
+    let driven = |signal: &str| {
+        let mut beam = Beam::new(&[STATIC]);
+        beam.constraints = format!(
+            "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"z\"\ndisplacement = {signal}\n"
+        );
+        beam.table()
+    };
+    let by_points = driven("{ kind = \"points\", of = [[0, 0], [0.01, 2]], unit = \"mm\" }");
+    let by_ramp = driven("{ kind = \"ramp\", from = \"0 mm\", to = \"2 mm\", end = \"10 ms\" }");
+    let derivative = |table: &Table, key: &str| {
+        let keys = keys(&[key]);
+        let (_, found) = differentiated(&scene(table), &keys);
+        ["xmax_z_m", "xmin_reaction_z_N"]
+            .map(|c| *found.derivative(c, &keys[0]).expect("a column").last().expect("rows"))
+    };
+    let of_points = derivative(&by_points, "constraint.prescribed.displacement.of.1.1");
+    let of_ramp = derivative(&by_ramp, "constraint.prescribed.displacement.to");
+    // A metre of the face is a metre of its mean; both derivatives are differences with errors of 1e-9 (`ENOUGH`)
+    assert!((of_points[0] - 1.0).abs() < 1e-8, "{of_points:?}");
+    for (points, ramp) in of_points.iter().zip(of_ramp) {
+        assert!((points - ramp).abs() < 1e-8 * ramp.abs(), "{of_points:?} {of_ramp:?}");
+    }
+}
+
 /// A key without any effect has derivatives that are exactly zero, and is named.
 #[test]
 fn a_key_that_changes_nothing_is_named() {
-    let table = Beam::new(&[STATIC]).table();
-    let keys = keys(&["numerics.tolerance", "effect.gravity.density"]);
+    let mut table = Beam::new(&[STATIC]).table();
+    let steady = "kind = \"ramp\"\nfrom = \"9.81 m/s^2\"\nto = \"9.81 m/s^2\"\nend = \"1 s\"";
+    let steady = Value::Table(steady.parse().expect("TOML"));
+    apply(&mut table, "effect.gravity.acceleration", steady).expect("the key is there");
+    let keys = keys(&["effect.gravity.acceleration.end", "effect.gravity.density"]);
     let (_, found) = differentiated(&scene(&table), &keys);
     assert_eq!(found.idle().collect::<Vec<_>>(), [&keys[0]]);
 }

@@ -247,6 +247,122 @@ fn check_crate(bundle: &Path) {
     }
 }
 
+/// A beam under its weight, whose moving points are measured.
+const BEAM: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["100 mm", "20 mm", "20 mm"], divisions = [4, 1, 1] }
+[laws.rubber]
+law = "neo_hookean"
+E = "300 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "traction"
+name = "load"
+region = "xmax"
+direction = [0, 0, -1]
+traction = { kind = "ramp", from = "0 Pa", to = "100 Pa", end = "1 s" }
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+const MEASURED: &str = r#"
+kind = "validation"
+question = "How far does a heavy load bend a beam?"
+expectation = "As far as a light one says."
+scene = "scene.toml"
+tolerance = "5 %"
+checks = 1
+[[unknown]]
+name = "E"
+key = "laws.rubber.E"
+label = "Young's modulus"
+symbol = "E"
+range = ["200 kPa", "400 kPa"]
+[[record]]
+name = "light"
+experiment = "monday"
+purpose = "calibration"
+[[record]]
+name = "heavy"
+purpose = "prediction"
+set = { "effect.load.traction.to" = "300 Pa" }
+[[quantity]]
+name = "drop"
+label = "tip drop"
+symbol = "w"
+unit = "mm"
+column = "xmax_z_m"
+value = "change"
+times = -1
+records = ["heavy"]
+error = [{ group = "reading", deviation = "0.2 mm", source = "scatter" }]
+[[field]]
+name = "face"
+file = "measured/{experiment}.csv"
+unit = "m"
+position = ["X", "Y", "Z"]
+displacement = ["U", "V", "W"]
+records = ["light"]
+deviation = "0.05 mm"
+source = "the test"
+"#;
+
+/// The name of the file is that of each experiment.
+#[test]
+fn a_bundle_has_the_measured_fields_of_its_experiments() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| dir.path().join(name);
+    std::fs::create_dir_all(at("beam/measured")).expect("room");
+    let measured = "X,Y,Z,U,V,W\n0.04,0.004,0.02,0,0,-2e-4\n0.06,0.004,0.02,0,0,-4.5e-4\n0.08,0.004,0.02,0,0,-8e-4\n";
+    for (name, text) in [("scene.toml", BEAM), ("study.toml", MEASURED), ("measured/monday.csv", measured)] {
+        std::fs::write(at("beam").join(name), text).expect("room");
+    }
+    let (file, results, bundle) = (at("beam/study.toml"), at("results"), at("crate"));
+    let done = |out: Ended| assert_eq!(out.code, Some(0), "{}", out.said());
+    done(with_paths(&["run", "--out"], &[&results, &file]));
+    done(with_paths(&["bundle", "write", "--results"], &[&results, &file, &bundle]));
+    assert!(bundle.join("home/beam/measured/monday.csv").is_file());
+    let moved = tempfile::tempdir().expect("a temporary folder");
+    let there = moved.path().join("crate");
+    std::fs::rename(&bundle, &there).expect("a move");
+    drop(dir);
+    done(with_paths(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]));
+}
+
+/// A file that a change of the study names relative to its scene in another folder.
+#[test]
+fn a_bundle_has_the_files_that_changes_of_a_study_name() {
+    let (dir, file, _) = study();
+    let at = |name: &str| dir.path().join(name);
+    std::fs::create_dir(at("scenes")).expect("room");
+    std::fs::rename(at("bar/scene.toml"), at("scenes/scene.toml")).expect("own file");
+    std::fs::write(at("scenes/other.csv"), "t,F,G\n0,0,0\n0.5,0.6,1\n1,1.1,2\n").expect("room");
+    let changed = STUDY.replace("\"scene.toml\"", "\"../scenes/scene.toml\"");
+    let changed = changed.replace("[[axis]]", "set = { \"compare.0.file\" = \"other.csv\" }\n\n[[axis]]");
+    std::fs::write(&file, changed).expect("the study");
+    let (results, bundle) = (at("changed"), at("crate"));
+    let done = |out: Ended| assert_eq!(out.code, Some(0), "{}", out.said());
+    done(with_paths(&["run", "--out"], &[&results, &file]));
+    done(with_paths(&["bundle", "write", "--results"], &[&results, &file, &bundle]));
+    assert!(bundle.join("home/scenes/other.csv").is_file());
+    let moved = tempfile::tempdir().expect("a temporary folder");
+    let there = moved.path().join("crate");
+    std::fs::rename(&bundle, &there).expect("a move");
+    drop(dir);
+    done(with_paths(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]));
+}
+
 /// What a mesher has made of `m.inp`: one cell of 10 mm × 10 mm × 20 mm.
 const CONVERTED: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n10 0 0\n0 10 0\n0 0 20\n\
 $EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// A bar that is pulled.
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [laws.rubber]
 law = "neo_hookean"
 mu = "80 kPa"
@@ -33,11 +33,11 @@ dt = "0.25 s"
 kind = "reaction"
 region = "xmax"
 "#;
-const GRID: &str = r#"
+pub const GRID: &str = r#"
 [mesh]
 grid = { kind = "box", size = ["30 mm", "10 mm", "10 mm"], divisions = [3, 1, 1] }
 "#;
-const ROD: &str = r#"
+pub const ROD: &str = r#"
 [mesh]
 body = "rod"
 size = "10 mm"
@@ -45,7 +45,7 @@ size = "10 mm"
 xmin = { kind = "plane", point = ["0 mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "0.1 mm" }
 xmax = { kind = "plane", point = ["30 mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "0.1 mm" }
 "#;
-const STUDY: &str = r#"
+pub const STUDY: &str = r#"
 kind = "calibration"
 question = "How stiff is the rubber?"
 expectation = "100 kPa."
@@ -63,7 +63,7 @@ x = { column = "u (mm)", unit = "mm", is = "xmax_x_displacement_m" }
 y = { column = "F (N)", unit = "N", is = "xmax_reaction_x_N" }
 "#;
 /// A second curve, of a body that a mesher makes.
-const CURVE: &str = r#"
+pub const CURVE: &str = r#"
 [[variant.curve]]
 name = "rod"
 scene = "rod.toml"
@@ -73,7 +73,7 @@ file = "rod.csv"
 x = { column = "u (mm)", unit = "mm", is = "xmax_x_displacement_m" }
 y = { column = "F (N)", unit = "N", is = "xmax_reaction_x_N" }
 "#;
-const SIZES: &str = r#"
+pub const SIZES: &str = r#"
 [[family]]
 name = "mesh"
 role = "sizes"
@@ -92,9 +92,9 @@ coarse = {}
 fine = { "mesh.grid.divisions" = [6, 2, 2] }
 "#;
 /// The forces of a bar of about 100 kPa.
-const PULL: &str = "u (mm),F (N)\n1.5,1.45\n3,2.84\n4.5,4.14\n6,5.40\n";
+pub const PULL: &str = "u (mm),F (N)\n1.5,1.45\n3,2.84\n4.5,4.14\n6,5.40\n";
 /// A mesher that copies a mesh which is there.
-const MESHER: &str = r#"out=$(sed 's/.*"output":"\([^"]*\)".*/\1/')
+pub const MESHER: &str = r#"out=$(sed 's/.*"output":"\([^"]*\)".*/\1/')
 cp "$DUROMETER_HOME/rod.msh.gz" "$out"
 cat <<'END'
 {"request":{"body":"rod","output":"x"},"cells":6,"nodes":8,"facets":12,"order":1,"h_m":0.008,
@@ -103,7 +103,7 @@ cat <<'END'
 END"#;
 
 /// A mesh of a rod of 30 mm × `width` × 10 mm in six cells.
-fn write_mesh(file: &Path, width: f64) {
+pub fn write_mesh(file: &Path, width: f64) {
     let place = |k: usize| {
         let along = |bit: usize, length: f64| if k >> bit & 1 == 0 { 0.0 } else { length };
         format!("{} {} {}\n", along(0, 0.03), along(1, width), along(2, 0.01))

@@ -6,6 +6,7 @@ mod common;
 mod around;
 mod asked;
 mod bundle;
+mod bundled_meshes;
 mod calibrations;
 mod compare;
 mod cost;

@@ -291,7 +291,12 @@ fn written(table: &toml::Table) -> String {
 
 /// Whether other constants may have the derivative that these have not: next to the end of what a scene allows, a small change leads beyond it.
 fn is_of_values(why: &InverseError) -> bool {
-    matches!(why, InverseError::Sensitivity(SensitivityError::Differs { .. } | SensitivityError::Stopped { .. }))
+    matches!(
+        why,
+        InverseError::Sensitivity(
+            SensitivityError::Differs { .. } | SensitivityError::AtBound { .. } | SensitivityError::Stopped { .. }
+        )
+    )
 }
 
 /// Places of the values that differ from the next one.

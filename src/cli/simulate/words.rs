@@ -6,6 +6,7 @@ use super::errors::print_errors;
 use crate::outcome::Outcome;
 use durometer::math::units::Decimals;
 use durometer::report::numbers::{five_digits, seconds};
+use durometer::scene::column::is_result;
 use durometer::scene::{ErrorEstimate, ExtremeKind, Run, Scene, Sensitivities, limits_of_scene};
 use durometer::solve::Status;
 use durometer::study::limits::limits_of_run;
@@ -84,8 +85,13 @@ fn print(record: &CaseRecord, known: usize) {
     }
 }
 
-/// Says which columns have no derivative in some rows; the table has NaN there.
+/// Says which columns have no derivative, and which have none in some rows; the table has NaN there.
 pub fn note_missing(run: &Run, sensitivities: &Sensitivities) {
+    let is_left_out = |column: &&String| !sensitivities.columns.contains(column) && is_result(column);
+    let left_out: Vec<&str> = run.columns.iter().filter(is_left_out).map(String::as_str).collect();
+    if !left_out.is_empty() {
+        tell!("note: no derivatives are computed of {}", left_out.join(", "));
+    }
     for (k, column) in sensitivities.columns.iter().enumerate() {
         let missing = |row: &&Vec<Vec<f64>>| row[k].iter().any(|d| d.is_nan());
         let count = sensitivities.rows.iter().filter(missing).count();
@@ -99,7 +105,7 @@ pub fn note_missing(run: &Run, sensitivities: &Sensitivities) {
 /// Says which keys change nothing, and which derivatives are not as accurate as they should be.
 pub fn note_quality(sensitivities: &Sensitivities) {
     for key in sensitivities.idle() {
-        tell!("warning: {key} changes nothing that is recorded: all derivatives by it are zero");
+        tell!("warning: all derivatives by {key} are zero: it changes none of the columns that have derivatives");
     }
     for (column, key, error) in sensitivities.doubtful() {
         tell!(

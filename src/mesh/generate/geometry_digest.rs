@@ -1,20 +1,33 @@
 //! Digest of what the CAD of a body is made from: the files of its folder, and those of the modules next to it that it imports.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The mesher itself, whose changes count in another way, and the folder of made meshes.
 const NO_GEOMETRY: [&str; 2] = ["meshgen", "cache"];
 
+/// Module, name in its folder and SHA-256 of a file → where it is.
+type Files = BTreeMap<(String, String, String), PathBuf>;
+
 /// SHA-256 of the files in the folder of a body and of the modules that their Python imports from `meshes`; none of a body without Python.
 ///
 /// A table or a profile that the Python reads counts where it lies in one of these folders.
 pub(super) fn geometry_sha256(home: &Path, body: &str) -> Option<String> {
+    let all = files(home, body);
+    let has_python = all.values().any(|file| is_python(file));
+    has_python.then(|| sha256(format!("{:?}", all.keys().collect::<BTreeSet<_>>())))
+}
+
+/// The files that [`geometry_sha256`] is the digest of.
+pub fn geometry_files(home: &Path, body: &str) -> impl Iterator<Item = PathBuf> {
+    files(home, body).into_values()
+}
+
+fn files(home: &Path, body: &str) -> Files {
     let meshes = home.join("meshes");
     let (mut open, mut seen) = (vec![body.to_string()], BTreeSet::new());
-    let mut all = BTreeSet::new();
-    let mut has_python = false;
+    let mut all = Files::new();
     while let Some(module) = open.pop() {
         if NO_GEOMETRY.contains(&module.as_str()) || !seen.insert(module.clone()) {
             continue;
@@ -25,17 +38,18 @@ pub(super) fn geometry_sha256(home: &Path, body: &str) -> Option<String> {
         let single = meshes.join(format!("{module}.py"));
         files.extend(single.is_file().then_some(single));
         for file in files {
-            let name = file.strip_prefix(&folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+            // The same wherever the home is
+            let inside = file.strip_prefix(&folder).or(file.strip_prefix(&meshes)).expect("below the meshes");
+            let name = inside.to_string_lossy().replace('\\', "/");
             // Those that cannot be read are left to the mesher
             let Ok(bytes) = storage::read(&file, DATA_LIMIT) else { continue };
             if is_python(&file) {
-                has_python = true;
                 open.extend(imported(&String::from_utf8_lossy(&bytes)));
             }
-            all.insert((module.clone(), name, sha256(&bytes)));
+            all.insert((module.clone(), name, sha256(&bytes)), file);
         }
     }
-    has_python.then(|| sha256(format!("{all:?}")))
+    all
 }
 
 fn is_python(file: &Path) -> bool {
@@ -57,7 +71,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
 }
 
 /// Whether this is the name of a committed mesh or of its manifest: 16 hex digits and an ending.
-fn is_made(name: &str) -> bool {
+pub(super) fn is_made(name: &str) -> bool {
     let (stem, ending) = name.split_once('.').unwrap_or((name, ""));
     let is_name = stem.len() == 16 && stem.bytes().all(|b| b.is_ascii_hexdigit());
     is_name && ["msh.gz", "json"].contains(&ending)
@@ -119,7 +133,36 @@ mod tests {
             write(name, "1\n");
             let now = digest();
             assert_eq!(now != before, counts, "{name}");
+            let is_one = geometry_files(home.path(), "rib").any(|file| file.ends_with(name));
+            assert_eq!(is_one, counts, "{name}");
             before = now;
         }
+        // The digest is the same in a copy elsewhere, such as the one in a bundle
+        let copy = tempfile::tempdir().expect("a temporary folder");
+        for file in geometry_files(home.path(), "rib") {
+            let to = copy.path().join(file.strip_prefix(home.path()).expect("below the home"));
+            std::fs::create_dir_all(to.parent().expect("below the copy")).expect("room");
+            std::fs::copy(&file, &to).expect("room");
+        }
+        assert_eq!(geometry_sha256(copy.path(), "rib"), before);
+    }
+
+    /// A change of the files of a body leaves its committed meshes aside: they have to be made and kept anew with it.
+    #[test]
+    fn committed_meshes_are_of_the_geometry_next_to_them() {
+        let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+        let entries = |folder: &Path| std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path());
+        let mut manifests = 0;
+        for folder in entries(&root.join("meshes")).filter(|path| path.is_dir() && !path.ends_with("cache")) {
+            let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+            let now = geometry_sha256(root, &name);
+            for file in entries(&folder).filter(|file| file.extension().is_some_and(|end| end == "json")) {
+                let text = std::fs::read_to_string(&file).expect("a manifest");
+                let manifest: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+                assert_eq!(manifest["geometry_sha256"].as_str(), now.as_deref(), "{}", file.display());
+                manifests += 1;
+            }
+        }
+        assert!(manifests >= 77, "{manifests}");
     }
 }

@@ -49,7 +49,7 @@ pub struct Manifest {
     pub versions: BTreeMap<String, Option<String>>,
     #[serde(default)]
     pub wall_s: Option<f64>,
-    /// SHA-256 of the Python that created the CAD of a body; none of a file, and of meshes of earlier versions
+    /// SHA-256 of the files that created the CAD of a body; none of a file, and of meshes of earlier versions, which are made anew
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub geometry_sha256: Option<String>,
     /// Other entries of the mesher

@@ -19,6 +19,7 @@ mod tests;
 
 pub use body::ParametricBody;
 pub use error::GenerateError;
+pub use geometry_digest::geometry_files;
 pub use manifest::{CablePath, Manifest};
 pub use python::{Check, Mesher};
 pub use request::{Generator, GradedPlace, Grading, MeshRequest, Size, Source, TIME_LIMIT_S};

@@ -1,7 +1,7 @@
 //! Meshes: found by the hash of their request, else made now and kept.
 
 use super::error::GenerateError;
-use super::geometry_digest::geometry_sha256;
+use super::geometry_digest::{geometry_sha256, is_made};
 use super::interpreter;
 use super::manifest::Manifest;
 use super::python::Mesher;
@@ -62,16 +62,23 @@ impl MeshStore {
         Ok(self.lookup(request, &name))
     }
 
+    /// Name of the file of the answer to a request.
+    pub fn file_name(&self, request: &MeshRequest) -> Result<String, GenerateError> {
+        Ok(format!("{}.msh.gz", request.resolve(&self.home.path)?.1))
+    }
+
     /// The numbers of cells that a request can ask for, with all else as in this one, and find stored; rising.
     pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
         let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
         let mut counts = vec![];
         for folder in self.folders(request) {
             for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-                if entry.path().extension().is_some_and(|x| x == "json") {
-                    let asked = read_manifest(&entry.path())?.request["size"]["cells"].as_u64();
-                    counts.extend(asked);
-                }
+                let mesh = entry.path();
+                let is_mesh =
+                    is_made(&entry.file_name().to_string_lossy()) && mesh.extension().is_some_and(|x| x == "gz");
+                // A manifest that cannot be read is refused where the mesh is
+                let manifest = is_mesh.then(|| read_manifest(&manifest_path(&mesh)).ok()).flatten();
+                counts.extend(manifest.and_then(|manifest| manifest.request["size"]["cells"].as_u64()));
             }
         }
         counts.sort_unstable();
@@ -97,8 +104,7 @@ impl MeshStore {
         let now = self.geometry_sha256(request);
         whole.find(|path| {
             // A manifest that cannot be read is refused where the mesh is
-            let made_of = read_manifest(&manifest_path(path)).ok().and_then(|manifest| manifest.geometry_sha256);
-            made_of.is_none() || made_of == now
+            read_manifest(&manifest_path(path)).map_or(true, |manifest| manifest.geometry_sha256 == now)
         })
     }
 

@@ -78,7 +78,7 @@ fn a_mesh_is_made_once_and_found_from_then_on() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// A mesh is made anew when the Python of its body changes, or that of a body which it takes; one whose manifest does not say what it was made of is kept.
+/// A mesh is made anew when the Python of its body changes, or that of a body which it takes, and where its manifest does not say what it was made of.
 #[test]
 fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
     let (_folder, store) = project(&working());
@@ -90,9 +90,7 @@ fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
     assert!(made() && !made());
     write("rod/geometry.py", "from stub.geometry import build\n");
     write("stub/geometry.py", "SIZE = 1\n");
-    assert!(!made(), "of an earlier version");
-    std::fs::remove_dir_all(&store.home.meshes).expect("there");
-    assert!(made() && !made());
+    assert!(made() && !made(), "of an earlier version, or committed without Python");
     for (file, text) in
         [("rod/geometry.py", "from stub.geometry import build\nSIZE = 2\n"), ("stub/geometry.py", "SIZE = 2\n")]
     {
@@ -106,6 +104,18 @@ fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
     assert!(made());
     write("stub/geometry.py", "SIZE = 2\n");
     assert_eq!(store.stored(&request()), Ok(Some(committed)));
+}
+
+/// Files of a user next to the meshes of a body, and manifests without a mesh, are no meshes.
+#[test]
+fn only_meshes_have_a_stored_size() {
+    let (_folder, store) = project(&working().replace(r#""body":"rod""#, r#""body":"rod","size":{"cells":300}"#));
+    let asked = |count| MeshRequest::body("rod", Size::Cells { count, tolerance: 0.02 });
+    store.mesh(&asked(300), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    for name in ["rod/notes.json", "rod/0123456789abcdef.json", "cache/fedcba9876543210.json", "cache/plan.json"] {
+        std::fs::write(store.home.path.join("meshes").join(name), "{}").expect("writable");
+    }
+    assert_eq!(store.stored_sizes(&asked(600)), Ok(vec![300]));
 }
 
 #[test]

@@ -43,6 +43,8 @@ const LEAST_SHARE: f64 = 1e-6;
 /// One mesh of a refinement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinementStep {
+    /// File name of the mesh
+    pub mesh: String,
     pub cells: usize,
     /// Equations of the run
     pub dofs: usize,
@@ -183,7 +185,8 @@ pub fn refine(
         }
         let spent = stopwatch.spent();
         let (cells, dofs) = (scene.body.mesh.cell_count(), scene.system.dofs.free.len());
-        let step = RefinementStep { cells, dofs, error, bar, tolerance, spent };
+        let mesh = scene.body.source.clone();
+        let step = RefinementStep { mesh, cells, dofs, error, bar, tolerance, spent };
         (watch.step)(&step);
         steps.push(step);
         if is_last {

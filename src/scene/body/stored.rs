@@ -6,20 +6,26 @@ use super::request::{has_source, request_from};
 use crate::mesh::format::{Format, Reader};
 use crate::mesh::generate::{GenerateError, MeshStore};
 use crate::scene::error::{SceneError, part};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Whether nothing has to be meshed or converted for a `[mesh]` table of this scene file: its meshes are grids, files that are read as they are, or
-/// stored.
+/// A mesh that the mesher makes for a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MadeMesh {
+    /// The body that is meshed; none of a file
+    pub body: Option<String>,
+    /// Name of its file, or of the file that is converted
+    pub name: String,
+    /// Where it is; none where it is not stored
+    pub stored: Option<PathBuf>,
+}
+
+/// The meshes that are made for a `[mesh]` table of this scene file: not grids, nor files that are read as they are.
 ///
 /// # Errors
 /// A table that describes no mesh.
-pub fn is_stored(file: &Path, spec: &MeshSpec, store: &MeshStore) -> Result<bool, SceneError> {
-    for one in sources(spec) {
-        if !is_one_stored(file, &one, store)? {
-            return Ok(false);
-        }
-    }
-    Ok(true)
+pub fn made_meshes(file: &Path, spec: &MeshSpec, store: &MeshStore) -> Result<Vec<MadeMesh>, SceneError> {
+    let made = sources(spec).into_iter().map(|one| made_mesh(file, one, store));
+    Ok(made.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
 /// Keeps the meshes of a `[mesh]` table of this scene file with the committed ones, and makes those that are not stored. `progress` gets the lines of
@@ -49,16 +55,23 @@ fn sources(spec: &MeshSpec) -> Vec<MeshSpec> {
     Some(spec.clone()).into_iter().chain(own).filter(has_source).collect()
 }
 
-fn is_one_stored(file: &Path, spec: &MeshSpec, store: &MeshStore) -> Result<bool, SceneError> {
+fn made_mesh(file: &Path, spec: MeshSpec, store: &MeshStore) -> Result<Option<MadeMesh>, SceneError> {
     if spec.grid.is_some() {
-        return Ok(true);
+        return Ok(None);
     }
     let fail = |e: GenerateError| part(file, "mesh", e);
-    match volume_mesh(file, spec)? {
-        Some((path, format)) => match format.reader {
-            Reader::Mesher(name) => Ok(store.stored_conversion(&path, name).map_err(fail)?.is_some()),
-            _ => Ok(true),
-        },
-        None => Ok(store.stored(&request_from(file, spec, Some(store))?).map_err(fail)?.is_some()),
+    let file_name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match volume_mesh(file, &spec)? {
+        Some((path, Format { reader: Reader::Mesher(format), .. })) => {
+            let stored = store.stored_conversion(&path, format).map_err(fail)?;
+            Ok(Some(MadeMesh { body: None, name: file_name(&path), stored }))
+        }
+        Some(_) => Ok(None),
+        None => {
+            let request = request_from(file, &spec, Some(store))?;
+            let stored = store.stored(&request).map_err(fail)?;
+            let name = stored.as_deref().map_or_else(|| store.file_name(&request), |path| Ok(file_name(path)));
+            Ok(Some(MadeMesh { body: spec.body, name: name.map_err(fail)?, stored }))
+        }
     }
 }

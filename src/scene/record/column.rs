@@ -54,9 +54,13 @@ pub fn is_angle(column: &str) -> bool {
     dimension(column).0 == Dimension::ANGLE
 }
 
-/// Whether two columns are results in the same unit: the size of one tells what is small in the other. Time and the iterations of the solver are no results.
+/// Whether a column is a result: time and the iterations of the solver are none.
+pub fn is_result(column: &str) -> bool {
+    !["t_s", "newton_iterations"].contains(&column)
+}
+
+/// Whether two columns are results in the same unit: the size of one tells what is small in the other.
 pub fn comparable(a: &str, b: &str) -> bool {
-    let is_result = |column: &str| !["t_s", "newton_iterations"].contains(&column);
     is_result(a) && is_result(b) && unit(a) == unit(b)
 }
 

@@ -12,8 +12,8 @@ use crate::system::State;
 
 /// Derivatives of the rows of a [`Run`](crate::scene::Run) by some keys of its scene.
 pub struct Sensitivities {
-    /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and those of the probes
-    /// `energy` and `stretch`
+    /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and those of contacts, rigid bodies, rigid parts, the probes
+    /// `energy`, `stretch` and `moment`, and fibres and membranes
     pub columns: Vec<String>,
     pub keys: Vec<ParameterKey>,
     /// \[rows × columns × keys\] in the unit of the column per SI unit of the key; one entry for each of `Run::rows`,
@@ -51,7 +51,7 @@ impl Sensitivities {
         Some(self.rows.iter().map(|row| row[c][k]).collect())
     }
 
-    /// Keys by which every derivative of every row is exactly zero: they change nothing that is recorded. None is known where the derivatives end early,
+    /// Keys by which every derivative of every row is exactly zero: they change none of the columns. None is known where the derivatives end early,
     /// before a load or a contact may make them matter.
     pub fn idle(&self) -> impl Iterator<Item = &ParameterKey> {
         let is_complete = self.stopped.is_none();

@@ -17,7 +17,7 @@ use crate::scene::read::from_text;
 use crate::scene::record::recorder::{Moment, Recorder};
 use crate::scene::spec::{EffectSpec, SceneSpec};
 use crate::scene::text::overrides;
-use crate::system::{State, System, SystemDifference, Variants};
+use crate::system::{State, System, SystemDifference, SystemError, Variants};
 use std::convert::Infallible;
 use std::sync::{Arc, OnceLock};
 use toml::Table;
@@ -136,6 +136,9 @@ impl<'a> Family<'a> {
     fn new(scene: &'a Scene, key: &ParameterKey, followed: Followed) -> Result<Self, SensitivityError> {
         let table: Table = scene.text.parse().map_err(|_| SensitivityError::NoText { key: key.clone() })?;
         let value = key.value(&table)?;
+        if key.root() == "numerics" {
+            return Err(SensitivityError::Setting { key: key.clone() });
+        }
         let vary = match followed {
             Followed::All => varied(scene, key, &table),
             Followed::FollowingLaws => (0..scene.system.effects.len()).map(|e| e >= scene.spec.effects.len()).collect(),
@@ -267,9 +270,17 @@ impl<'a> Family<'a> {
         if step == 0.0 && body.mesh.points != scene.body.mesh.points {
             return Err(content("the body of the scene is not the one of its table [mesh]"));
         }
-        let found = scene.variant(spec, body, |e| self.vary.get(e).copied().unwrap_or(true)).map_err(differs)?;
-        if found.spans != scene.spans {
+        let variant = scene.variant(spec, body, |e| self.vary.get(e).copied().unwrap_or(true));
+        let found = variant.map_err(|source| match is_other_system(&source) {
+            true => differs(source),
+            false => SensitivityError::AtBound { key: self.key.clone(), source: Box::new(source) },
+        })?;
+        let times = |scene: &Scene| scene.spans.iter().map(|s| [s.start, s.end, s.dt]).collect::<Vec<_>>();
+        if times(&found) != times(scene) {
             return Err(content("the stages have other times"));
+        }
+        if found.spans != scene.spans {
+            return Err(content("the stages have other integrators"));
         }
         let names = |scene: &Scene| scene.signals.iter().map(|s| s.name.clone()).collect::<Vec<_>>();
         if found.columns() != scene.columns() || names(&found) != names(scene) {
@@ -277,6 +288,11 @@ impl<'a> Family<'a> {
         }
         Ok(found)
     }
+}
+
+/// Whether a scene was built, but with other equations.
+fn is_other_system(error: &SceneError) -> bool {
+    matches!(error, SceneError::Part { source, .. } if source.is::<SystemError>())
 }
 
 /// The first of the [`STEPS`] at which something succeeds, with the outcome, or else why the largest fails.
@@ -304,7 +320,7 @@ fn varied(scene: &Scene, key: &ParameterKey, table: &Table) -> Vec<bool> {
     let varies = |e: usize| match key.root() {
         // Damping by stiffness takes that of another effect
         "effect" => is_of_file(e) && (of_effects.contains(&e) || matches!(own[e], EffectSpec::StiffnessDamping(_))),
-        "constraint" | "contact" | "rigid" | "start" | "skin" | "probe" | "stage" | "output" | "numerics" => {
+        "constraint" | "contact" | "rigid" | "start" | "skin" | "probe" | "stage" | "output" => {
             !is_of_file(e) || !scene.system.ties.is_empty()
         }
         _ => true,

@@ -23,6 +23,14 @@ pub enum SensitivityError {
     #[error("{key}: there is no derivative by it, because a small change of it changes more than values: {source}")]
     Differs { key: ParameterKey, source: Box<SceneError> },
     #[error(
+        "{key}: there is no derivative by it, because the scene with a slightly different value is refused: {source}; take a value with some room on both sides"
+    )]
+    AtBound { key: ParameterKey, source: Box<SceneError> },
+    #[error(
+        "{key}: it is a setting of the solver, which changes errors and no equations, so there is no derivative by it; take a key of another table"
+    )]
+    Setting { key: ParameterKey },
+    #[error(
         "{key}: the scene was made in Rust and has no text in which the key could be changed; make it with SceneBuilder::parse"
     )]
     NoText { key: ParameterKey },

@@ -4,7 +4,7 @@
 //! (`scene_difference`); so does the part of contacts and rigid bodies whose stiffness follows a law. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
-//! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
+//! Limits: only the columns of recorders with a derivative, which not all have ([`columns::Sensitivities::columns`]); what else is not covered is a [`SensitivityError`].
 
 pub(super) mod columns;
 pub(super) mod difference;

@@ -1,6 +1,6 @@
 //! Keys of a scene whose value is a number, by which a run can be differentiated: `laws.rubber.mu`, `effect.gravity.direction.1`.
 
-use crate::math::units::{self, Dimension};
+use crate::math::units::{self, Dimension, UnitError};
 use crate::scene::text::overrides;
 use crate::scene::text::overrides::OverrideError;
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,8 @@ pub enum KeyError {
     NoKey(#[from] OverrideError),
     #[error("{key} is {is}, and a derivative is by one number")]
     NoNumber { key: ParameterKey, is: String },
+    #[error("{key}: {source}")]
+    Unit { key: ParameterKey, source: UnitError },
 }
 
 /// A key of a scene by its path, as [`overrides`] goes it.
@@ -80,7 +82,20 @@ impl ParameterKey {
     ///
     /// Where there is no value, or one that is no number.
     pub fn value(&self, scene: &Table) -> Result<KeyValue, KeyError> {
-        KeyValue::of(overrides::find(scene, &self.0)?).map_err(|is| KeyError::NoNumber { key: self.clone(), is })
+        let found = overrides::find(scene, &self.0)?;
+        let value = KeyValue::of(found).map_err(|is| KeyError::NoNumber { key: self.clone(), is })?;
+        let Some(unit) = self.unit_of_point(scene).filter(|_| value.unit.is_none()) else { return Ok(value) };
+        let (_, _, factor, dimension) =
+            units::parts(&format!("1 {unit}")).map_err(|source| KeyError::Unit { key: self.clone(), source })?;
+        Ok(KeyValue { factor, dimension, ..value })
+    }
+
+    /// Unit of a value among the points of a signal, which another key of its table names.
+    fn unit_of_point<'a>(&self, scene: &'a Table) -> Option<&'a str> {
+        let (signal, place) = self.0.rsplit_once(".of.")?;
+        let is_value = place.split_once('.').is_some_and(|(_, column)| column == "1");
+        let unit = is_value.then(|| overrides::find(scene, &format!("{signal}.unit")).ok())?;
+        unit?.as_str()
     }
 }
 
@@ -89,7 +104,7 @@ impl ParameterKey {
 pub struct KeyValue {
     /// As the file gives it
     pub number: f64,
-    /// None of a number without quotes
+    /// None of a number without quotes, which another key may give a unit
     pub unit: Option<String>,
     /// Of the unit, to SI
     pub factor: f64,
@@ -167,6 +182,12 @@ mod tests {
             let message = value(path).expect_err(path).to_string();
             assert!(message.contains(says), "{message}");
         }
+        let points: Table =
+            "[a]\ns = { kind = \"points\", of = [[0, 0], [2, 15]], unit = \"mm\" }".parse().expect("TOML");
+        let value = |path: &str| path.parse::<ParameterKey>().expect("a path").value(&points).expect("a number");
+        assert_eq!((value("a.s.of.1.1").si(), value("a.s.of.1.1").dimension), (15.0 * 1e-3, Dimension::LENGTH));
+        assert_eq!(value("a.s.of.1.1").written_si(0.5), Value::Float(500.0));
+        assert_eq!(value("a.s.of.1.0").si(), 2.0, "its time");
         assert!("rho".parse::<ParameterKey>().is_err() && "a..b".parse::<ParameterKey>().is_err());
     }
 }

@@ -34,6 +34,8 @@ pub enum BundleError {
         "{}: it adds other meshes to the study than the bundle does; choose another folder with --out", path.display()
     )]
     OtherExtension { path: PathBuf },
+    #[error("{}: the study would not run in it: {reason}; name every file of the study by its path in the study, a scene or a law", path.display())]
+    Incomplete { path: PathBuf, reason: String },
     #[error("{}: it is no bundle: {reason}", path.display())]
     NoBundle { path: PathBuf, reason: String },
     #[error("{}: {}; get the bundle again", path.display(), files.join("; "))]

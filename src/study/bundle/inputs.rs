@@ -2,8 +2,12 @@
 
 use super::error::BundleError;
 use crate::mesh::format::{Format, Reader, recognise};
-use crate::mesh::generate::{MeshStore, manifest_path, referred};
+use crate::mesh::generate::{MeshStore, geometry_files, manifest_path, referred};
+use crate::scene::MadeMesh;
 use crate::storage::{self, TEXT_LIMIT};
+use crate::study::expand::Study;
+use crate::study::listing::made_meshes;
+use crate::study::spec::EXPERIMENT;
 use crate::study::store::record::StoredCase;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -16,47 +20,51 @@ pub type Files = BTreeMap<String, PathBuf>;
 pub struct Inputs {
     pub files: Files,
     pub study: String,
-    /// Meshes of the results that are no longer stored: a rerun makes them again
+    pub expanded: Study,
+    /// Meshes of refinements that are no longer stored: a rerun makes them again
     pub missing: Vec<String>,
 }
 
 /// Gathers everything that a run of the study reads. Places keep the folders as they are below the home of the project, or below what all files share.
-pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError> {
+pub fn gather(
+    study: &Path,
+    dir: &Path,
+    cases: &[StoredCase],
+    store: Option<&MeshStore>,
+) -> Result<Inputs, BundleError> {
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
     let whole = std::path::absolute(study).map_err(|e| BundleError::unreadable(study, &e))?;
-    let study = &real(whole.parent().unwrap_or(&whole))?.join(whole.file_name().unwrap_or_default());
+    let file = &real(whole.parent().unwrap_or(&whole))?.join(whole.file_name().unwrap_or_default());
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
-    follow(study, &mut found, &mut absolute)?;
+    follow(file, &mut found, &mut absolute)?;
     if !absolute.is_empty() {
         return Err(BundleError::Absolute { files: absolute.into_iter().collect() });
     }
-    let store = match MeshStore::find() {
-        Err(e) if sources(cases).any(is_made) || found.iter().any(|f| is_converted(f, cases)) => return Err(e.into()),
-        found => found.ok(),
-    };
-    let about = study.with_file_name("README.md");
+    let study = Study::read_as_stored(file, dir)?;
+    // Changes of the study name files relative to the scene
+    let named: BTreeSet<PathBuf> = study.cases.iter().flat_map(|case| case.files().into_keys()).collect();
+    for named in named.iter().filter(|named| named.is_file()) {
+        follow(&as_named(named)?, &mut found, &mut absolute)?;
+    }
+    let about = file.with_file_name("README.md");
     found.extend(about.is_file().then_some(about));
-    let home = store.as_ref().map(|s| real(&s.home.path)).transpose()?;
+    let home = store.map(|s| real(&s.home.path)).transpose()?;
     let root = match &home {
-        Some(home) if found.iter().all(|f| f.starts_with(home)) => home.clone(),
+        Some(home) if file.parent() != Some(home) && found.iter().all(|f| f.starts_with(home)) => home.clone(),
         // The folder of a study is its name
         _ => match shared(&found) {
-            root if study.parent() == Some(&root) => root.parent().unwrap_or(&root).to_path_buf(),
+            root if file.parent() == Some(&root) => root.parent().unwrap_or(&root).to_path_buf(),
             root => root,
         },
     };
     let place = |file: &Path| format!("home/{}", name(file.strip_prefix(&root).unwrap_or(file)));
-    let mut inputs = Inputs { study: place(study), files: Files::new(), missing: vec![] };
+    let mut inputs = Inputs { study: place(file), expanded: study, files: Files::new(), missing: vec![] };
     inputs.files.extend(found.iter().map(|f| (place(f), f.clone())));
     if let Some(store) = store {
-        meshes(&store, cases, &found, &mut inputs)?;
+        let made = made_meshes(&inputs.expanded, store)?;
+        meshes(store, made, cases, &mut inputs)?;
     }
     Ok(inputs)
-}
-
-/// Names of the meshes of the cases; a scene of several bodies may have several.
-fn sources(cases: &[StoredCase]) -> impl Iterator<Item = &str> {
-    cases.iter().flat_map(|c| c.record.mesh.source.split(" + "))
 }
 
 /// The format by which the mesher converts a mesh file; none of other files.
@@ -65,17 +73,6 @@ fn converter(file: &Path) -> Option<&'static str> {
         Ok(Format { reader: Reader::Mesher(name), .. }) => Some(name),
         _ => None,
     }
-}
-
-/// Whether a case has the mesh that this file was converted to. Its surface may have been meshed anew instead.
-fn is_converted(file: &Path, cases: &[StoredCase]) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    converter(file).is_some() && sources(cases).any(|source| source == name)
-}
-
-/// Whether a mesh was made of a body or a shape: it is stored under the digest of its request.
-fn is_made(source: &str) -> bool {
-    source.strip_suffix(".msh.gz").is_some_and(|s| s.len() == 16 && s.chars().all(|c| c.is_ascii_hexdigit()))
 }
 
 /// A path with slashes.
@@ -95,9 +92,16 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
     // A file that is not TOML names nothing; the run says what is wrong with it
     let Ok(table) = text.parse::<toml::Table>() else { return Ok(()) };
     let mut named = vec![];
-    texts(&Value::Table(table), &mut named);
+    table.values().for_each(|value| texts(value, &mut named));
     let base = file.parent().unwrap_or(Path::new(""));
-    for text in named {
+    let experiments = experiments(&table);
+    let in_experiments = |text: String| -> Vec<String> {
+        match text.contains(EXPERIMENT) {
+            true => experiments.iter().map(|experiment| text.replace(EXPERIMENT, experiment)).collect(),
+            false => vec![text],
+        }
+    };
+    for text in named.into_iter().flat_map(in_experiments) {
         let path = base.join(&text);
         if text.is_empty() || text.len() > 4096 || text.contains('\n') || !path.is_file() {
             continue;
@@ -109,6 +113,12 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
         }
     }
     Ok(())
+}
+
+/// The experiments of the records of a study, by which files of measured fields are named.
+fn experiments(table: &toml::Table) -> Vec<&str> {
+    let records = table.get("record").and_then(Value::as_array).into_iter().flatten();
+    records.filter_map(|record| record.get("experiment").or(record.get("name"))?.as_str()).collect()
 }
 
 /// Adds the files that a mesh file refers to; other files refer to none.
@@ -159,76 +169,47 @@ fn shared(files: &BTreeSet<PathBuf>) -> PathBuf {
     })
 }
 
-/// Bodies with the mesher, and the meshes that it made of them and of files, where they are stored.
+/// Bodies with the mesher, and the meshes that it made for the scenes and their refinements, where they are stored.
 fn meshes(
     store: &MeshStore,
+    made: Vec<MadeMesh>,
     cases: &[StoredCase],
-    found: &BTreeSet<PathBuf>,
     inputs: &mut Inputs,
 ) -> Result<(), BundleError> {
-    let folder = store.home.path.join("meshes");
-    let mut names = bodies(&folder, cases);
-    let mut stored = converted(store, cases, found, inputs)?;
-    let folders = names.iter().map(|name| folder.join(name)).chain([folder.join("file"), store.home.meshes.clone()]);
-    let folders: Vec<PathBuf> = folders.collect();
-    for source in sources(cases).filter(|s| is_made(s)).collect::<BTreeSet<_>>() {
-        match folders.iter().map(|folder| folder.join(source)).find(|path| path.is_file()) {
-            Some(path) => stored.extend([manifest_path(&path), path]),
-            None => inputs.missing.push(source.into()),
-        }
-    }
-    if names.is_empty() && stored.is_empty() && inputs.missing.is_empty() {
+    if made.is_empty() {
         return Ok(());
     }
+    let folder = store.home.path.join("meshes");
+    let bodies: BTreeSet<&String> = made.iter().filter_map(|mesh| mesh.body.as_ref()).collect();
+    let mut stored: BTreeSet<PathBuf> = made.iter().filter_map(|mesh| mesh.stored.clone()).collect();
+    let folders = bodies.iter().map(|body| folder.join(body)).chain([folder.join("file"), store.home.meshes.clone()]);
+    let folders: Vec<PathBuf> = folders.collect();
+    for case in cases {
+        let steps = &case.record.refinement;
+        for step in steps {
+            match folders.iter().map(|folder| folder.join(&step.mesh)).find(|path| path.is_file()) {
+                Some(path) => drop(stored.insert(path)),
+                None if !step.mesh.is_empty() => inputs.missing.push(step.mesh.clone()),
+                None if steps.len() == 1 => {}
+                None => inputs.missing.push(format!("with {} cells of {}", step.cells, case.record.id)),
+            }
+        }
+    }
+    let manifests: Vec<PathBuf> = stored.iter().map(|mesh| manifest_path(mesh)).filter(|path| path.is_file()).collect();
     // A folder without the mesher is no home of meshes
-    names.insert("meshgen".into());
+    let of_mesher = list(&folder.join("meshgen"))?.into_iter();
+    let of_mesher = of_mesher.filter(|f| f.extension().is_some_and(|e| e == "py" || e == "txt"));
+    let of_bodies = bodies.iter().flat_map(|body| {
+        let declared = folder.join(body).join("body.toml");
+        geometry_files(&store.home.path, body).chain([declared])
+    });
     let place = |path: &Path| match path.strip_prefix(&folder) {
         Ok(inside) => format!("home/meshes/{}", name(inside)),
         Err(_) => format!("home/meshes/cache/{}", name(Path::new(path.file_name().unwrap_or_default()))),
     };
-    inputs.files.extend(stored.into_iter().map(|path| (place(&path), path)));
-    for body in &names {
-        let is_source = |file: &PathBuf| file.extension().is_some_and(|e| e == "py" || e == "toml" || e == "txt");
-        let sources = list(&folder.join(body))?.into_iter().filter(is_source);
-        inputs.files.extend(sources.map(|file| (place(&file), file)));
-    }
+    let all = stored.into_iter().chain(manifests).chain(of_mesher).chain(of_bodies);
+    inputs.files.extend(all.map(|path| (place(&path), path)));
     Ok(())
-}
-
-/// Names of the bodies that the scenes of the cases name.
-fn bodies(folder: &Path, cases: &[StoredCase]) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for case in cases {
-        if let Ok(scene) = case.record.provenance.scene.parse::<toml::Table>() {
-            let mut words = vec![];
-            texts(&scene.get("mesh").cloned().unwrap_or(Value::Boolean(false)), &mut words);
-            names
-                .extend(words.into_iter().filter(|w| crate::study::spec::check_names(std::slice::from_ref(w)).is_ok()));
-        }
-    }
-    names.retain(|name| folder.join(name).join("body.toml").is_file());
-    names
-}
-
-/// The meshes that mesh files were converted to. One that a case has used and that is not stored is missing.
-fn converted(
-    store: &MeshStore,
-    cases: &[StoredCase],
-    found: &BTreeSet<PathBuf>,
-    inputs: &mut Inputs,
-) -> Result<Vec<PathBuf>, BundleError> {
-    let mut stored = vec![];
-    for file in found {
-        let Some(format) = converter(file) else { continue };
-        match store.stored_conversion(file, format)? {
-            Some(path) => stored.push(path),
-            None if is_converted(file, cases) => {
-                inputs.missing.push(name(Path::new(file.file_name().unwrap_or_default())))
-            }
-            None => {}
-        }
-    }
-    Ok(stored)
 }
 
 /// The files of a folder, without those of folders in it.

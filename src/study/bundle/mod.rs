@@ -13,8 +13,11 @@ mod error;
 mod inputs;
 mod metadata;
 
+use crate::mesh::generate::MeshStore;
 use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::study::expand::Study;
 use crate::study::extension::AddedMeshes;
+use crate::study::listing::made_meshes;
 use crate::study::store::builds::builds;
 use crate::study::store::origin;
 use crate::study::store::outdated::check_summary;
@@ -66,13 +69,35 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
         let found = stored.study.study;
         return Err(BundleError::OtherStudy { path: dir.into(), found, wanted: named.into() });
     }
-    let file = study;
-    let Inputs { mut files, study, missing } = gather(file, &stored.cases)?;
+    let (file, store) = (study, MeshStore::find());
+    let Inputs { mut files, study, expanded, missing } = gather(file, dir, &stored.cases, store.as_ref().ok())?;
     belonging::check(file, dir, &stored.study)?;
     check_summary(dir, &stored.study)?;
     files.extend(of_results(dir)?);
+    let written = put_all(out, (&files, study), &stored, license);
+    let done = written.and_then(|done| {
+        let without_mesh = missing_meshes(out, &expanded, missing)?;
+        match store {
+            Err(e) if !without_mesh.is_empty() => Err(e.into()),
+            _ => Ok(Bundled { without_mesh, ..done }),
+        }
+    });
+    if done.is_err() {
+        // The folder was not there, or empty
+        std::fs::remove_dir_all(out).ok();
+    }
+    done
+}
+
+/// Writes all files of a bundle of this study.
+fn put_all(
+    out: &Path,
+    (files, study): (&Files, String),
+    stored: &results::Results,
+    license: &str,
+) -> Result<Bundled, BundleError> {
     let mut all: Vec<Stored> = vec![];
-    for (place, from) in &files {
+    for (place, from) in files {
         let bytes = storage::read(from, DATA_LIMIT).map_err(|e| BundleError::unreadable(from, &e))?;
         all.push(put(out, place, &bytes)?);
     }
@@ -85,7 +110,26 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
     all.push(put(out, "ro-crate-metadata.json", &json(&described))?);
     let lines: String = all.iter().map(|f| format!("{}  {}\n", f.sha256, f.name)).collect();
     put(out, MANIFEST, lines.as_bytes())?;
-    Ok(Bundled { files: all.len() + 1, bytes: all.iter().map(|f| f.bytes).sum(), without_mesh: missing })
+    Ok(Bundled { files: all.len() + 1, bytes: all.iter().map(|f| f.bytes).sum(), without_mesh: vec![] })
+}
+
+/// Reads the study of a bundle as a rerun does, and names the meshes that it would make, with the `missing` ones of refinements.
+fn missing_meshes(dir: &Path, original: &Study, mut missing: Vec<String>) -> Result<Vec<String>, BundleError> {
+    let bundle = open(dir)?;
+    let incomplete = |reason: String| BundleError::Incomplete { path: dir.into(), reason };
+    let study = Study::read_as_stored(&bundle.study, &bundle.results).map_err(|e| incomplete(e.to_string()))?;
+    // With the contents of all files that the scenes name
+    let inputs =
+        |study: &Study| study.cases.iter().map(|case| (case.id.clone(), case.identity(&[]))).collect::<Vec<_>>();
+    if inputs(&study) != inputs(original) {
+        return Err(incomplete("files that its scenes name are missing".into()));
+    }
+    let store = MeshStore::of_project(bundle.home, PathBuf::new());
+    let made = made_meshes(&study, &store).map_err(|e| incomplete(e.to_string()))?;
+    missing.extend(made.into_iter().filter(|mesh| mesh.stored.is_none()).map(|mesh| mesh.name));
+    missing.sort();
+    missing.dedup();
+    Ok(missing)
 }
 
 fn json(value: &impl Serialize) -> Vec<u8> {

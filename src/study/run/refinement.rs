@@ -9,6 +9,9 @@ use std::sync::Arc;
 /// One mesh of a refinement.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct RefinementRecord {
+    /// File name of the mesh; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub mesh: String,
     pub cells: usize,
     /// Value of the quantity that decides, in its unit
     pub value: f64,
@@ -24,9 +27,10 @@ pub struct RefinementRecord {
 
 impl RefinementRecord {
     fn new(step: &RefinementStep) -> Self {
-        let RefinementStep { cells, error, bar, tolerance, spent, .. } = step;
+        let RefinementStep { mesh, cells, error, bar, tolerance, spent, .. } = step;
         let Spent { wall_s, cpu_s } = *spent;
         Self {
+            mesh: mesh.clone(),
             cells: *cells,
             value: error.value,
             bar: *bar,

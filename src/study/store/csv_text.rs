@@ -53,7 +53,7 @@ pub fn errors(estimate: &ErrorEstimate) -> String {
 /// The meshes of a refinement, one line each.
 pub fn refinement(steps: &[RefinementStep]) -> String {
     let mut text = "cells,dofs,t_s,value,enriched,corrected,uncertainty,bar,tolerance,wall_s,cpu_s\n".to_string();
-    for RefinementStep { cells, dofs, error: q, bar, tolerance, spent } in steps {
+    for RefinementStep { cells, dofs, error: q, bar, tolerance, spent, .. } in steps {
         let numbers =
             [q.t, q.value, q.enriched, q.corrected, q.uncertainty, *bar, *tolerance, spent.wall_s, spent.cpu_s];
         text += &format!("{cells},{dofs},{}\n", numbers.map(|number| number.to_string()).join(","));

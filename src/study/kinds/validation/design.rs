@@ -6,7 +6,7 @@
 
 use crate::math::random::SplitMix;
 use crate::scene::spec::NumericsSpec;
-use crate::scene::{KeyValue, find};
+use crate::scene::{KeyValue, ParameterKey};
 use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan, ValidationPlan};
 use crate::study::kinds::validation::spec::ValidationStudy;
 use crate::study::spec::FamilySpec;
@@ -57,8 +57,8 @@ pub fn cases(
             let mut set: toml::Table = setting(&xi).into_iter().chain(tolerances(scene)).collect();
             for (s, (_, keys)) in s.iter().zip(&r.inputs).filter(|(s, _)| **s != 0.0) {
                 for (key, deviation) in keys {
-                    let before = set.get(key).cloned().or_else(|| find(scene, key).ok().cloned());
-                    let after = before.and_then(|v| shifted(&v, s * deviation));
+                    let before = number_of(key, &set, scene);
+                    let after = before.map(|value| value.written_si(value.si() + s * deviation));
                     after.map(|value| set.insert(key.clone(), value));
                 }
             }
@@ -142,8 +142,10 @@ fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
     if u.unit.is_empty() { value.into() } else { format!("{value} {}", u.unit).into() }
 }
 
-/// A value of a scene, larger by an amount in SI.
-fn shifted(v: &toml::Value, by: f64) -> Option<toml::Value> {
-    let value = KeyValue::of(v).ok()?;
-    Some(value.written_si(value.si() + by))
+/// The number of a key, as it is set or in the scene.
+fn number_of(key: &str, set: &toml::Table, scene: &toml::Table) -> Option<KeyValue> {
+    match set.get(key) {
+        Some(value) => KeyValue::of(value).ok(),
+        None => key.parse::<ParameterKey>().ok()?.value(scene).ok(),
+    }
 }

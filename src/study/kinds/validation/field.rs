@@ -10,6 +10,7 @@ use crate::storage::table::Line;
 use crate::study::kinds::validation::measured;
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan};
 use crate::study::kinds::validation::spec::{Evaluation, FieldSpec, RecordSpec};
+use crate::study::spec::EXPERIMENT;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -29,7 +30,7 @@ pub struct Field {
 impl Field {
     /// Reads the table of a record; the error says what is wrong in words.
     pub fn read(base: &Path, spec: &FieldSpec, record: &RecordSpec) -> Result<Self, String> {
-        let file = spec.file.replace("{experiment}", record.experiment());
+        let file = spec.file.replace(EXPERIMENT, record.experiment());
         let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
         let names: Vec<&str> = spec.position.iter().chain(&spec.displacement).map(String::as_str).collect();
         let table = measured::read(base, &file, (&names, &spec.unit), &[])?;

@@ -5,6 +5,7 @@ use crate::storage::columns::{Named, TableError};
 use crate::storage::table::Line;
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::kinds::validation::spec::TableSpec;
+use crate::study::spec::EXPERIMENT;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -14,9 +15,6 @@ pub struct MeasuredTable {
     chosen: BTreeMap<String, String>,
     factor: f64,
 }
-
-/// Replaced by the experiment of a record.
-const EXPERIMENT: &str = "{experiment}";
 
 /// Reads a table; the error says what is wrong in words.
 pub fn table(base: &Path, spec: &TableSpec, unit: &str) -> Result<MeasuredTable, String> {
