@@ -465,6 +465,16 @@ fn an_export_names_the_flags_of_what_the_law_file_lacks() {
     let refused = ended(without_mesher(ROOT, &export));
     assert!(refused.code == Some(2) && refused.err.contains("pass for example --nu 0.49"), "{}", refused.err);
     call(&[&export[..], &["--nu", "0.49"]].concat(), 0);
+    // What the file has already is not replaced
+    std::fs::write(&law, "law = \"yeoh\"\nC10 = \"50 kPa\"\nnu = 0.45\nvolumetric = \"logarithmic\"\n")
+        .expect("writable");
+    call(&export, 0);
+    for (flag, value, own) in
+        [("--nu", "0.49", "nu = 0.45"), ("--volumetric", "quadratic", "volumetric = \"logarithmic\"")]
+    {
+        let (_, said) = program::call(ROOT, &[&export[..], &[flag, value]].concat(), 2);
+        assert!(said.contains(&format!("the law has {own} already; leave out {flag}")), "{said}");
+    }
 }
 
 /// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
