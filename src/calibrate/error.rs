@@ -97,6 +97,10 @@ pub enum FitError {
     Percent { file: String, column: String, largest: f64, kind: &'static str },
     #[error("{key} = \"{text}\": {reason}")]
     Dimension { key: &'static str, text: String, reason: String },
+    #[error(
+        "[specimen] of the card has `{key}`, which is no dimension of a test piece; write `{meant}`, or give what is none another name"
+    )]
+    Misspelt { key: String, meant: String },
     #[error("--accuracy {key} = \"{text}\": {reason}")]
     Accuracy { key: String, text: String, reason: String },
     #[error(

@@ -14,9 +14,10 @@ use super::{
     unusual,
 };
 use crate::calibrate::same_data;
-use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
+use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, SharedError, Treatment};
 use crate::storage::columns::{Rows, TableError};
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording::few;
 use std::path::{Path, PathBuf};
 
 /// A test as read.
@@ -53,9 +54,16 @@ impl Experiment {
     /// no column gives it.
     pub fn read(path: &Path, card: Option<&Path>, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Self, FitError> {
         let bytes = storage::read(path, DATA_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
+        let other = if card.is_none() { Card::next_to(path)?.filter(|card| !card.names(path)) } else { None };
         let card = Card::find(card, path)?;
         let file = path.file_name().map_or_else(|| PathBuf::from(path), PathBuf::from).display().to_string();
-        Self::parse(&file, &bytes, card, choice, mode)
+        let mut read = Self::parse(&file, &bytes, card, choice, mode)?;
+        if let Some(Card { file: named, .. }) = other {
+            let is_meant = named.to_lowercase() == file.to_lowercase();
+            let kind = if is_meant { AuditKind::Doubt } else { AuditKind::Intake };
+            read.audit.add(kind, format!("card.toml next to the table is of \"{named}\", and was not used"), vec![]);
+        }
+        Ok(read)
     }
 
     /// Reads the bytes of a table.
@@ -156,6 +164,7 @@ impl Experiment {
     pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
         let several = parts.len() > 1;
         let alternatives = pool_alternatives(&parts);
+        let unequal = unequal_corrections(&parts);
         let mut parts = parts.into_iter();
         let mut all = parts.next().expect("a request has a table");
         if several {
@@ -178,6 +187,7 @@ impl Experiment {
             all.pieces.extend(part.pieces);
         }
         all.alternatives = alternatives;
+        unequal.into_iter().for_each(|message| all.audit.add(AuditKind::Doubt, message, vec![]));
         all.check_repeats()?;
         Ok(all)
     }
@@ -206,6 +216,27 @@ impl Experiment {
     pub fn modes(&self) -> Vec<Mode> {
         Mode::ALL.into_iter().filter(|m| self.samples.iter().any(|s| s.mode == *m)).collect()
     }
+}
+
+/// Corrections that some tables of a fit have and others have not, in words.
+fn unequal_corrections(parts: &[Experiment]) -> Vec<String> {
+    let made = |e: &Experiment, error: SharedError| {
+        e.pieces.iter().any(|p| p.corrections.iter().any(|c| c.error == error))
+            || error == SharedError::Compliance && e.pieces.iter().any(|p| p.dimensions.compliance.is_some())
+    };
+    let one = |(error, words): (SharedError, &str)| {
+        let (with, without): (Vec<&Experiment>, Vec<&Experiment>) = parts.iter().partition(|e| made(e, error));
+        let files = |of: &[&Experiment]| few(&of.iter().map(|e| e.file.as_str()).collect::<Vec<_>>());
+        let remedy = "give each table a card, or pass the flag for all";
+        (!with.is_empty() && !without.is_empty())
+            .then(|| format!("{words} was corrected in {}, and not in {}: {remedy}", files(&with), files(&without)))
+    };
+    let corrections = [
+        (SharedError::Compliance, "the compliance of the machine"),
+        (SharedError::Zeroing, "the zero of the stress"),
+        (SharedError::Toe, "the toe"),
+    ];
+    corrections.into_iter().filter_map(one).collect()
 }
 
 /// Alternatives of several tables: those without this one are taken as they are.
