@@ -15,7 +15,7 @@ use super::solve::{LawFit, LawSetting, pattern_beyond, solve};
 use super::solve::{noise, offset};
 use super::{
     AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
-    Mode, Model, Otherwise, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    Mode, Model, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::{extent, t_quantile};
 use nalgebra::DMatrix;
@@ -29,7 +29,12 @@ use std::borrow::Cow;
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     let model = Model::new(&request.options.law, request.options.terms)?;
-    let columns = ColumnChoice { compressible: model.form.compressible, ..request.columns.clone() };
+    let compressible = model.form.compressible;
+    let ratio = match request.options.partner {
+        Some(Partner::Nu(nu)) if compressible => Some(nu),
+        _ => None,
+    };
+    let columns = ColumnChoice { compressible, ratio, ..request.columns.clone() };
     let experiment = read(&FitRequest { columns, ..request.clone() })?;
     let poisson = poisson::of_request(request, model, &experiment)?;
     poisson::check_slack(fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })?)

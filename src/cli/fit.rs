@@ -29,7 +29,7 @@ Examples:
   durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
   durometer fit cycles.csv --law yeoh --mode uniaxial --softening
   durometer fit foam.csv --law hyperfoam --terms 2 --mode uniaxial --positive compression
-  durometer fit foam.csv --law hyperfoam --mode uniaxial --nu 0 --accuracy poisson=0.02
+  durometer fit foam.csv --law hyperfoam --mode uniaxial --positive compression --nu 0 --accuracy poisson=0.02
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names";
 
