@@ -1,5 +1,6 @@
 //! From a request to a result: choose data points, fit, judge.
 
+use super::intake::tables;
 use super::judgement::certificate::{Reach, certificate};
 use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, NORMAL, Stated};
@@ -42,15 +43,8 @@ pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
 
 /// The tables of a request as one.
 pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
-    let stated = match request.options.modes[..] {
-        [one] => Some(one),
-        _ => None,
-    };
-    let files = std::iter::once(&request.data).chain(&request.more);
-    let one = |path: &std::path::PathBuf| {
-        Experiment::read(path, request.card.as_deref(), &request.columns, stated)?.prepare(&request.preparation)
-    };
-    Experiment::pool(files.map(one).collect::<Result<_, _>>()?)
+    let prepared = tables::read(request)?.into_iter().map(|table| table.prepare(&request.preparation));
+    Experiment::pool(prepared.collect::<Result<_, _>>()?)
 }
 
 /// Fits a law to a table that was read already.

@@ -253,7 +253,13 @@ pub fn main(args: Args) -> CommandResult {
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
     request.options.slack = args.slack;
-    request.options.accuracy = args.accuracy.iter().fold(Accuracy::default(), |all, one| one.or(&all));
+    for one in args.accuracy {
+        let known = &mut request.options.accuracy;
+        if let Some(error) = one.0.keys().find(|error| known.0.contains_key(error)) {
+            return Err(format!("--accuracy: the {error} is given twice; keep one of the two").into());
+        }
+        *known = one.or(known);
+    }
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

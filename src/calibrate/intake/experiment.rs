@@ -1,6 +1,7 @@
 //! A table as typed samples. Nothing is changed silently: the audit log lists every change with its lines.
 
 use super::columns::{self, Columns, Lateral};
+use super::names::{StrainKind, StressKind};
 use super::parts::{self, Whole};
 use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
@@ -35,6 +36,8 @@ pub struct Experiment {
     pub single: Vec<Sample>,
     /// In the order of the file, every row that holds samples
     pub raw: Vec<RawRow>,
+    /// Of strain and stress in each direction
+    pub kinds: Vec<(StrainKind, StressKind)>,
     /// Of the stress column: of a force one of force
     pub stress_unit: String,
     /// Of each specimen; the first one counts for those without one of their own
@@ -131,6 +134,7 @@ impl Experiment {
             samples,
             single: vec![],
             raw: read.raw,
+            kinds: columns.axes.iter().map(|(e, p)| (e.kind, p.kind)).collect(),
             stress_unit: columns.axes[0].1.unit.clone(),
             pieces: vec![Piece { dimensions, accuracy, corrections: vec![] }; parts.len()],
             header,
@@ -150,6 +154,7 @@ impl Experiment {
             samples,
             single: vec![],
             raw: vec![],
+            kinds: vec![],
             stress_unit: "Pa".into(),
             pieces: vec![Piece::default()],
             header: vec![],
@@ -316,8 +321,7 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
 
 fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {
     let delimiter = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
-    let axis = |(e, p): &(columns::Column<_>, columns::Column<super::names::StressKind>)| {
-        let e: &columns::Column<super::names::StrainKind> = e;
+    let axis = |(e, p): &(columns::Column<StrainKind>, columns::Column<StressKind>)| {
         let unit = if e.unit == "1" { String::new() } else { format!(" in {}", e.unit) };
         format!("\"{}\" is {}{unit}, \"{}\" is {} in {}", e.name, e.kind.words(), p.name, p.kind.words(), p.unit)
     };
