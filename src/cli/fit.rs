@@ -217,6 +217,14 @@ impl Args {
     }
 }
 
+/// The errors of all flags together; one that is given twice is refused.
+fn accuracy(given: Vec<Accuracy>) -> Result<Accuracy, String> {
+    given.into_iter().try_fold(Accuracy::default(), |all, one| match one.0.keys().find(|e| all.0.contains_key(e)) {
+        Some(error) => Err(format!("--accuracy: the {error} is given twice; keep one of the two")),
+        None => Ok(one.or(&all)),
+    })
+}
+
 pub fn main(args: Args) -> CommandResult {
     threads::use_threads(threads::available());
     args.check()?;
@@ -253,13 +261,7 @@ pub fn main(args: Args) -> CommandResult {
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
     request.options.slack = args.slack;
-    for one in args.accuracy {
-        let known = &mut request.options.accuracy;
-        if let Some(error) = one.0.keys().find(|error| known.0.contains_key(error)) {
-            return Err(format!("--accuracy: the {error} is given twice; keep one of the two").into());
-        }
-        *known = one.or(known);
-    }
+    request.options.accuracy = accuracy(args.accuracy)?;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

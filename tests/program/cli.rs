@@ -492,6 +492,9 @@ fn an_undetermined_fit_ends_with_code_3() {
     let other = ["fit", &csv, "--law", "neo_hookean", "--mode", "uniaxial", "--out", &out];
     call(&other, 2);
     call(&[&other[..], &["--replace"]].concat(), 0);
+    let twice = ["--accuracy", "stress_scale=2%", "--accuracy", "stress_scale=5%"];
+    let (_, said) = program::call(ROOT, &[&other[..], &twice].concat(), 2);
+    assert!(said.contains("the scale of the stress is given twice"), "{said}");
     let all = ["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out];
     call(&all, 2);
     for flag in [["--nu", "0.7"], ["--volumetric", "bogus"], ["--terms", "2"], ["--kappa", "2 GPa"]] {

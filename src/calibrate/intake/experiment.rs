@@ -36,7 +36,7 @@ pub struct Experiment {
     pub single: Vec<Sample>,
     /// In the order of the file, every row that holds samples
     pub raw: Vec<RawRow>,
-    /// Of strain and stress in each direction
+    /// Kinds of strain and stress in each direction
     pub kinds: Vec<(StrainKind, StressKind)>,
     /// Of the stress column: of a force one of force
     pub stress_unit: String,
@@ -229,17 +229,17 @@ fn unequal_corrections(parts: &[Experiment]) -> Vec<String> {
         e.pieces.iter().any(|p| p.corrections.iter().any(|c| c.error == error))
             || error == SharedError::Compliance && e.pieces.iter().any(|p| p.dimensions.compliance.is_some())
     };
-    let one = |(error, words): (SharedError, &str)| {
+    let one = |(error, words, flag): (SharedError, &str, &str)| {
         let (with, without): (Vec<&Experiment>, Vec<&Experiment>) = parts.iter().partition(|e| made(e, error));
         let files = |of: &[&Experiment]| few(&of.iter().map(|e| e.file.as_str()).collect::<Vec<_>>());
-        let remedy = "give each table a card, or pass the flag for all";
+        let remedy = format!("pass --{flag} for all, or give each table a folder with a card of its own");
         (!with.is_empty() && !without.is_empty())
             .then(|| format!("{words} was corrected in {}, and not in {}: {remedy}", files(&with), files(&without)))
     };
     let corrections = [
-        (SharedError::Compliance, "the compliance of the machine"),
-        (SharedError::Zeroing, "the zero of the stress"),
-        (SharedError::Toe, "the toe"),
+        (SharedError::Compliance, "the compliance of the machine", "compliance"),
+        (SharedError::Zeroing, "the zero of the stress", "zero"),
+        (SharedError::Toe, "the toe", "toe"),
     ];
     corrections.into_iter().filter_map(one).collect()
 }

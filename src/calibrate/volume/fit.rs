@@ -51,7 +51,8 @@ pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
             if line.slope.interval[0] > 0.0 {
                 let fact =
                     format!("the lateral strain grows with the axial one (Poisson's ratio {:.3})", -line.slope.value);
-                let remedy = "pass --positive compression where the table counts a compression as positive; if contraction counts as positive in it, give it a minus sign";
+                let remedy = "pass --positive compression where the table counts a compression as positive; \
+                              if contraction counts as positive in it, give it a minus sign";
                 return Err(sign(fact, remedy));
             }
             Ok(words(data, request.test, &[], &points, line))
