@@ -9,6 +9,8 @@ const SHOWN: usize = 8;
 pub const NAMED: usize = 3;
 /// Least likeness of a suggestion.
 const LIKE: f64 = 0.7;
+/// Least likeness of a misspelt word: one edit of four letters.
+const MISSPELT: f64 = 0.75;
 
 /// All entries: "1, 2, 3".
 pub fn joined<T: Display>(items: &[T]) -> String {
@@ -97,6 +99,13 @@ pub fn nearest<'a, T: AsRef<str>>(word: &str, known: &'a [T]) -> Option<&'a str>
     scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(likeness, _)| *likeness > LIKE).map(|(_, k)| k)
 }
 
+/// The known word that this one differs from by few letters, capitals or hyphens.
+pub fn misspelt<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+    let word = word.to_lowercase().replace(['-', ' '], "_");
+    let is_like = |known: &&&str| strsim::normalized_damerau_levenshtein(&word, known) >= MISSPELT;
+    known.iter().find(is_like).copied()
+}
+
 /// A suggestion with the list of what is known: "did you mean `size`? (known: cells, size)".
 pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
     let list = joined(&known.iter().map(AsRef::as_ref).collect::<Vec<&str>>());
@@ -135,6 +144,17 @@ mod tests {
         let of = |names: &[&str]| numbered(&names.iter().map(ToString::to_string).collect::<Vec<_>>(), "-");
         assert_eq!(of(&["x", "y", "x", "x"]), ["x", "y", "x-2", "x-3"]);
         assert_eq!(of(&["x", "x", "x-2", "x-2"]), ["x", "x-3", "x-2", "x-2-2"]);
+    }
+
+    #[test]
+    fn a_misspelt_word_is_told_from_another_one() {
+        let known = ["gauge_length", "width", "area"];
+        for (word, meant) in [("gage_length", 0), ("Gauge-Length", 0), ("widht", 1), ("Area", 2)] {
+            assert_eq!(misspelt(word, &known), Some(known[meant]), "{word}");
+        }
+        for word in ["grip_length", "length", "weight", "shape", "date"] {
+            assert_eq!(misspelt(word, &known), None, "{word}");
+        }
     }
 
     #[test]

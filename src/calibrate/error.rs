@@ -3,7 +3,7 @@
 use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
 use crate::storage::columns::TableError;
-use crate::wording::{hint, joined, lines};
+use crate::wording::{either, hint, joined, lines};
 use std::path::PathBuf;
 
 /// Why a fit could not be made, with the remedy.
@@ -97,6 +97,10 @@ pub enum FitError {
     Percent { file: String, column: String, largest: f64, kind: &'static str },
     #[error("{key} = \"{text}\": {reason}")]
     Dimension { key: &'static str, text: String, reason: String },
+    #[error(
+        "[specimen] of the card has `{key}`, which is no dimension of a test piece; write `{meant}`, or give what is none another name"
+    )]
+    Misspelt { key: String, meant: String },
     #[error("--accuracy {key} = \"{text}\": {reason}")]
     Accuracy { key: String, text: String, reason: String },
     #[error(
@@ -173,6 +177,13 @@ pub enum FitError {
         joined(present)
     )]
     ChooseMode { file: String, present: Vec<Mode> },
+    #[error(
+        "{file}: no column says which data points are {}; add one called \"mode\", or give each mode a table and fit it by itself",
+        either(modes)
+    )]
+    NoModeColumn { file: String, modes: Vec<Mode> },
+    #[error("--{flag} has no effect here: {why}; leave it out")]
+    Idle { flag: &'static str, why: &'static str },
     #[error("{file}: holds no {mode} data; present: {}", joined(present))]
     AbsentMode { file: String, mode: Mode, present: Vec<Mode> },
     #[error("law \"{name}\" cannot be fitted; {}", hint(name, known))]

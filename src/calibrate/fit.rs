@@ -1,5 +1,6 @@
 //! From a request to a result: choose data points, fit, judge.
 
+use super::intake::tables;
 use super::judgement::certificate::{Reach, certificate};
 use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, NORMAL, Stated};
@@ -15,7 +16,7 @@ use super::solve::{LawFit, LawSetting, pattern_beyond, solve};
 use super::solve::{noise, offset};
 use super::{
     AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
-    Mode, Model, Otherwise, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    Mode, Model, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::{extent, t_quantile};
 use nalgebra::DMatrix;
@@ -29,7 +30,12 @@ use std::borrow::Cow;
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     let model = Model::new(&request.options.law, request.options.terms)?;
-    let columns = ColumnChoice { compressible: model.form.compressible, ..request.columns.clone() };
+    let compressible = model.form.compressible;
+    let ratio = match request.options.partner {
+        Some(Partner::Nu(nu)) if compressible => Some(nu),
+        _ => None,
+    };
+    let columns = ColumnChoice { compressible, ratio, ..request.columns.clone() };
     let experiment = read(&FitRequest { columns, ..request.clone() })?;
     let poisson = poisson::of_request(request, model, &experiment)?;
     poisson::check_slack(fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })?)
@@ -37,15 +43,8 @@ pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
 
 /// The tables of a request as one.
 pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
-    let stated = match request.options.modes[..] {
-        [one] => Some(one),
-        _ => None,
-    };
-    let files = std::iter::once(&request.data).chain(&request.more);
-    let one = |path: &std::path::PathBuf| {
-        Experiment::read(path, request.card.as_deref(), &request.columns, stated)?.prepare(&request.preparation)
-    };
-    Experiment::pool(files.map(one).collect::<Result<_, _>>()?)
+    let prepared = tables::read(request)?.into_iter().map(|table| table.prepare(&request.preparation));
+    Experiment::pool(prepared.collect::<Result<_, _>>()?)
 }
 
 /// Fits a law to a table that was read already.

@@ -29,7 +29,7 @@ Examples:
   durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
   durometer fit cycles.csv --law yeoh --mode uniaxial --softening
   durometer fit foam.csv --law hyperfoam --terms 2 --mode uniaxial --positive compression
-  durometer fit foam.csv --law hyperfoam --mode uniaxial --nu 0 --accuracy poisson=0.02
+  durometer fit foam.csv --law hyperfoam --mode uniaxial --positive compression --nu 0 --accuracy poisson=0.02
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names";
 
@@ -217,6 +217,14 @@ impl Args {
     }
 }
 
+/// The errors of all flags together; one that is given twice is refused.
+fn accuracy(given: Vec<Accuracy>) -> Result<Accuracy, String> {
+    given.into_iter().try_fold(Accuracy::default(), |all, one| match one.0.keys().find(|e| all.0.contains_key(e)) {
+        Some(error) => Err(format!("--accuracy: the {error} is given twice; keep one of the two")),
+        None => Ok(one.or(&all)),
+    })
+}
+
 pub fn main(args: Args) -> CommandResult {
     threads::use_threads(threads::available());
     args.check()?;
@@ -253,7 +261,7 @@ pub fn main(args: Args) -> CommandResult {
     request.options.stable = args.stable;
     request.options.volumetric = args.volumetric;
     request.options.slack = args.slack;
-    request.options.accuracy = args.accuracy.iter().fold(Accuracy::default(), |all, one| one.or(&all));
+    request.options.accuracy = accuracy(args.accuracy)?;
     request.options.partner = match (args.nu, args.kappa) {
         (Some(nu), _) => Some(Partner::Nu(nu)),
         (None, Some(text)) => Some(Partner::Kappa(units::parse(&text, Dimension::PRESSURE)?)),

@@ -88,11 +88,12 @@ pub fn main(args: Args) -> CommandResult {
         }
         Action::Export { law, to, unit, nu, volumetric, out } => {
             let (mut table, provenance) = read_law_file(&files::brought(&law)?)?;
-            if let Some(nu) = nu {
-                table.insert("nu".into(), nu.into());
-            }
-            if let Some(part) = volumetric {
-                table.insert("volumetric".into(), part.into());
+            let added = [("nu", nu.map(toml::Value::from)), ("volumetric", volumetric.map(toml::Value::from))];
+            for (key, value) in added.into_iter().filter_map(|(key, value)| Some((key, value?))) {
+                if let Some(own) = table.insert(key.into(), value) {
+                    let remedy = format!("leave out --{key}, or change the file");
+                    return Err(format!("{}: the law has {key} = {own} already; {remedy}", law.display()).into());
+                }
             }
             let energy = Energy::of(&*law_from_table(&table).map_err(|e| with_flags(&e))?);
             let origin = |key: &str| provenance.get(key).map(|v| format!("{key}: {v}"));

@@ -97,23 +97,27 @@ fn spell_open_ends(provenance: &mut toml::Value) {
     }
 }
 
-/// Puts the value of the same key of a file in the place of every `key = { include = "file.toml" }` of an effect.
+/// Puts the value of the same key of a file in the place of every `key = { include = "file.toml" }` of an effect; keys next to `include` take precedence.
 fn include_in_effects(file: &Path, base: &Path, table: &mut toml::Table) -> Result<(), SceneError> {
     let effects = table.get_mut("effect").and_then(toml::Value::as_array_mut).into_iter().flatten();
     for (k, effect) in effects.enumerate().filter_map(|(k, e)| Some((k, e.as_table_mut()?))) {
         for (key, value) in effect.iter_mut() {
-            let only = value.as_table().filter(|t| t.len() == 1);
-            let Some(name) = only.and_then(|t| t.get("include")).and_then(toml::Value::as_str) else { continue };
-            let (name, place) = (name.to_string(), format!("effect {}", k + 1));
+            let Some(mut own) = value.as_table().cloned() else { continue };
+            let Some(toml::Value::String(name)) = own.remove("include") else { continue };
+            let place = format!("effect {}", k + 1);
             let (_, mut included) = read_table(&base.join(&name)).map_err(|e| part(file, place.clone(), e))?;
-            *value = included.remove(key).ok_or_else(|| {
-                content(
-                    file,
-                    &place,
-                    &format!("{name} has no `{key}`"),
-                    "include a file that a fit has written for this effect",
-                )
-            })?;
+            let refuse = |fact: String, remedy| content(file, &place, &fact, remedy);
+            let remedy = "include a file that a fit has written for this effect";
+            let mut found = included.remove(key).ok_or_else(|| refuse(format!("{name} has no `{key}`"), remedy))?;
+            match found.as_table_mut() {
+                Some(constants) => constants.extend(own),
+                None if own.is_empty() => {}
+                None => {
+                    let fact = format!("`{key}` of {name} has no keys, and some are given next to `include`");
+                    return Err(refuse(fact, "leave them out"));
+                }
+            }
+            *value = found;
         }
     }
     Ok(())
@@ -376,5 +380,35 @@ mod tests {
         let (spec, _) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
         let ends = spec.laws["rubber"]["provenance"]["J_m_interval"].as_array().expect("two ends");
         assert_eq!((ends[0].as_float(), ends[1].as_str()), (Some(70.0), Some("inf")));
+    }
+    /// Keys next to `include` take precedence over those of the file, in an effect as in a law, and a file that is not there is refused.
+    #[test]
+    fn keys_next_to_an_included_file_take_precedence() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room");
+        write("mullins.toml", "softening = { r = 1.2, m = \"9 kPa\", beta = 0.5 }\n");
+        write("prony.toml", "prony = [{ g = 0.2, tau = \"1 s\" }]\n");
+        let file = folder.path().join("scene.toml");
+        let read = |entry: &str, changes: &[(String, toml::Value)]| {
+            std::fs::write(&file, format!("{SCENE}[[effect]]\nregion = \"body\"\nlaw = \"rubber\"\n{entry}\n"))
+                .expect("room");
+            let (_, text) = read_scene(&file, changes).map_err(|e| e.to_string())?;
+            Ok::<toml::Table, String>(text.parse().expect("TOML"))
+        };
+        let softening = |keys: &str, changes: &[(String, toml::Value)]| {
+            let found =
+                read(&format!("kind = \"mullins\"\nsoftening = {{ include = \"mullins.toml\"{keys} }}"), changes);
+            let constants = found.unwrap_or_else(|e| panic!("{e}"))["effect"][0]["softening"].clone();
+            ["r", "m", "beta"].map(|key| constants[key].to_string())
+        };
+        assert_eq!(softening("", &[]), ["1.2", "\"9 kPa\"", "0.5"]);
+        assert_eq!(softening(", r = 3.0", &[]), ["3.0", "\"9 kPa\"", "0.5"]);
+        assert_eq!(softening("", &[("effect.0.softening.beta".into(), 0.1.into())]), ["1.2", "\"9 kPa\"", "0.1"]);
+        let absent =
+            "kind = \"mullins\"\nsoftening = { include = \"absent.toml\", r = 3.0, m = \"1 kPa\", beta = 0.1 }";
+        assert!(read(absent, &[]).expect_err("no file").contains("absent.toml"));
+        let series = "kind = \"viscoelastic\"\nmoduli = \"long_term\"\nprony = { include = \"prony.toml\" }";
+        let said = read(series, &[("effect.0.prony.terms".into(), 3.into())]).expect_err("a key of a list");
+        assert!(said.contains("`prony` of prony.toml has no keys"), "{said}");
     }
 }

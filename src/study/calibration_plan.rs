@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
 use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
-use crate::scene::{ParameterKey, SensitivityError, changes, read_scene};
+use crate::scene::{ParameterKey, SensitivityError, changes, hint, read_scene};
 use crate::schema::AnyTable;
 use crate::storage;
 use crate::study::spec::Mistake;
@@ -211,9 +211,9 @@ impl CurvePlan {
         let changes = match self.members.get(m.label) {
             Some(own) => [&self.set[..], own, given].concat(),
             None if is_same => [&self.set[..], m.family, m.own, given].concat(),
-            None if m.own.is_empty() => self.set.clone(),
+            None if m.family.is_empty() && m.own.is_empty() => self.set.clone(),
             None => {
-                let keys: Vec<&str> = m.own.iter().map(|(key, _)| key.as_str()).collect();
+                let keys: Vec<&str> = m.family.iter().chain(m.own).map(|(key, _)| key.as_str()).collect();
                 let (curve, member) = (self.curve.name.clone(), m.label.into());
                 return Err(InverseError::OtherScene { curve, member, keys: keys.join(", ") });
             }
@@ -261,6 +261,19 @@ impl CalibrationPlan {
         let more = self.more.iter().map(|c| c.of(member)).collect::<Result<Vec<_>, _>>()?;
         let sha256 = storage::sha256(format!("{} {:?}", self.sha256, scenes_of(&more)));
         Ok(Arc::new(Self { more, sha256, ..(**self).clone() }))
+    }
+
+    /// Refuses changes of a curve in the case of a member that is none of these.
+    pub fn check_members(&self, known: &[&String]) -> Result<(), InverseError> {
+        let named = self.more.iter().flat_map(|c| c.members.keys().map(|label| (&c.curve.name, label)));
+        for (curve, label) in named.filter(|(_, label)| !known.contains(label)) {
+            let fact = format!(
+                "no family has this member, in whose case curve {curve} is to be changed; {}",
+                hint(label, known)
+            );
+            return Err(InverseError::Setting { key: "curve.members", text: label.clone(), fact });
+        }
+        Ok(())
     }
 }
 

@@ -141,6 +141,7 @@ impl Study {
                 .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
         }
         check_number(file, &expansion)?;
+        check_curves(file, &expansion)?;
         let mut cases = CaseList::new(file, scene, &expansion, changes);
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities: BTreeMap<String, Vec<Quantity>> =
@@ -240,6 +241,20 @@ fn check_number(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneErr
     let remedy =
         format!("take fewer values, members or variants, or divide the study: it has at most {MOST_CASES} cases");
     Err(refuse(file, ("study".into(), format!("its variants and families make {number} cases"), remedy)))
+}
+
+/// Refuses changes of a further curve in the case of a member that no family of its variant has.
+fn check_curves(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneError> {
+    for (variant, plan) in &expansion.plans {
+        let is_run = |f: &&FamilySpec| f.variants.as_ref().is_none_or(|names| names.contains(variant));
+        let known: Vec<&String> = expansion.families.iter().filter(is_run).flat_map(|f| f.members.keys()).collect();
+        plan.check_members(&known).map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: format!("variant {variant}"),
+            source: e.into(),
+        })?;
+    }
+    Ok(())
 }
 
 /// Labels of members: those that are given, and the plain names of members that are named like a law which the scene of a case of theirs has not, or

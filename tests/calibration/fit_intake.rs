@@ -6,6 +6,7 @@ use durometer::calibrate::{
     AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Partner, Preparation,
     Sign, StretchRange, fit, fit_experiment,
 };
+use std::path::PathBuf;
 
 #[test]
 fn every_dialect_of_a_table_reads_alike() {
@@ -196,6 +197,80 @@ fn a_card_with_an_unknown_key_or_without_its_beginning_is_refused() {
     let message = fit(&FitRequest::new(&table, "neo_hookean")).expect_err("no name").to_string();
     let words = ["missing field `name`", "; a card begins with name = \"…\", file = \"…\"", "and status = "];
     assert!(words.iter().all(|w| message.contains(w)), "{message}");
+}
+
+/// A flag that no table and no law makes use of is refused; the same flag is taken where it acts.
+#[test]
+fn flags_without_effect_are_refused() {
+    type Change<'a> = &'a dyn Fn(&mut FitRequest);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: String| {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+        folder.path().join(name)
+    };
+    let plain = write("plain.csv", table(Mode::Uniaxial, "stretch,nominal stress (MPa)", 1e6));
+    let row = |k: u32| {
+        let l = 1.0 + 0.05 * f64::from(k);
+        format!("{},{}\n", 33.0 * (l - 1.0), 18e-6 * stress(Mode::Uniaxial, l))
+    };
+    let raw = write("raw.csv", format!("Extension (mm),Load (N)\n{}", (1..30).map(row).collect::<String>()));
+    let answer = |data: &PathBuf, law: &str, change: Change| {
+        let mut request = FitRequest::new(data, law);
+        request.options.modes = vec![Mode::Uniaxial];
+        change(&mut request);
+        fit(&request).map_err(|e| e.to_string())
+    };
+    let size = |key, text| move |r: &mut FitRequest| r.columns.dimensions.set(key, text).expect("valid");
+    let (length, area) = (size("gauge_length", "33 mm"), size("area", "18 mm^2"));
+    let (width, thickness, diameter) = (size("width", "6 mm"), size("thickness", "3 mm"), size("diameter", "5 mm"));
+    let stable = |r: &mut FitRequest| r.options.stable = Some(StretchRange { from: 0.5, to: 2.0 });
+    let named = |r: &mut FitRequest| (r.columns.strain_2, r.columns.lateral) = (Some("a".into()), Some("b".into()));
+    let whole = |r: &mut FitRequest| [&length as Change, &area].into_iter().for_each(|change| change(r));
+    let cases: [(&str, &PathBuf, &str, Change); 11] = [
+        ("strain-column-2", &plain, "neo_hookean", &named),
+        ("stress-column-2", &plain, "neo_hookean", &|r| r.columns.stress_2 = Some("a".into())),
+        ("lateral-column", &plain, "neo_hookean", &|r| r.columns.lateral = Some("b".into())),
+        ("lateral-unit", &plain, "neo_hookean", &|r| r.columns.lateral_unit = Some("%".into())),
+        ("gauge-length", &plain, "neo_hookean", &length),
+        ("area", &plain, "neo_hookean", &area),
+        ("diameter", &plain, "neo_hookean", &diameter),
+        ("width", &raw, "neo_hookean", &|r| [&whole as Change, &width].into_iter().for_each(|change| change(r))),
+        ("thickness", &raw, "neo_hookean", &|r| {
+            [&whole as Change, &thickness].into_iter().for_each(|change| change(r))
+        }),
+        ("stable", &plain, "ogden", &stable),
+        ("stable", &plain, "gent", &stable),
+    ];
+    for (flag, data, law, change) in cases {
+        let said = answer(data, law, change).expect_err(flag);
+        assert!(said.starts_with(&format!("--{flag} has no effect here: ")), "{flag}: {said}");
+        assert!(said.ends_with("; leave it out"), "{flag}: {said}");
+    }
+    let all: [Change; 5] = [&length, &width, &thickness, &area, &stable];
+    let taken = answer(&raw, "yeoh", &|r| all.into_iter().for_each(|change| change(r)));
+    taken.unwrap_or_else(|e| panic!("{e}"));
+    // An error of the compliance takes the dimensions too
+    let errors = |r: &mut FitRequest| {
+        whole(r);
+        r.options.accuracy = "compliance=0.0001 mm/N".parse().expect("valid");
+    };
+    answer(&plain, "neo_hookean", &errors).unwrap_or_else(|e| panic!("{e}"));
+}
+
+/// A mode that is asked for twice is one; several need a column that says which data points are of which.
+#[test]
+fn several_modes_need_a_column() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let data = folder.path().join("t.csv");
+    std::fs::write(&data, table(Mode::Uniaxial, "stretch,nominal stress (MPa)", 1e6)).expect("writable");
+    let fitted = |modes: &[Mode]| {
+        let mut request = FitRequest::new(&data, "neo_hookean");
+        request.options.modes = modes.to_vec();
+        fit(&request).map(|r| r.modes).map_err(|e| e.to_string())
+    };
+    assert_eq!(fitted(&[Mode::Uniaxial; 2]), Ok(vec![Mode::Uniaxial]));
+    let said = fitted(&[Mode::Uniaxial, Mode::Planar]).expect_err("one table of two modes");
+    assert!(said.contains("no column says which data points are uniaxial or planar"), "{said}");
 }
 
 /// Tensile tables of seven silicones.

@@ -127,6 +127,43 @@ fn a_card_gives_dimensions_and_preparation() {
     assert!(message.contains("width = \"6 kPa\"") && message.contains("wrong dimension"), "{message}");
 }
 
+/// A misspelt dimension of a card is refused, the card of another table is named, and a correction that one of two specimens lacks is a doubt.
+#[test]
+fn nothing_of_a_card_is_passed_over() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    for (name, scale) in [("t.csv", 1.0), ("u.csv", 1.05)] {
+        let rows = stretches().into_iter().map(|l| (33.0 * (l - 1.0), scale * stress(Mode::Uniaxial, l) * 18e-6));
+        std::fs::write(at(name), table("Extension (mm),Load (N)", rows)).expect("writable");
+    }
+    let card = |file: &str, compliance: &str| {
+        let own = "[specimen]\nshape = \"a strip\"\ngauge_length = \"33 mm\"\narea = \"18 mm^2\"\n";
+        let text = format!("name = \"t\"\nfile = \"{file}\"\nstatus = \"own\"\nmode = \"uniaxial\"\n{own}");
+        std::fs::write(at("card.toml"), format!("{text}{compliance} = \"0.002 mm/N\"\n")).expect("writable");
+    };
+    card("t.csv", "complience");
+    let message = fit(&FitRequest::new(at("t.csv"), "neo_hookean")).expect_err("misspelt").to_string();
+    assert!(message.contains("`complience`") && message.contains("write `compliance`"), "{message}");
+    let logged = |file: &str, more: &[&str], kind: AuditKind| {
+        card(file, "compliance");
+        let mut request = FitRequest::new(at("t.csv"), "neo_hookean");
+        request.more = more.iter().map(|name| at(name)).collect();
+        request.options.modes = vec![Mode::Uniaxial];
+        request.columns.dimensions.set("gauge_length", "33 mm").expect("valid");
+        request.columns.dimensions.set("area", "18 mm^2").expect("valid");
+        let audit = fit(&request).expect("fits").audit;
+        audit.of(kind).map(|entry| format!("{}\n", entry.message)).collect::<String>()
+    };
+    let unequal = "the compliance of the machine was corrected in t.csv, and not in u.csv";
+    let doubts = logged("t.csv", &["u.csv"], AuditKind::Doubt);
+    assert!(doubts.contains(unequal), "{doubts}");
+    let read = logged("t.csv", &["u.csv"], AuditKind::Intake);
+    assert!(read.contains("u.csv: card.toml next to the table is of \"t.csv\", and was not used"), "{read}");
+    assert!(!logged("t.csv", &[], AuditKind::Doubt).contains("corrected in"));
+    let doubts = logged("T.csv", &[], AuditKind::Doubt);
+    assert!(doubts.contains("card.toml next to the table is of \"T.csv\", and was not used"), "{doubts}");
+}
+
 /// Reference case 21f. Slack of 0.05, noise of 200 Pa before the piece carries, an offset of 700 Pa, no origin row. The line through the rows
 /// between p = 4 kPa and 3p moves the zero by −3(p/E)² = −4e-5 (E = 3μ) and noise by about 200 Pa/E/√3 = 1e-4: 1e-3 holds both tenfold.
 #[test]

@@ -487,7 +487,18 @@ fn bad_tables_are_refused_with_place_and_remedy() {
     let law = RelaxationRequest { law: Some("law.toml".into()), ..relaxation(fine.clone()) };
     refused(&law, "--law does not go with --experiment relaxation");
     let none = RelaxationRequest { terms: TermChoice::Number(0), ..relaxation(fine.clone()) };
-    refused(&none, "a series has at least one term");
+    refused(&none, "--terms = 0: a series has at least one term");
+    let none = RelaxationRequest { terms: TermChoice::PerDecade(0), ..relaxation(fine.clone()) };
+    refused(&none, "--per-decade = 0: a series has at least one term");
+    let none = RelaxationRequest { terms: TermChoice::Times(vec![0.0, 1.0]), ..relaxation(fine.clone()) };
+    refused(&none, "--times = 0 s: give positive times");
+    // What the test makes no use of
+    let start = RelaxationRequest { start: Some(1.0), ..RelaxationRequest::new(&fine, TestKind::Dynamic) };
+    refused(&start, "--start does not go with --experiment dynamic");
+    let column = RelaxationRequest { columns: [(Role::Loss, "x".into())].into(), ..relaxation(fine.clone()) };
+    refused(&column, "--column loss has no effect here: the test has time and stress; leave it out");
+    let unit = RelaxationRequest { units: [(Role::Strain, "%".into())].into(), ..relaxation(fine.clone()) };
+    refused(&unit, "--unit strain has no effect here");
     let late = RelaxationRequest { start: Some(9.0), ..relaxation(fine) };
     refused(&late, "a fit needs at least two more than constants");
     let logged = table("logged", "time [s];stress [kPa]", times().into_iter().map(|t| vec![t + 100.0, good(t)[1]]));

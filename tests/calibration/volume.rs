@@ -2,8 +2,8 @@
 
 use crate::common;
 use crate::common::Random;
-use durometer::calibrate::Role;
 use durometer::calibrate::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
+use durometer::calibrate::{Role, Sign};
 use durometer::material::{Volumetric, VolumetricKind};
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -327,6 +327,7 @@ fn bad_tables_of_volume_are_refused() {
     let of = |name: &str, header: &str, rows: Vec<[f64; 2]>| table(name, header, rows.into_iter());
     let sign = of("sign", "strain [%],lateral strain [%]", rows(-0.45).collect());
     refused(&request(sign.clone(), VolumeTest::Lateral), "the lateral strain grows with the axial one");
+    refused(&request(sign.clone(), VolumeTest::Lateral), "pass --positive compression where");
     refused(&request(sign.clone(), VolumeTest::Bulk), "no line names columns of pressure, volume");
     let part = VolumeRequest { volumetric: Some("quadratic".into()), ..request(sign.clone(), VolumeTest::Lateral) };
     refused(&part, "a lateral strain gives Poisson's ratio");
@@ -334,6 +335,10 @@ fn bad_tables_of_volume_are_refused() {
         of("bulk", "pressure [MPa],volume ratio", (0..9).map(|k| [f64::from(k), 1.0 + 0.01 * f64::from(k)]).collect());
     let unit = VolumeRequest { units: [(Role::Volume, "1".into())].into(), ..request(bulk.clone(), VolumeTest::Bulk) };
     refused(&unit, "the volume grows with the pressure");
+    let range = VolumeRequest { range: Some("1..1.3".parse().expect("a range")), ..unit.clone() };
+    refused(&range, "--range has no effect with --experiment bulk");
+    let positive = VolumeRequest { positive: Some(Sign::Compression), ..unit.clone() };
+    refused(&positive, "--positive has no effect with --experiment bulk");
     refused(&request(bulk.clone(), VolumeTest::Bulk), "column \"volume ratio\" has no unit");
     let named = VolumeRequest { volumetric: Some("cubic".into()), ..unit };
     refused(&named, "\"cubic\" is no volumetric part");

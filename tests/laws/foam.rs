@@ -3,8 +3,8 @@
 use crate::common;
 use crate::common::{Random, column, run, scene};
 use durometer::calibrate::{
-    FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, SlackChoice, StrainKind, fit,
-    fit_experiment,
+    AuditKind, FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, Sign, SlackChoice,
+    StrainKind, fit, fit_experiment,
 };
 use durometer::material::{LoadCase, Want};
 use durometer::math::tensor::Mat3;
@@ -229,6 +229,50 @@ fn the_lateral_strain_is_read_as_the_fit_reads_the_table() {
     let mut side = written("side.csv", &[names(1), names(2)].join(","), &doubled);
     side.columns.test = Some(1);
     same(&side);
+}
+
+/// A press whose columns do not say that compression is positive: its lateral strain grows, and the foam follows it as compression. Tension is no doubt.
+#[test]
+fn a_press_that_is_read_as_tension_is_doubted() {
+    let one = press("open", ONE, NU, [0.0; 2], 1);
+    let rows = |side: f64, lateral: bool| {
+        let row = |k: u32| {
+            let e = 0.012 * f64::from(k);
+            let l = 1.0 + side * e;
+            let stress = side * model(1, NU).stress(ONE, Mode::Uniaxial, l) / 1e3;
+            let across = if lateral { format!(",{}", l.powf(-NU) - 1.0) } else { String::new() };
+            format!("{e},{stress}{across}\n")
+        };
+        let head = if lateral { "strain [1],stress [kPa],lateral strain [1]" } else { "strain [1],stress [kPa]" };
+        format!("{head}\n{}", (1..=50).map(row).collect::<String>())
+    };
+    let request = |name: &str, rows: String, nu: Option<f64>| {
+        let data = one.data.with_file_name(format!("{name}.csv"));
+        std::fs::write(&data, rows).expect("written");
+        let mut request = FitRequest { data, ..one.clone() };
+        request.options.partner = nu.map(Partner::Nu);
+        request
+    };
+    let doubts = |request: &FitRequest| {
+        let audit = fitted(request).audit;
+        audit.of(AuditKind::Doubt).map(|entry| format!("{}\n", entry.message)).collect::<String>()
+    };
+    let measured = fit(&request("measured", rows(-1.0, true), None)).expect_err("the ratio is negative").to_string();
+    assert!(
+        measured.contains("grows with the axial one") && measured.contains("pass --positive compression"),
+        "{measured}"
+    );
+    let given = doubts(&request("given", rows(-1.0, true), Some(NU)));
+    assert!(given.contains("column \"lateral strain [1]\" grows with them"), "{given}");
+    let mut bare = request("bare", rows(-1.0, false), Some(NU));
+    let said = doubts(&bare);
+    assert!(said.contains("a foam of one term follows them within 0.0 % rms as compression"), "{said}");
+    bare.columns.positive = Some(Sign::Compression);
+    assert!(!doubts(&bare).contains("read as tension"));
+    for lateral in [true, false] {
+        let pulled = doubts(&request("pulled", rows(1.0, lateral), Some(NU)));
+        assert!(!pulled.contains("read as tension"), "{pulled}");
+    }
 }
 
 /// Poisson's ratio is never assumed, and what makes no sense is refused.

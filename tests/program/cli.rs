@@ -498,6 +498,16 @@ fn an_export_names_the_flags_of_what_the_law_file_lacks() {
     let refused = ended(without_mesher(ROOT, &export));
     assert!(refused.code == Some(2) && refused.err.contains("pass for example --nu 0.49"), "{}", refused.err);
     call(&[&export[..], &["--nu", "0.49"]].concat(), 0);
+    // What the file has already is not replaced
+    std::fs::write(&law, "law = \"yeoh\"\nC10 = \"50 kPa\"\nnu = 0.45\nvolumetric = \"logarithmic\"\n")
+        .expect("writable");
+    call(&export, 0);
+    for (flag, value, own) in
+        [("--nu", "0.49", "nu = 0.45"), ("--volumetric", "quadratic", "volumetric = \"logarithmic\"")]
+    {
+        let (_, said) = program::call(ROOT, &[&export[..], &[flag, value]].concat(), 2);
+        assert!(said.contains(&format!("the law has {own} already; leave out {flag}")), "{said}");
+    }
 }
 
 /// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
@@ -515,6 +525,9 @@ fn an_undetermined_fit_ends_with_code_3() {
     let other = ["fit", &csv, "--law", "neo_hookean", "--mode", "uniaxial", "--out", &out];
     call(&other, 2);
     call(&[&other[..], &["--replace"]].concat(), 0);
+    let twice = ["--accuracy", "stress_scale=2%", "--accuracy", "stress_scale=5%"];
+    let (_, said) = program::call(ROOT, &[&other[..], &twice].concat(), 2);
+    assert!(said.contains("the scale of the stress is given twice"), "{said}");
     let all = ["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out];
     call(&all, 2);
     for flag in [["--nu", "0.7"], ["--volumetric", "bogus"], ["--terms", "2"], ["--kappa", "2 GPa"]] {

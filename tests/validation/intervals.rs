@@ -285,7 +285,7 @@ fn mistakes_are_named_together() {
         "input density: its source is empty",
         "there is no record \"lihgt\"",
         "the calibration record light has no measured value",
-        "no scene has all of its keys effect.load.pressure",
+        "no scene of its records has the key effect.load.pressure",
         "experiment light is in the calibration and in the predictions",
     ] {
         assert!(why.contains(part), "{part} is missing in: {why}");
@@ -302,4 +302,59 @@ fn a_measured_value_is_a_finite_number() {
         let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is no finite number; give one");
         assert!(why.contains(&part), "{part} is missing in: {why}");
     }
+}
+
+/// An input of several keys acts on each record by those that its scene has; a key that no scene has is refused.
+#[test]
+fn an_input_acts_by_the_keys_of_each_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [from, to] =
+        ["[[effect]]\nkind = \"traction\"", "[[constraint]]"].map(|part| SCENE.find(part).expect("a table"));
+    std::fs::write(folder.path().join("bare.toml"), SCENE.replace(&SCENE[from..to], "")).expect("writable");
+    let set = "set = { \"effect.load.traction.to\" = \"1 Pa\" }";
+    let keys = "keys = [\"effect.gravity.density\", \"effect.load.traction.to\"]";
+    let text = STUDY.replace("keys = [\"effect.gravity.density\"]", keys).replace(set, "scene = \"bare.toml\"");
+    let plan = crate::beam::plan(folder.path(), &text).unwrap_or_else(|e| panic!("{e}"));
+    let acting = |record: &str| {
+        let own = plan.records.iter().find(|r| r.name == record).expect("a record");
+        own.inputs.iter().find(|(input, _)| *input == 0).expect("the density").1.clone()
+    };
+    let (density, load) = (("effect.gravity.density".to_string(), 30.0), ("effect.load.traction.to".to_string(), 3.0));
+    assert_eq!(acting("none"), [density.clone()]);
+    assert_eq!(acting("light"), [density, load]);
+    let why = crate::beam::plan(folder.path(), &text.replace(keys, &keys.replace("density", "densty")));
+    let why = why.expect_err("a misspelt key");
+    assert!(why.contains("input density: no scene of its records has the key effect.gravity.densty"), "{why}");
+}
+
+/// The values of a record are typed in or are in the table, and are of a record of their quantity.
+#[test]
+fn measured_values_have_one_source_and_a_record() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = "table = { file = \"t.csv\", column = \"w\", unit = \"mm\", where = { rec = \"{experiment}\" } }";
+    let typed = "measured = { none = [2.9, 3.1], light = 5.0 }";
+    let both = STUDY.replace(typed, &format!("measured = {{ light = 5.0 }}\n{table}"));
+    let plan = |rows: &str| {
+        std::fs::write(folder.path().join("t.csv"), format!("rec,w [mm]\n{rows}")).expect("writable");
+        crate::beam::plan(folder.path(), &both)
+    };
+    let records = plan("none,3.0\n").unwrap_or_else(|e| panic!("{e}")).quantities[0].records.clone();
+    assert_eq!((&records["none"][..], &records["light"][..]), (&[3.0][..], &[5.0][..]));
+    let why = plan("none,3.0\nlight,5.1\n").expect_err("two sources");
+    assert!(why.contains("record light: its value is in its table and is typed in too"), "{why}");
+    let other = STUDY.replace(typed, &format!("records = [\"none\", \"heavy\"]\n{typed}"));
+    let why = crate::beam::plan(folder.path(), &other).expect_err("a value of another record");
+    assert!(why.contains("record light has a measured value and is none of its `records`"), "{why}");
+}
+
+/// A unit need not be apart from its number.
+#[test]
+fn a_range_is_read_with_and_without_blanks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let range = |text: &str| {
+        let text = STUDY.replace("[\"200 kPa\", \"400 kPa\"]", text);
+        let plan = crate::beam::plan(folder.path(), &text).unwrap_or_else(|e| panic!("{e}"));
+        (plan.unknowns[0].unit.clone(), plan.unknowns[0].range)
+    };
+    assert_eq!(range("[\"200kPa\", \"0.4MPa\"]"), ("kPa".into(), [200.0, 400.0]));
 }

@@ -80,14 +80,20 @@ impl Card {
 
     /// The given card; else the `card.toml` next to the table, if it names this table.
     pub fn find(given: Option<&Path>, data: &Path) -> Result<Option<Self>, FitError> {
-        if let Some(path) = given {
-            return Self::read(path).map(Some);
+        match given {
+            Some(path) => Self::read(path).map(Some),
+            None => Ok(Self::next_to(data)?.filter(|card| card.names(data))),
         }
+    }
+
+    /// The `card.toml` next to the table, of whatever table it is.
+    pub fn next_to(data: &Path) -> Result<Option<Self>, FitError> {
         let neighbour = data.with_file_name("card.toml");
-        if !neighbour.is_file() {
-            return Ok(None);
-        }
-        let card = Self::read(&neighbour)?;
-        Ok(data.file_name().is_some_and(|name| name == card.file.as_str()).then_some(card))
+        neighbour.is_file().then(|| Self::read(&neighbour)).transpose()
+    }
+
+    /// Whether it is of this table.
+    pub fn names(&self, data: &Path) -> bool {
+        data.file_name().is_some_and(|name| name == self.file.as_str())
     }
 }

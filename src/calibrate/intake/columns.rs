@@ -57,6 +57,9 @@ pub struct ColumnChoice {
     /// The law has a change of volume, which a true stress has to be freed of by the lateral strain
     #[serde(skip)]
     pub compressible: bool,
+    /// Poisson's ratio of that law, where it is given
+    #[serde(skip)]
+    pub ratio: Option<f64>,
     /// The mode was asked for as compression
     #[serde(skip)]
     pub compression: bool,
@@ -90,6 +93,7 @@ impl ColumnChoice {
             positive: self.positive.or(other.positive),
             stress_positive: self.stress_positive.or(other.stress_positive),
             compressible: self.compressible || other.compressible,
+            ratio: self.ratio.or(other.ratio),
             compression: self.compression || other.compression,
             dimensions: self.dimensions.or(other.dimensions),
             strain_measurement: text(&self.strain_measurement, &other.strain_measurement),

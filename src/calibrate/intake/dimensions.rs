@@ -8,6 +8,7 @@ use super::names;
 use crate::calibrate::FitError;
 use crate::calibrate::error::Unclear;
 use crate::math::units::{self, Dimension};
+use crate::wording::misspelt;
 
 /// Undeformed; what is `None` is not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -141,8 +142,14 @@ impl Dimensions {
         Ok(())
     }
 
-    /// Those of `[specimen]` in a card; other keys there are free.
+    /// Those of `[specimen]` in a card; other keys there are free, unless one is a misspelt one of these.
     pub fn of_card(specimen: &toml::Table) -> Result<Self, FitError> {
+        let absent: Vec<&str> = Self::KEYS.into_iter().map(|k| k.0).filter(|k| !specimen.contains_key(*k)).collect();
+        let known = |key: &str| Self::KEYS.iter().any(|k| k.0 == key);
+        let unread = specimen.keys().filter(|key| !known(key));
+        if let Some((key, meant)) = unread.filter_map(|key| Some((key, misspelt(key, &absent)?))).next() {
+            return Err(FitError::Misspelt { key: key.clone(), meant: meant.into() });
+        }
         let mut found = Self::default();
         for (key, _) in Self::KEYS {
             match specimen.get(key) {

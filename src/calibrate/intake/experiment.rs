@@ -1,6 +1,7 @@
 //! A table as typed samples. Nothing is changed silently: the audit log lists every change with its lines.
 
 use super::columns::{self, Columns, Lateral};
+use super::names::{StrainKind, StressKind};
 use super::parts::{self, Whole};
 use super::samples::{self, Conversion};
 use super::table::{self, Decimal, Line};
@@ -14,9 +15,10 @@ use super::{
     unusual,
 };
 use crate::calibrate::same_data;
-use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
+use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, SharedError, Treatment};
 use crate::storage::columns::{Rows, TableError};
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording::few;
 use std::path::{Path, PathBuf};
 
 /// A test as read.
@@ -34,6 +36,8 @@ pub struct Experiment {
     pub single: Vec<Sample>,
     /// In the order of the file, every row that holds samples
     pub raw: Vec<RawRow>,
+    /// Kinds of strain and stress in each direction
+    pub kinds: Vec<(StrainKind, StressKind)>,
     /// Of the stress column: of a force one of force
     pub stress_unit: String,
     /// Of each specimen; the first one counts for those without one of their own
@@ -53,9 +57,16 @@ impl Experiment {
     /// no column gives it.
     pub fn read(path: &Path, card: Option<&Path>, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Self, FitError> {
         let bytes = storage::read(path, DATA_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
+        let other = if card.is_none() { Card::next_to(path)?.filter(|card| !card.names(path)) } else { None };
         let card = Card::find(card, path)?;
         let file = path.file_name().map_or_else(|| PathBuf::from(path), PathBuf::from).display().to_string();
-        Self::parse(&file, &bytes, card, choice, mode)
+        let mut read = Self::parse(&file, &bytes, card, choice, mode)?;
+        if let Some(Card { file: named, .. }) = other {
+            let is_meant = named.to_lowercase() == file.to_lowercase();
+            let kind = if is_meant { AuditKind::Doubt } else { AuditKind::Intake };
+            read.audit.add(kind, format!("card.toml next to the table is of \"{named}\", and was not used"), vec![]);
+        }
+        Ok(read)
     }
 
     /// Reads the bytes of a table.
@@ -123,6 +134,7 @@ impl Experiment {
             samples,
             single: vec![],
             raw: read.raw,
+            kinds: columns.axes.iter().map(|(e, p)| (e.kind, p.kind)).collect(),
             stress_unit: columns.axes[0].1.unit.clone(),
             pieces: vec![Piece { dimensions, accuracy, corrections: vec![] }; parts.len()],
             header,
@@ -142,6 +154,7 @@ impl Experiment {
             samples,
             single: vec![],
             raw: vec![],
+            kinds: vec![],
             stress_unit: "Pa".into(),
             pieces: vec![Piece::default()],
             header: vec![],
@@ -156,6 +169,7 @@ impl Experiment {
     pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
         let several = parts.len() > 1;
         let alternatives = pool_alternatives(&parts);
+        let unequal = unequal_corrections(&parts);
         let mut parts = parts.into_iter();
         let mut all = parts.next().expect("a request has a table");
         if several {
@@ -178,6 +192,7 @@ impl Experiment {
             all.pieces.extend(part.pieces);
         }
         all.alternatives = alternatives;
+        unequal.into_iter().for_each(|message| all.audit.add(AuditKind::Doubt, message, vec![]));
         all.check_repeats()?;
         Ok(all)
     }
@@ -206,6 +221,27 @@ impl Experiment {
     pub fn modes(&self) -> Vec<Mode> {
         Mode::ALL.into_iter().filter(|m| self.samples.iter().any(|s| s.mode == *m)).collect()
     }
+}
+
+/// Corrections that some tables of a fit have and others have not, in words.
+fn unequal_corrections(parts: &[Experiment]) -> Vec<String> {
+    let made = |e: &Experiment, error: SharedError| {
+        e.pieces.iter().any(|p| p.corrections.iter().any(|c| c.error == error))
+            || error == SharedError::Compliance && e.pieces.iter().any(|p| p.dimensions.compliance.is_some())
+    };
+    let one = |(error, words, flag): (SharedError, &str, &str)| {
+        let (with, without): (Vec<&Experiment>, Vec<&Experiment>) = parts.iter().partition(|e| made(e, error));
+        let files = |of: &[&Experiment]| few(&of.iter().map(|e| e.file.as_str()).collect::<Vec<_>>());
+        let remedy = format!("pass --{flag} for all, or give each table a folder with a card of its own");
+        (!with.is_empty() && !without.is_empty())
+            .then(|| format!("{words} was corrected in {}, and not in {}: {remedy}", files(&with), files(&without)))
+    };
+    let corrections = [
+        (SharedError::Compliance, "the compliance of the machine", "compliance"),
+        (SharedError::Zeroing, "the zero of the stress", "zero"),
+        (SharedError::Toe, "the toe", "toe"),
+    ];
+    corrections.into_iter().filter_map(one).collect()
 }
 
 /// Alternatives of several tables: those without this one are taken as they are.
@@ -285,8 +321,7 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
 
 fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decimal, columns: &Columns) {
     let delimiter = if delimiter == '\t' { "tab".into() } else { format!("\"{delimiter}\"") };
-    let axis = |(e, p): &(columns::Column<_>, columns::Column<super::names::StressKind>)| {
-        let e: &columns::Column<super::names::StrainKind> = e;
+    let axis = |(e, p): &(columns::Column<StrainKind>, columns::Column<StressKind>)| {
         let unit = if e.unit == "1" { String::new() } else { format!(" in {}", e.unit) };
         format!("\"{}\" is {}{unit}, \"{}\" is {} in {}", e.name, e.kind.words(), p.name, p.kind.words(), p.unit)
     };

@@ -4,7 +4,7 @@
 //! another column of the table agrees with it. A stretch begins at 1 with hardly any stress, a strain at 0.
 //!
 //! Where the numbers may mean two things, the shape of the curve speaks for one of them: the stress of a rubber is straight at small strains, and bends down in tension and up in
-//! compression. A reading whose curve misses the data points by less than half as much as that of the reading that is taken is a doubt.
+//! compression. That of a foam of one term may bend either way; its strain across the load tells the two apart. A reading whose curve misses the data points by less than half as much as that of the reading that is taken is a doubt.
 
 use super::columns::{Column, Columns, Sign};
 use super::names::{self, StrainKind};
@@ -35,6 +35,8 @@ const MISSES: f64 = 0.03;
 const BETTER: f64 = 0.5;
 /// Largest strain that may be one of compression \[–\]
 const FLAT: f64 = 0.95;
+/// Largest exponent of a foam \[–\]
+const EXPONENT: i32 = 25;
 /// Strains from here on are a stretch where the stress has hardly begun \[–\]
 const BEGIN: f64 = 0.9;
 
@@ -93,8 +95,9 @@ impl Read<'_> {
             });
         }
         let is_open = !e.stated && e.kind != StrainKind::Stretch && agrees.is_none() && largest >= PERCENT;
-        let straight = self.better(|s| s.stretch - 1.0).filter(|(_, other)| *other < 100.0 * STRAIGHT);
-        if let Some((taken, other)) = straight.filter(|_| is_open) {
+        let misfits = [self.misfit(|s| neo_hookean(s.mode, s.stretch)), self.misfit(|s| s.stretch - 1.0)];
+        let straight = better(misfits).filter(|[_, other]| *other < 100.0 * STRAIGHT);
+        if let Some([taken, other]) = straight.filter(|_| is_open) {
             let message = format!(
                 "column \"{}\" has no unit and was read in fractions, up to {} %, but its stresses rise in a straight line (within {other:.1} % rms, a Neo-Hookean law \
                  within {taken:.1} %), as those of strains up to {} % do: pass --strain-unit % if its numbers are percent, --strain-unit 1 if they are fractions",
@@ -136,17 +139,31 @@ impl Read<'_> {
         }
     }
 
-    /// Misfits \[%\] of a Neo-Hookean law and of another curve to the stresses of the pulled modes, each with the best factor, where the other one is clearly better.
-    fn better(&self, other: impl Fn(&Sample) -> f64) -> Option<(f64, f64)> {
+    /// Misfit \[–\] of a curve with the best factor to the stresses of the pulled modes.
+    fn misfit(&self, curve: impl Fn(&Sample) -> f64) -> f64 {
         let own = || self.samples.iter().filter(|s| Mode::PULLED.contains(&s.mode) && s.is_informative());
-        let misfit = |curve: &dyn Fn(&Sample) -> f64| {
-            let product = |a: &dyn Fn(&Sample) -> f64| own().map(|s| a(s) * curve(s)).sum::<f64>();
-            let factor = product(&|s| s.stress) / product(curve);
-            let left = own().map(|s| (s.stress - factor * curve(s)).powi(2)).sum::<f64>();
-            (left / own().map(|s| s.stress * s.stress).sum::<f64>()).sqrt()
-        };
-        let (taken, other) = (misfit(&|s| neo_hookean(s.mode, s.stretch)), misfit(&other));
-        (taken > MISSES && other < BETTER * taken).then_some((100.0 * taken, 100.0 * other))
+        let product = |a: &dyn Fn(&Sample) -> f64| own().map(|s| a(s) * curve(s)).sum::<f64>();
+        let factor = product(&|s| s.stress) / product(&curve);
+        let left = own().map(|s| (s.stress - factor * curve(s)).powi(2)).sum::<f64>();
+        (left / own().map(|s| s.stress * s.stress).sum::<f64>()).sqrt()
+    }
+
+    /// Misfit \[–\] of the law of the shape of a uniaxial curve, with strains and stresses times `side`; a foam has the best exponent.
+    fn misfit_as(&self, choice: &ColumnChoice, side: f64) -> f64 {
+        let at = |s: &Sample| 1.0 + side * (s.stretch - 1.0);
+        let Some(nu) = choice.ratio else { return self.misfit(|s| side * neo_hookean(s.mode, at(s))) };
+        let exponents = (1..=EXPONENT).flat_map(|a| [f64::from(a), -f64::from(a)]);
+        let foam = |a: f64| self.misfit(|s| side * (at(s).powf(a) - at(s).powf(-a * nu)) / (a * at(s)));
+        exponents.map(foam).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The column of strain across the load that grows with the one along it.
+    fn growing_across(&self) -> Option<&String> {
+        let (e, across) = (&self.columns.axes[0].0, self.columns.across?);
+        let rest = if names::is_stretch(&self.names[across]) { 1.0 } else { 0.0 };
+        let number = |line: &Line, at: usize| table::number(line.cells.get(at)?, self.decimal).ok();
+        let product = |line: &Line| Some(e.factor * number(line, e.at)? * (number(line, across)? - rest));
+        (self.body.iter().filter_map(product).sum::<f64>() > 0.0).then(|| &self.names[across])
     }
 
     /// Largest strain of each other column of strain, with its name.
@@ -233,13 +250,16 @@ impl Read<'_> {
         }
         let uniaxial = self.samples.iter().all(|s| s.mode == Mode::Uniaxial && s.stretch < 1.0 + FLAT);
         let is_strain = self.columns.axes.iter().all(|(e, _)| e.kind != StrainKind::Stretch);
-        let compressed = |s: &Sample| -neo_hookean(s.mode, 2.0 - s.stretch);
+        let is_open = uniaxial && is_strain;
         let why = if speaks(self.file) || names::is_compressive(self.file) {
             format!("the file is called {}", self.file)
-        } else if let Some((taken, other)) = self.better(compressed).filter(|_| uniaxial && is_strain) {
-            format!(
-                "a Neo-Hookean law follows them within {other:.1} % rms as compression, and within {taken:.1} % as tension"
-            )
+        } else if let Some(across) = self.growing_across().filter(|_| is_open) {
+            format!("column \"{across}\" grows with them, as a strain across the load does in compression")
+        } else if let Some([taken, other]) =
+            better([1.0, -1.0].map(|side| self.misfit_as(choice, side))).filter(|_| is_open)
+        {
+            let law = if choice.ratio.is_some() { "a foam of one term" } else { "a Neo-Hookean law" };
+            format!("{law} follows them within {other:.1} % rms as compression, and within {taken:.1} % as tension")
         } else {
             return Ok(());
         };
@@ -290,6 +310,11 @@ pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, 
                 .push(format!("column \"{}\" or \"{}\" is called compressive and is negative already", e.name, p.name));
         }
     }
+}
+
+/// Misfits \[%\] of the reading that is taken and of another one, where that one is clearly better.
+fn better([taken, other]: [f64; 2]) -> Option<[f64; 2]> {
+    (taken > MISSES && other < BETTER * taken).then_some([100.0 * taken, 100.0 * other])
 }
 
 /// P of a Neo-Hookean law with μ = 1.

@@ -13,4 +13,5 @@ pub(super) mod piece;
 pub(crate) mod roles;
 pub(super) mod samples;
 pub(crate) use crate::storage::table;
+pub(super) mod tables;
 pub(super) mod unusual;

@@ -5,7 +5,7 @@ use super::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
 use crate::storage::columns::{Rows, TableError, units_below};
 use crate::storage::{self, DATA_LIMIT};
-use crate::wording::first;
+use crate::wording::{all, first};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -115,6 +115,8 @@ pub enum ColumnError {
     Columns { file: String, missing: Vec<&'static str>, found: Vec<String> },
     #[error("{file}: there is no column \"{name}\", which --column {role} names; the nearest line of names has {}", found.join(", "))]
     NoColumn { file: String, role: &'static str, name: String, found: Vec<String> },
+    #[error("--{flag} {role} has no effect here: the test has {}; leave it out", all(contents))]
+    Idle { flag: &'static str, role: &'static str, contents: Vec<&'static str> },
     #[error("{file}: {} could be the column of {role}; choose one with --column {role}=NAME", candidates.join(" and "))]
     Ambiguous { file: String, role: &'static str, candidates: Vec<String> },
     #[error("{file}: column \"{column}\" has no unit; pass --unit {role}=… such as --unit {role}={example}")]
@@ -189,6 +191,16 @@ pub struct ConditionColumn {
 
 /// Reads the wanted columns of a file.
 pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
+    let contents = || wanted.all.iter().chain(wanted.one);
+    for (flag, stated) in [("column", wanted.columns), ("unit", wanted.units)] {
+        if let Some(role) = stated.keys().find(|role| !contents().any(|own| own == *role)) {
+            return Err(ColumnError::Idle {
+                flag,
+                role: role.name(),
+                contents: contents().map(|r| r.name()).collect(),
+            });
+        }
+    }
     let bytes = storage::read(path, DATA_LIMIT).map_err(|source| ColumnError::Read { path: path.into(), source })?;
     let file = path.file_name().map_or_else(|| path.into(), PathBuf::from).display().to_string();
     let (text, encoding) = table::decode(&bytes).map_err(|what| TableError::NotText { file: file.clone(), what })?;

@@ -9,6 +9,7 @@ use crate::calibrate::same_data;
 use crate::material::{Law, Want, law_from_table};
 use crate::math::tensor::Mat3;
 use crate::math::units::Dimension;
+use crate::wording::joined;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -77,20 +78,25 @@ impl RelaxationRequest {
     /// Refuses flags that contradict each other or mean nothing.
     fn check(&self) -> Result<(), RelaxationError> {
         let bad = |flag, value: f64, remedy| Err(RelaxationError::Flag { flag, value: value.to_string(), remedy });
+        let terms = if matches!(self.terms, TermChoice::PerDecade(_)) { "--per-decade" } else { "--terms" };
         let contradiction =
             |flag, remedy| Err(RelaxationError::Contradiction { flag, experiment: self.kind.name(), remedy });
         let held = matches!(self.kind, TestKind::Relaxation | TestKind::Creep);
+        let is_time = |t: &f64| *t > 0.0 && t.is_finite();
+        if self.start.is_some() && self.kind == TestKind::Dynamic {
+            return contradiction("--start", "a sweep of frequencies has no beginning; leave it out");
+        }
         match (&self.terms, self.ramp, self.stress) {
             (TermChoice::Number(0) | TermChoice::PerDecade(0), ..) => {
-                return bad("--terms", 0.0, "a series has at least one term");
+                return bad(terms, 0.0, "a series has at least one term");
             }
             (TermChoice::Number(n) | TermChoice::PerDecade(n), ..) if *n > 12 => {
-                return bad("--terms", *n as f64, "no data determine more than 12; take fewer");
+                return bad(terms, *n as f64, "no data determine more than 12; take fewer");
             }
-            (TermChoice::Times(times), ..)
-                if times.is_empty() || times.iter().any(|t| !(*t > 0.0 && t.is_finite())) =>
-            {
-                return bad("--times", f64::NAN, "give positive times such as \"0.1 s,1 s,10 s\"");
+            (TermChoice::Times(times), ..) if times.is_empty() || !times.iter().all(is_time) => {
+                let wrong: Vec<String> = times.iter().filter(|t| !is_time(t)).map(|t| format!("{t} s")).collect();
+                let remedy = "give positive times such as \"0.1 s,1 s,10 s\"";
+                return Err(RelaxationError::Flag { flag: "--times", value: joined(&wrong), remedy });
             }
             (_, Some(r), _) if !(r >= 0.0 && r.is_finite()) => return bad("--ramp", r, "a duration is not negative"),
             (_, _, Some(s)) if s == 0.0 || !s.is_finite() => return bad("--stress", s, "a held stress is not zero"),

@@ -4,18 +4,13 @@ use super::error::SofteningFitError;
 use super::fit::of_data;
 use super::result::SofteningFit;
 use super::stated::widened;
+use crate::calibrate::intake::tables;
 use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, SlackChoice};
 
 /// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a rupture are left out, with an entry in the
 /// log.
 pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
-    let stated = match request.options.modes[..] {
-        [one] => Some(one),
-        _ => None,
-    };
-    let files = std::iter::once(&request.data).chain(&request.more);
-    let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
-    let parts: Vec<Experiment> = files.map(one).collect::<Result<_, _>>()?;
+    let parts = tables::read(request)?;
     for part in &parts {
         let own = part.card.as_ref().map(|c| &c.preparation);
         for asked in own.into_iter().chain([&request.preparation]) {

@@ -31,4 +31,6 @@ pub enum VolumeError {
         "--volumetric does not go with --experiment lateral: a lateral strain gives Poisson's ratio, not the form of U(J)"
     )]
     Contradiction,
+    #[error("--{flag} has no effect with --experiment bulk, whose table has no strain along a load; leave it out")]
+    Idle { flag: &'static str },
 }

@@ -21,6 +21,10 @@ const NEAR: f64 = 0.5;
 /// Reads the tables and fits Poisson's ratio or the bulk modulus.
 pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
     let parts = parts(request)?;
+    let flags = [("range", request.range.is_some()), ("positive", request.positive.is_some())];
+    if let Some((flag, _)) = flags.into_iter().find(|(_, is_given)| *is_given && request.test == VolumeTest::Bulk) {
+        return Err(VolumeError::Idle { flag });
+    }
     let mut data = Data::default();
     let (mut across, mut along, mut numbers) = (vec![], vec![], vec![]);
     for (specimen, path) in std::iter::once(&request.data).chain(&request.more).enumerate() {
@@ -47,7 +51,9 @@ pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
             if line.slope.interval[0] > 0.0 {
                 let fact =
                     format!("the lateral strain grows with the axial one (Poisson's ratio {:.3})", -line.slope.value);
-                return Err(sign(fact, "if contraction counts as positive in the table, give it a minus sign"));
+                let remedy = "pass --positive compression where the table counts a compression as positive; \
+                              if contraction counts as positive in it, give it a minus sign";
+                return Err(sign(fact, remedy));
             }
             Ok(words(data, request.test, &[], &points, line))
         }

@@ -26,7 +26,7 @@ pub struct MullinsSpec {
     pub softening: SofteningSpec,
 }
 
-/// Constants of softening. In a file also `{ include = "mullins.toml" }`, which is replaced by those of that file before the scene is built.
+/// Constants of softening. In a file also `{ include = "mullins.toml" }`, which is replaced by those of that file before the scene is built; constants next to it take precedence.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SofteningSpec {

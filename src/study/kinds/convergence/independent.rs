@@ -88,3 +88,42 @@ pub fn input_uncertainty(
     let constants = finest.inputs.iter().map(|i| i.constant.clone()).collect();
     share.is_finite().then(|| InputUncertainty { case: finest.id.clone(), constants, share, correlated })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An estimate that lacks a part of its error, or is of another mesh than the finest one, says nothing of the reference; a whole one widens it to reach the estimate.
+    #[test]
+    fn only_a_whole_estimate_of_the_finest_mesh_is_compared() {
+        let reference = Reference {
+            value: 1.0,
+            uncertainty: 0.1,
+            scale: 1.0,
+            family: "tet10".into(),
+            method: String::new(),
+            envelope: vec!["tet10".into()],
+            others: vec![],
+            disagreement: 0.0,
+            independent: None,
+        };
+        let own = |id: &str, lacks: Option<&str>| OneRunBar {
+            id: id.into(),
+            value: 2.0,
+            corrected: 2.0,
+            uncertainty: 0.2,
+            bar: 0.2,
+            lacks: lacks.map(String::from),
+        };
+        let (fine, coarse) = ("fine".to_string(), own("coarse", None));
+        let checked = |own: &[OneRunBar]| {
+            let mut checked = reference.clone();
+            check(&mut checked, Some(&fine), own);
+            checked
+        };
+        assert_eq!(checked(&[coarse.clone(), own("fine", Some("the time steps"))]), reference);
+        let whole = checked(&[coarse, own("fine", None)]);
+        assert!((whole.uncertainty - 0.1_f64.hypot(1.0)).abs() < 1e-15);
+        assert!(whole.independent.is_some_and(|check| check.of == "fine" && !check.overlaps));
+    }
+}

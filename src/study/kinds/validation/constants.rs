@@ -4,6 +4,8 @@ use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, find};
 use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan};
 use crate::study::kinds::validation::spec::{InputSpec, Purpose, RecordSpec, UnknownSpec, ValidationStudy};
+use crate::wording::either;
+use std::collections::BTreeSet;
 
 /// Most unknowns: their corners are 16 runs.
 const MOST_UNKNOWNS: usize = 4;
@@ -21,8 +23,8 @@ pub fn unknown(u: &UnknownSpec) -> Result<UnknownPlan, String> {
         (Err(why), _) | (_, Err(why)) => Err(why),
     };
     let [low, high] = found.map_err(|why| format!("unknown {}: range: {why}", u.name))?;
-    let unit = unit_of(&u.range[0]);
-    let factor = units::quantity(&format!("1 {unit}")).map_or(1.0, |(f, _)| f);
+    let parts = u.range[0].as_str().and_then(|text| units::parts(text).ok());
+    let (unit, factor) = parts.map_or((String::new(), 1.0), |(_, unit, factor, _)| (unit.into(), factor));
     let (name, key, label, symbol) = (u.name.clone(), u.key.clone(), u.label.clone(), u.symbol.clone());
     Ok(UnknownPlan { name, key, label, symbol, unit, range: [low / factor, high / factor], factor })
 }
@@ -42,16 +44,13 @@ pub fn record(
         if named == Some(false) {
             continue;
         }
-        let there = input.keys.iter().all(|key| find(scene, key).is_ok());
-        match (there, named) {
-            (true, _) => match deviations(input, scene) {
-                Ok(found) => inputs.push((j, found)),
-                Err(why) => wrong.push(format!("input {}, record {}: {why}", input.name, r.name)),
-            },
-            (false, Some(_)) => {
-                wrong.push(format!("input {}: the scene of record {} has not all of its keys", input.name, r.name));
+        match (deviations(input, scene), named) {
+            (Ok(found), Some(_)) if found.is_empty() => {
+                wrong.push(format!("input {}: the scene of record {} has none of its keys", input.name, r.name));
             }
-            (false, None) => {}
+            (Ok(found), None) if found.is_empty() => {}
+            (Ok(found), _) => inputs.push((j, found)),
+            (Err(why), _) => wrong.push(format!("input {}, record {}: {why}", input.name, r.name)),
         }
     }
     RecordPlan {
@@ -65,16 +64,20 @@ pub fn record(
     }
 }
 
-/// Mistakes of unknowns that no calibration record has, of inputs that no scene has, and of too many unknowns.
+/// Mistakes of unknowns that no calibration record has, of keys of inputs that no scene has, and of too many unknowns.
 pub fn without_use(study: &ValidationStudy, records: &[RecordPlan]) -> Vec<String> {
     let mut wrong = vec![];
     let calibrated = |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));
     for (_, u) in study.unknowns.iter().enumerate().filter(|(k, _)| !calibrated(k)) {
         wrong.push(format!("unknown {}: no calibration record has the key {}", u.name, u.key));
     }
-    let used = |j: usize| records.iter().any(|r| r.inputs.iter().any(|(i, _)| *i == j));
-    for (_, i) in study.inputs.iter().enumerate().filter(|(j, _)| !used(*j)) {
-        wrong.push(format!("input {}: no scene has all of its keys {}", i.name, i.keys.join(", ")));
+    for (j, input) in study.inputs.iter().enumerate() {
+        let acted = records.iter().flat_map(|r| &r.inputs).filter(|(i, _)| *i == j).flat_map(|(_, keys)| keys);
+        let acted: BTreeSet<&String> = acted.map(|(key, _)| key).collect();
+        let idle: Vec<&String> = input.keys.iter().filter(|key| !acted.contains(key)).collect();
+        if !idle.is_empty() {
+            wrong.push(format!("input {}: no scene of its records has the key {}", input.name, either(&idle)));
+        }
     }
     if study.unknowns.len() > MOST_UNKNOWNS {
         wrong.push(format!("{} unknowns; at most {MOST_UNKNOWNS} are found at once", study.unknowns.len()));
@@ -82,7 +85,7 @@ pub fn without_use(study: &ValidationStudy, records: &[RecordPlan]) -> Vec<Strin
     wrong
 }
 
-/// The keys of an input with one standard deviation each \[SI\].
+/// The keys of an input that a scene has, with one standard deviation each \[SI\].
 fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
     let (amount, dimension) = units::quantity(&input.deviation).map_err(|e| e.to_string())?;
     if amount <= 0.0 {
@@ -101,16 +104,9 @@ fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64
             false => Err(format!("{key} has another dimension than the deviation \"{}\"", input.deviation)),
         }
     };
-    input.keys.iter().map(one).collect()
+    input.keys.iter().filter(|key| find(scene, key).is_ok()).map(one).collect()
 }
 
 fn number(v: &toml::Value) -> Option<f64> {
     v.as_float().or_else(|| v.as_integer().map(|n| n as f64))
-}
-
-/// Unit of a quantity as it is written.
-fn unit_of(v: &toml::Value) -> String {
-    v.as_str()
-        .and_then(|text| text.trim().split_once(char::is_whitespace))
-        .map_or(String::new(), |(_, unit)| unit.trim().into())
 }

@@ -59,6 +59,13 @@ impl Sources<'_> {
         for name in wanted.iter().chain(q.measured.keys()).filter(|n| !known.contains(n)) {
             wrong.push(format!("quantity {}: there is no record \"{name}\"; {}", q.name, hint(name, &known)));
         }
+        for name in q.measured.keys().filter(|n| known.contains(n) && !wanted.contains(n)) {
+            let remedy = "add it to them, or remove the value";
+            wrong.push(format!(
+                "quantity {}: record {name} has a measured value and is none of its `records`; {remedy}",
+                q.name
+            ));
+        }
         let from_table = q.table.as_ref().map(|spec| table(self.base, spec, &q.unit)).transpose();
         let table = from_table.as_ref().ok().and_then(Option::as_ref);
         let (mut records, mut by_record) = (BTreeMap::new(), BTreeMap::new());
@@ -92,7 +99,11 @@ impl Sources<'_> {
         window: Option<[f64; 2]>,
     ) -> Result<(Vec<f64>, Vec<ErrorPlan>), String> {
         let mut values = q.measured.get(&r.name).map_or(vec![], |v| v.values());
-        values.extend(table.map_or(Ok(vec![]), |t| t.values(r.experiment()))?);
+        let in_table = table.map_or(Ok(vec![]), |t| t.values(r.experiment()))?;
+        if !values.is_empty() && !in_table.is_empty() {
+            return Err("its value is in its table and is typed in too; remove one of the two".into());
+        }
+        values.extend(in_table);
         let (Some(curve), Some(tracks)) = (&q.curve, self.tracks.get(&r.name)) else { return Ok((values, vec![])) };
         if !values.is_empty() {
             return Err("its value is in its tracks and is typed in too; remove one of the two".into());

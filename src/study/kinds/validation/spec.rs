@@ -64,7 +64,7 @@ pub struct UnknownSpec {
 pub struct InputSpec {
     /// Name of the input
     pub name: String,
-    /// Paths into the scenes that change together
+    /// Paths into the scenes that change together; a record has those of its scene
     pub keys: Vec<String>,
     /// Standard deviation: a quantity, or a share of the value in the scene in %
     pub deviation: String,
@@ -72,7 +72,7 @@ pub struct InputSpec {
     pub source: String,
     /// Under which it counts in the budget; the name if absent
     pub group: Option<String>,
-    /// Records that it acts on; all whose scene has the keys if absent
+    /// Records that it acts on; all whose scene has one of the keys if absent
     pub records: Option<Vec<String>>,
 }
 
