@@ -26,39 +26,42 @@ pub enum Engine {
     Hyperqueue,
 }
 
+/// Flags of cases that run here, with which no option of an engine goes: one that `--engine` conflicts with would let clap require it no more.
+const HERE: [&str; 6] = ["only", "partition", "batch", "redo", "extend", "jobs"];
+
 /// How a scheduler runs a study, from the command line.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Options of an engine")]
 pub struct EngineArgs {
     /// Run the cases here, or submit them to a scheduler and return
-    #[arg(long, value_enum, default_value = "local", conflicts_with_all = ["only", "partition", "batch", "redo", "extend", "jobs"])]
+    #[arg(long, value_enum, default_value = "local", conflicts_with_all = HERE)]
     pub engine: Engine,
     /// Print the files of the engine, and submit nothing
-    #[arg(long, requires = "engine")]
+    #[arg(long, requires = "engine", conflicts_with_all = HERE)]
     dry_run: bool,
     /// Option of the scheduler, e.g. --engine-option=--partition=long (of sbatch; of hq, before its command); may be repeated
-    #[arg(long, value_name = "OPTION", allow_hyphen_values = true, requires = "engine")]
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true, requires = "engine", conflicts_with_all = HERE)]
     engine_option: Vec<String>,
     /// Line of shell before each task, e.g. "module load gcc"; may be repeated
-    #[arg(long, value_name = "LINE", requires = "engine")]
+    #[arg(long, value_name = "LINE", requires = "engine", conflicts_with_all = HERE)]
     before: Vec<String>,
     /// Expected time of a task: as many cases are packed into it
-    #[arg(long, value_name = "TIME", default_value = "60 min", requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "60 min", requires = "engine", conflicts_with_all = HERE)]
     task_time: String,
     /// Largest number of tasks
-    #[arg(long, value_name = "N", default_value = "1000", requires = "engine", value_parser = super::arguments::at_least_one)]
+    #[arg(long, value_name = "N", default_value = "1000", requires = "engine", conflicts_with_all = HERE, value_parser = super::arguments::at_least_one)]
     tasks: usize,
     /// Time of a case of which no result tells anything
-    #[arg(long, value_name = "TIME", default_value = "10 min", requires = "engine")]
+    #[arg(long, value_name = "TIME", default_value = "10 min", requires = "engine", conflicts_with_all = HERE)]
     case_time: String,
     /// Memory of such a case, and of the report, in GiB
-    #[arg(long, value_name = "GIB", default_value = "2", requires = "engine")]
+    #[arg(long, value_name = "GIB", default_value = "2", requires = "engine", conflicts_with_all = HERE)]
     case_memory: f64,
     /// Requested time over expected time
-    #[arg(long, value_name = "FACTOR", default_value = "2", requires = "engine")]
+    #[arg(long, value_name = "FACTOR", default_value = "2", requires = "engine", conflicts_with_all = HERE)]
     time_factor: f64,
     /// Requested memory over expected memory; 0 requests none
-    #[arg(long, value_name = "FACTOR", default_value = "1.5", requires = "engine")]
+    #[arg(long, value_name = "FACTOR", default_value = "1.5", requires = "engine", conflicts_with_all = HERE)]
     memory_factor: f64,
 }
 

@@ -263,7 +263,9 @@ const AS_TABLE: &str = "write { \"mesh.cells\" = 4500 }";
 fn check_id(id: &str) -> Result<(), (String, &'static str)> {
     if id.len() > MOST_BYTES {
         let (begin, bytes): (String, _) = (id.chars().take(40).collect(), id.len());
-        let fact = format!("the id of case {begin}… has {bytes} bytes, and its files may have names of {MOST_BYTES}");
+        let fact = format!(
+            "the id of case {begin}… has {bytes} bytes, and an id, which names files, has {MOST_BYTES} at most"
+        );
         return Err((fact, "shorten the names of family, variant or member, which make it up"));
     }
     if !is_ambiguous(id) {

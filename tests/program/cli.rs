@@ -403,6 +403,9 @@ fn a_record_is_that_of_the_series_next_to_it() {
     std::fs::write(&series, before).expect("writable");
     let (_, error) = program::call(ROOT, &["report", record.to_str().expect("UTF-8")], 2);
     assert!(error.contains("scene.csv: its contents are not those that were stored with"), "{error}");
+    let copy = keep.path().join("kept.json");
+    std::fs::copy(&record, &copy).expect("writable");
+    call(&["report", copy.to_str().expect("UTF-8")], 0);
 }
 
 /// Where another process has the right to the name, nothing is run.

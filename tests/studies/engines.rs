@@ -201,6 +201,7 @@ fn a_missing_engine_says_what_to_install() {
     for (options, words) in [
         (&["--dry-run"][..], "--engine"),
         (&["--task-time", "5 min"], "--engine"),
+        (&["--task-time", "5 min", "--jobs", "2"], "cannot be used with"),
         (&["--engine", "local", "--dry-run"], "--dry-run prints the files of a scheduler"),
         (&["--engine", "local", "--task-time", "nonsense"], "--task-time"),
     ] {

@@ -55,7 +55,7 @@ fn simulate(args: Args) -> CommandResult {
     threads::use_threads(args.threads.unwrap_or_else(threads::available));
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
-    let (_name, earlier) = check_out(&args.out, &name)?;
+    let (_lock, earlier) = check_out(&args.out, &name)?;
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;

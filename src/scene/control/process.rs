@@ -83,6 +83,8 @@ impl Process {
         let written = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };
         let words = shlex::split(&written).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| ControlError::Command { command: command.into() })?;
+        // As the files are before the program runs, which may write some of them
+        let identity = identity(&words);
         let failed = |reason: String| ControlError::Start { command: command.into(), reason };
         let mut process = Command::new(&words[0]);
         process.args(&words[1..]).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -101,7 +103,7 @@ impl Process {
                 }
             }
         });
-        let (columns, signals, identity) = (Vec::new(), Vec::new(), identity(&words));
+        let (columns, signals) = (Vec::new(), Vec::new());
         Ok(Self { child, input, lines, timeout, stop, columns, signals, identity, t: 0.0, waited: Duration::ZERO })
     }
 

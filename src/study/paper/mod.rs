@@ -37,9 +37,11 @@ pub fn of_run(record: &Path) -> Result<PathBuf, ReportError> {
         Err(ReportError::Malformed { path, source }) => return Err(ReportError::NotARecord { path, source }),
         read => read?.ok_or(ReportError::NotAStudy { path })?,
     };
+    // A copy of a record under another name says nothing about the files there
+    let is_own = record.file_stem().is_some_and(|stem| *stem == *run.id);
     let stored = |file: &&FileDigest| storage::read(&record.with_file_name(&file.file), DATA_LIMIT);
     let is_other = |file: &&FileDigest| stored(file).is_ok_and(|bytes| sha256(bytes) != file.sha256);
-    if let Some(other) = run.provenance.results.iter().find(is_other) {
+    if let Some(other) = run.provenance.results.iter().filter(|_| is_own).find(is_other) {
         return Err(ReportError::OtherFile { path: record.with_file_name(&other.file), record: record.into() });
     }
     let dir = record.with_file_name(format!("{}-paper", run.id));

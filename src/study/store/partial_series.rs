@@ -16,7 +16,9 @@ impl NameLock {
     /// Takes the right; refused where another process has it.
     pub fn take(dir: &Path, name: &str) -> Result<Self, StoreError> {
         let path = dir.join(format!(".{name}.lock"));
-        let file = File::options().create(true).append(true).open(&path).map_err(|e| unwritable(&path, &e))?;
+        // Windows locks no file that is open for appending alone
+        let file = File::options().create(true).read(true).append(true).open(&path);
+        let file = file.map_err(|e| unwritable(&path, &e))?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
                 let reason = "another process runs a scene of this name there".into();
