@@ -354,6 +354,29 @@ fn peaks_that_are_changes_are_called_so() {
     assert_eq!(drawn(50.0), [true, true, false]);
 }
 
+/// Quantities in the same words have columns of their own, called by their names.
+#[test]
+fn quantities_in_the_same_words_have_columns_of_their_own() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| p * q);
+    for case in &mut stored {
+        let (mut wave, mut probe) =
+            (case.series.columns["cable_tension_N"].clone(), case.record.probes["cable_tension_N"].clone());
+        wave.iter_mut().for_each(|value| *value *= 2.0);
+        probe.peak *= 2.0;
+        case.series.columns.insert("other_N".into(), wave);
+        case.record.probes.insert("other_N".into(), probe);
+    }
+    let quantities = study.quantities.get_mut("length").expect("quantities");
+    let other = Quantity { name: "other_N".into(), ..quantities[0].clone() };
+    quantities.push(other);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let table = std::fs::read_to_string(dir.path().join("tables/points.csv")).expect("a table");
+    assert!(table.starts_with("p [kPa],q [kPa],Control,cable_tension_N [N],other_N [N],Status,"), "{table}");
+    assert!(table.contains("\n1,1,length,1.000,2.000,Converged,"), "{table}");
+}
+
 /// Squares without room for numbers have a colour bar from their least to their largest value; those with numbers have none.
 #[test]
 fn a_map_has_numbers_or_a_colour_bar() {
