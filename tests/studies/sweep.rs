@@ -393,6 +393,17 @@ fn a_map_has_numbers_or_a_colour_bar() {
     assert!(many.matches("<rect").count() > 3 * 40, "{many}");
 }
 
+/// Values that differ by rounding are one: the squares have one colour, that of the middle of their bar, whose ticks are a tenth around it.
+#[test]
+fn a_map_of_rounding_has_one_colour() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let q: Vec<f64> = (1..=20).map(f64::from).collect();
+    synthetic::store(dir.path(), &study(&[1.0, 2.0], &q, |p, q| 100.0 * (1.0 + 2.0 * f64::EPSILON * (p + q))));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let map = std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn");
+    assert!(["\n90\n", "\n100\n", "\n110\n"].iter().all(|tick| map.contains(tick)), "{map}");
+}
+
 /// The panel of a quantity against the axes, and the page.
 fn against(study: &(StudyRecord, Vec<StoredCase>)) -> [String; 2] {
     let dir = tempfile::tempdir().expect("temporary folder");
