@@ -102,10 +102,10 @@ pub fn label_lines(label: &str, room: i32) -> (i32, Vec<String>) {
     }
 }
 
-/// The words of a label, and the symbol and the unit behind them.
+/// The words of a label, and the symbol and the unit behind them; of several symbols, as of `modulus E (with ρ) [kPa]`, all stay.
 fn symbol_and_unit(label: &str) -> (&str, &str) {
     let unit = label.rfind(" [").unwrap_or(label.len());
-    let symbol = label[..unit].rfind(&format!(" {}", ITALIC.0));
+    let symbol = label[..unit].find(&format!(" {}", ITALIC.0));
     label.split_at(symbol.unwrap_or(unit))
 }
 
@@ -134,6 +134,9 @@ mod tests {
         assert_eq!(heading_lines(long, 1600).1.len(), 2);
         let lines = |label: &str| label_lines(label, 900).1;
         assert_eq!(lines(&format!("reach {} [m]", italic("x"))).len(), 1);
+        let [modulus, density] = ["E", "rho"].map(italic);
+        let with = format!(" {modulus} (with {density}) [kPa]");
+        assert!(label_within(&format!("{long}{with}"), 900).1.ends_with(&with));
         let tip = format!("displacement of the tip of the finger {} [m]", italic("z_tip"));
         assert!(lines(&tip).len() == 2 && lines(&tip).join(" ") == tip, "no word is lost: {:?}", lines(&tip));
         assert_eq!(wrapped("one two", SMALL, 1, 1), ["…"]);

@@ -421,6 +421,29 @@ fn peaks_that_are_changes_are_called_so() {
     assert_eq!(drawn(50.0), [true, true, false]);
 }
 
+/// Quantities in the same words have columns of their own, called by their names.
+#[test]
+fn quantities_in_the_same_words_have_columns_of_their_own() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| p * q);
+    for case in &mut stored {
+        let (mut wave, mut probe) =
+            (case.series.columns["cable_tension_N"].clone(), case.record.probes["cable_tension_N"].clone());
+        wave.iter_mut().for_each(|value| *value *= 2.0);
+        probe.peak *= 2.0;
+        case.series.columns.insert("other_N".into(), wave);
+        case.record.probes.insert("other_N".into(), probe);
+    }
+    let quantities = study.quantities.get_mut("length").expect("quantities");
+    let other = Quantity { name: "other_N".into(), ..quantities[0].clone() };
+    quantities.push(other);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let table = std::fs::read_to_string(dir.path().join("tables/points.csv")).expect("a table");
+    assert!(table.starts_with("p [kPa],q [kPa],Control,cable_tension_N [N],other_N [N],Status,"), "{table}");
+    assert!(table.contains("\n1,1,length,1.000,2.000,Converged,"), "{table}");
+}
+
 /// Squares without room for numbers have a colour bar from their least to their largest value; those with numbers have none.
 #[test]
 fn a_map_has_numbers_or_a_colour_bar() {
@@ -435,6 +458,17 @@ fn a_map_has_numbers_or_a_colour_bar() {
     assert!(few.contains("\n2.00\n") && few.matches("<rect").count() <= 2 * Q.len() + 1, "{few}");
     assert!(["\n30\n", "\n40\n"].iter().all(|tick| many.contains(tick)) && !many.contains("\n2.00\n"), "{many}");
     assert!(many.matches("<rect").count() > 3 * 40, "{many}");
+}
+
+/// Values that differ by rounding are one: the squares have one colour, that of the middle of their bar, whose ticks are a tenth around it.
+#[test]
+fn a_map_of_rounding_has_one_colour() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let q: Vec<f64> = (1..=20).map(f64::from).collect();
+    synthetic::store(dir.path(), &study(&[1.0, 2.0], &q, |p, q| 100.0 * (1.0 + 2.0 * f64::EPSILON * (p + q))));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let map = std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn");
+    assert!(["\n90\n", "\n100\n", "\n110\n"].iter().all(|tick| map.contains(tick)), "{map}");
 }
 
 /// The panel of a quantity against the axes, and the page.

@@ -1,14 +1,17 @@
 //! Measured tracks as marks, recorded points as lines: one panel per coordinate.
 
 use super::markers::{MarkerOverlay, Pair, words};
-use crate::report::canvas::{INK, MARKS, figure, hollow, mm};
+use crate::report::canvas::{INK, MARKS, SMALL, figure, hollow, mm, page_height};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, apart, legend, stroke, style};
+use crate::report::measure::{shortened, width};
 use crate::report::plot::{Axis, Plot};
 
 /// Least distance of the marks of one marker in a panel \[units\].
 const APART: i32 = 54;
-/// Markers that the legend has room for.
-const ENTRIES: usize = 20;
+/// Markers that the legend names, as many as a page has room for below the panels.
+const ENTRIES: [f64; 2] = [6.0, 20.0];
+/// Lines of the legend above those of the markers.
+const HEAD: f64 = 2.5;
 
 /// Height of a panel and distance from one to the next \[mm\].
 const TALL: f64 = 36.0;
@@ -16,9 +19,10 @@ const STEP: f64 = 44.0;
 
 pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
     let (left, top) = (18.0, 4.0);
-    let named = overlay.pairs.len().min(ENTRIES);
-    let lines = 2.5 + named as f64;
-    let WithLegend { wide, legend: key, size } = WithLegend::new((left, top, top + 3.0 * STEP + 6.0), lines);
+    let bottom = top + 3.0 * STEP + 6.0;
+    let room = (page_height() - bottom - 3.0) / LINE - HEAD;
+    let named = overlay.pairs.len().min(room.clamp(ENTRIES[0], ENTRIES[1]) as usize);
+    let WithLegend { wide, legend: key, size } = WithLegend::new((left, top, bottom), HEAD + named as f64);
     let svg = figure(size.0, size.1, "", |area| {
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let upper = top + STEP * axis as f64;
@@ -49,10 +53,12 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
         let entry = |(k, pair): (usize, &Pair)| {
             let off = pair.distance.as_ref().map(|d| (1e3 * d.rms_m, 1e3 * d.largest_m));
             let off = off.map_or(String::new(), |(rms, largest)| format!(": rms {rms:.2}, largest {largest:.2} mm"));
-            (Sample::Stroke(k), format!("{}{off}", pair.marker))
+            // A long name is shortened, and not the numbers behind it
+            let room = mm(size.0 - key.0 - 7.0) - width(&off, SMALL);
+            (Sample::Stroke(k), shortened(&pair.marker, SMALL, room) + &off)
         };
         let entries: Vec<_> = overlay.pairs.iter().enumerate().take(named).map(entry).collect();
-        legend(area, at(2.5), &entries);
+        legend(area, at(HEAD), &entries);
     });
     let all: Vec<String> = overlay.pairs.iter().filter_map(|p| p.distance.as_ref()).map(words).collect();
     let caption = if all.is_empty() { "No row of the tracks is within the run".into() } else { all.join("; ") };
@@ -67,7 +73,7 @@ mod tests {
     use super::*;
     use crate::study::curve::Curve;
 
-    /// Every marker has a line of its own look, and up to twenty have an entry; of more the caption says so.
+    /// Every marker has a line of its own look, and as many as a page has room for have an entry; of more the caption says so.
     #[test]
     fn no_two_markers_look_alike() {
         let of = |count: usize| {
@@ -80,8 +86,8 @@ mod tests {
             };
             let overlay = MarkerOverlay { source: "f".into(), pairs: (0..count).map(pair).collect(), note: None };
             let figure = draw("markers", &overlay);
-            (figure.svg.matches("marker ").count(), figure.caption.contains("names the first 20 of 25 markers"))
+            (figure.svg.matches("marker ").count(), figure.caption.contains("names the first 17 of 25 markers"))
         };
-        assert_eq!([of(8), of(25)], [(8, false), (20, true)]);
+        assert_eq!([of(8), of(25)], [(8, false), (17, true)]);
     }
 }

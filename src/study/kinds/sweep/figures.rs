@@ -1,5 +1,6 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
+use crate::report::axis::ROUNDING;
 use crate::report::canvas::{
     Area, At, INK, Mark, RGB, SMALL, block, figure, hollow, italic, line, mark, mm, page_width, text,
 };
@@ -91,7 +92,7 @@ fn other_keys(a: &SweepFindings) -> impl Iterator<Item = &AxisRecord> {
 /// The keys that go along with the first one of a list, on its axis: ` (with ρ)`.
 fn with(a: &SweepFindings) -> String {
     let symbols: Vec<String> = other_keys(a).filter(|_| goes_along(a)).map(|axis| italic(&axis.symbol)).collect();
-    if symbols.is_empty() { String::new() } else { format!(" (with {})", wording::all(&symbols)) }
+    if symbols.is_empty() { String::new() } else { format!(" (with {})", wording::few(&symbols)) }
 }
 
 /// How a list changes further keys, for a caption that has named its first one: `, along which density ρ goes from 1 g/cm³ to 9 g/cm³ too`.
@@ -337,7 +338,7 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
             let frame = panels.frame(k, (TOP, row), tall);
             squares(area, q, numbers, (first, second), frame);
             if !numbers.have_room() {
-                numbers.color_bar(area, frame[2] + 2.0, (frame[1], frame[3]), q.range());
+                numbers.color_bar(area, frame[2] + 2.0, (frame[1], frame[3]), ends(q));
             }
             let title = format!("{}{}", peak_name(q), numbers.brackets());
             let [left, top, ..] = frame.map(mm);
@@ -355,6 +356,12 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
 /// Room of a colour bar at the right of a map \[mm\].
 const BAR: f64 = ROOM + 2.0;
 
+/// Least and largest value of a map, which are the same where only rounding is between them.
+fn ends(q: &ByQuantity<Dependence>) -> [f64; 2] {
+    let [low, high] = q.range();
+    if high - low > ROUNDING * low.abs().max(high.abs()) { [low, high] } else { [low; 2] }
+}
+
 /// Squares of a map with their numbers, where all of them have room.
 fn squares(
     area: &Area,
@@ -366,7 +373,7 @@ fn squares(
     let [left, top, right, bottom] = frame;
     let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
     let (w, h) = ((right - left) / columns, (bottom - top) / rows);
-    let [low, high] = q.range();
+    let [low, high] = ends(q);
     for p in &q.points {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
         let share = if high > low { (p.value - low) / (high - low) } else { 0.5 };

@@ -124,9 +124,14 @@ fn value_of(axis: &AxisRecord, k: usize) -> String {
     number.map_or_else(|| axis.values[k].clone(), |n| n.to_string())
 }
 
-/// The heading of a judged quantity, with its unit, and its meaning.
-fn judged(q: &ByQuantity<Dependence>) -> (String, String, String) {
-    (q.peak_symbol(), q.quantity.unit.clone(), q.peak_label())
+/// Forms of a heading, of which a column has the first that no other one has: the symbol, the label with it, and the name.
+fn forms(symbol: &str, label: &str, name: &str) -> [String; 3] {
+    [symbol.into(), format!("{label} {symbol}"), name.into()]
+}
+
+/// Forms of the heading of a judged quantity, and its unit.
+fn judged(q: &ByQuantity<Dependence>) -> ([String; 3], String) {
+    (forms(&q.peak_symbol(), &q.peak_label(), &q.quantity.name), q.quantity.unit.clone())
 }
 
 /// A column for every key, and for every quantity of some variant.
@@ -150,19 +155,19 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         row.push(format!("{:.*}", digits(r.cpu_s), r.cpu_s));
         rows.push(row);
     }
-    // One symbol of two meanings is no heading
-    let symbols = || a.axes.iter().map(|axis| &axis.symbol).chain(shown.iter().map(|(symbol, ..)| symbol));
-    let heading = |symbol: &String, label: &str| match symbols().filter(|s| *s == symbol).count() {
-        1 => symbol.clone(),
-        _ => format!("{label} {symbol}"),
+    let of_axes: Vec<[String; 3]> = a.axes.iter().map(|axis| forms(&axis.symbol, &axis.label, &axis.name)).collect();
+    let heading = |own: &[String; 3]| {
+        let all = || of_axes.iter().chain(shown.iter().map(|(forms, _)| forms));
+        let form = (0..2).find(|k| all().filter(|other| other[*k] == own[*k]).count() == 1);
+        own[form.unwrap_or(2)].clone()
     };
-    let of_axis = |axis: &AxisRecord| {
+    let of_axis = |(axis, own): (&AxisRecord, &[String; 3])| {
         let is_number = !axis.numbers.is_empty();
-        (heading(&axis.symbol, &axis.label), if is_number { raised(&axis.unit) } else { String::new() }, is_number)
+        (heading(own), if is_number { raised(&axis.unit) } else { String::new() }, is_number)
     };
-    let mut columns: Vec<(String, String, bool)> = a.axes.iter().map(of_axis).collect();
+    let mut columns: Vec<(String, String, bool)> = a.axes.iter().zip(&of_axes).map(of_axis).collect();
     columns.extend(headings(&[("Control", "", false)]));
-    columns.extend(shown.iter().map(|(symbol, unit, label)| (heading(symbol, label), unit.clone(), true)));
+    columns.extend(shown.iter().map(|(own, unit)| (heading(own), unit.clone(), true)));
     columns.extend(headings(&[
         ("Status", "", false),
         ("Steps", "", true),
@@ -170,8 +175,8 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         ("Cuts", "", true),
         ("CPU", "s", true),
     ]));
-    let keys: Vec<String> = a.axes.iter().map(|axis| format!("{} {}", axis.label, axis.symbol)).collect();
-    let quantities: Vec<String> = shown.iter().map(|(symbol, _, label)| format!("{label} {symbol}")).collect();
+    let keys: Vec<&String> = of_axes.iter().map(|[_, words, _]| words).collect();
+    let quantities: Vec<&String> = shown.iter().map(|([_, words, _], _)| words).collect();
     Table {
         name: "points",
         caption: format!(
