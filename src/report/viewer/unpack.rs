@@ -62,6 +62,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
         false => block.indices(array).filter(|own| own.len() == count),
     };
     let facets = below(block.indices(&head["facets"])?, count)?;
+    let cells = below(block.indices(&head["cells"])?, nodes)?;
     let facet_cells = below(block.indices(&head["facetCells"])?, cell_count)?;
     let parts = head["parts"].as_array()?.iter().map(|p| {
         let (first, own): (u32, u32) = (plain(&p["first"])?, plain(&p["count"])?);
@@ -80,10 +81,11 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     fits.then_some(Shape {
         points: (0..count).map(point).collect(),
         nodes: numbers(&head["nodeNumbers"], nodes)?,
-        has_own_numbers: plain(&head["ownNumbers"]).unwrap_or_default(),
+        // Pages of earlier versions have the numbers of the mesh where they have its inside
+        has_own_numbers: plain(&head["ownNumbers"]).unwrap_or(cells.is_empty()),
         facet_nodes,
         facet_numbers: (0..facet_cells.len() as u32).collect(),
-        cells: below(block.indices(&head["cells"])?, nodes)?,
+        cells,
         cell_numbers: numbers(&head["cellNumbers"], cell_count)?,
         parts: parts.collect::<Option<_>>()?,
         marked: marked.collect::<Option<_>>()?,
