@@ -170,3 +170,49 @@ impl Block {
         self.words(array, "u32")?.into_iter().map(next).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::viewer::pack::pack;
+
+    /// A page of one triangle of a mesh with these times and rows.
+    fn triangle(times: Vec<f64>, rows: Vec<Vec<f64>>) -> Packed {
+        let shape = Shape {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            nodes: vec![4, 7, 9],
+            facet_nodes: 3,
+            facets: vec![0, 1, 2],
+            facet_cells: vec![0],
+            cell_numbers: vec![5],
+            ..Shape::default()
+        };
+        let curves = Curves { columns: vec!["t_s".into(), "v".into()], rows };
+        pack(&Model { shape, times, curves, ..Model::default() })
+    }
+
+    /// Late in a run the times of neighbours are one in single precision, and a page does not have room for all rows.
+    #[test]
+    fn every_state_keeps_the_row_of_its_exact_time() {
+        let rows: Vec<Vec<f64>> = (0..12_000).map(|k| vec![86_400.0 + f64::from(k) / 1000.0, f64::from(k)]).collect();
+        let states = [0, 1, 2, 7001, 7003, 11_999];
+        let packed = triangle(states.map(|k| rows[k][0]).into(), rows.clone());
+        let found = unpack(&packed).expect("sound").curves.rows;
+        assert!(found.len() < rows.len() / 2, "{}", found.len());
+        assert!(states.iter().all(|k| found.contains(&rows[*k])));
+    }
+
+    /// A page of an earlier version does not say the numbers of the mesh; without the inside of the body they are not known.
+    #[test]
+    fn numbers_of_the_mesh_come_back_where_a_page_has_them() {
+        let mut packed = triangle(vec![], vec![]);
+        let found = |packed: &Packed| {
+            let shape = unpack(packed).expect("sound").shape;
+            (shape.nodes, shape.cell_numbers, shape.has_own_numbers)
+        };
+        assert_eq!(found(&packed), (vec![4, 7, 9], vec![5], false));
+        let head = packed.head.as_object_mut().expect("a table");
+        ["nodeNumbers", "cellNumbers", "ownNumbers"].iter().for_each(|key| drop(head.remove(*key)));
+        assert_eq!(found(&packed), (vec![0, 1, 2], vec![0], true));
+    }
+}
