@@ -17,7 +17,7 @@ const KEYS =
 const union = (ranges) => [Math.min(...ranges.map((r) => r[0])), Math.max(...ranges.map((r) => r[1]))];
 
 /** A node or cell by its number in the mesh; where that is not known, as a point of the page. */
-const place = ({ head, nodeNumbers, cellNumbers }, isNode, k) => `${!isNode ? "cell" : head.ownNumbers ? "point" : "node"} ${(isNode ? nodeNumbers : cellNumbers)?.[k] ?? k}`;
+const place = ({ hasOwnNumbers, nodeNumbers, cellNumbers }, isNode, k) => `${!isNode ? "cell" : hasOwnNumbers ? "point" : "node"} ${(isNode ? nodeNumbers : cellNumbers)?.[k] ?? k}`;
 
 /** Whether neither sign is a trifle. */
 const hasBothSigns = ([low, high]) => low < 0 && high > 0 && Math.min(-low, high) > 0.05 * Math.max(-low, high);
@@ -421,6 +421,12 @@ export class App {
   #key(e) {
     if (/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName) && e.target.type !== "range" && e.target.type !== "checkbox") return;
     if (e.ctrlKey || e.metaKey || e.altKey) return;
+    // A slider that takes any place has a step of its own in each browser
+    const by = e.target === this.slider ? { ArrowLeft: -1, ArrowDown: -1, PageDown: -10, ArrowRight: 1, ArrowUp: 1, PageUp: 10 }[e.key] : 0;
+    if (by) {
+      e.preventDefault();
+      return this.step(by);
+    }
     const views = Object.keys(VIEWS);
     const flip = (key) => this.boxes[key]?.click();
     const act = {

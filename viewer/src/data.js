@@ -138,6 +138,8 @@ export class Case {
     this.facets = read(head.facets);
     this.facetCells = read(head.facetCells);
     this.cells = read(head.cells);
+    /** Pages of earlier versions have the numbers of the mesh where they have its inside */
+    this.hasOwnNumbers = head.ownNumbers ?? !this.cells.length;
     this.parts = head.parts.map((p) => ({ ...p, triangles: read(p.triangles) }));
     this.marked = head.marked.map((m) => ({ ...m, facets: read(m.facets), points: read(m.points) }));
     this.motion = new Modes(bytes, head.motion);

@@ -101,6 +101,9 @@ assert.deepEqual(gap.range(gap.quantities[0]), [0, 2]);
 
 // Numbers of the mesh, where the page has a part of its nodes
 assert.deepEqual(Array.from(triangle([0], [], [], (block) => ({ nodeNumbers: block.u32([4, 7, 9]) })).nodeNumbers), [4, 7, 9]);
+// A page of an earlier version does not say them: they are known where it has the inside
+const earlier = [[], [0, 1, 2, 0]].map((cells) => triangle([0], [], [], (block) => ({ cells: block.u32(cells) })).hasOwnNumbers);
+assert.deepEqual([...earlier, triangle([0], [], [], () => ({ ownNumbers: false })).hasOwnNumbers], [true, false, false]);
 
 // Far from zero positions are relative to a corner
 const far = triangle([0], [], [], () => ({ origin: [1e8, 0, 0] }));

@@ -117,6 +117,9 @@ async function acts() {
     await run("viewer.seek(viewer.times[0])");
     await act("full stop is the next state", press("."), (a, b) => b.time > a.time);
     await act("comma is the state before", press(","), (a, b) => b.time < a.time);
+    // From a place between the first two states, whatever step a browser has
+    const second = await run("const [first, second] = viewer.cases.reduce((a, b) => (b.states > a.states ? b : a)).times; viewer.seek(first + 0.1 * (second - first)); viewer.slider.focus(); return second");
+    await act("arrow key on the slider is the next state", press("ArrowRight"), (_, b) => b.time === second);
     await run("viewer.canvases[0].focus()");
     await act("space plays", press(" "), (_, b) => b.playing);
     await act("space stops", press(" "), (_, b) => !b.playing);
@@ -169,7 +172,7 @@ async function numbers() {
   found.picked = [];
   for (const text of ["", "2,5"]) {
     found.factors.push((await type("Factor of the displacements", text))[0]);
-    found.picked.push(await run("viewer.panes[0].pick = 1; viewer.redraw('pick'); for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame); return viewer.readout.textContent"));
+    found.picked.push(await run("const [c, pane] = [viewer.cases[0], viewer.panes[0]]; pane.pick = c.extremes(c.quantity('displacement'), pane.state).highAt; viewer.redraw('pick'); for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame); return viewer.readout.textContent"));
   }
   await run("viewer.choose('regions'); await viewer.out.file('svg')");
   found.words = await run(SVG_WORDS);

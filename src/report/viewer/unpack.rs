@@ -62,6 +62,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
         false => block.indices(array).filter(|own| own.len() == count),
     };
     let facets = below(block.indices(&head["facets"])?, count)?;
+    let cells = below(block.indices(&head["cells"])?, nodes)?;
     let facet_cells = below(block.indices(&head["facetCells"])?, cell_count)?;
     let parts = head["parts"].as_array()?.iter().map(|p| {
         let (first, own): (u32, u32) = (plain(&p["first"])?, plain(&p["count"])?);
@@ -80,10 +81,11 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     fits.then_some(Shape {
         points: (0..count).map(point).collect(),
         nodes: numbers(&head["nodeNumbers"], nodes)?,
-        has_own_numbers: plain(&head["ownNumbers"]).unwrap_or_default(),
+        // Pages of earlier versions have the numbers of the mesh where they have its inside
+        has_own_numbers: plain(&head["ownNumbers"]).unwrap_or(cells.is_empty()),
         facet_nodes,
         facet_numbers: (0..facet_cells.len() as u32).collect(),
-        cells: below(block.indices(&head["cells"])?, nodes)?,
+        cells,
         cell_numbers: numbers(&head["cellNumbers"], cell_count)?,
         parts: parts.collect::<Option<_>>()?,
         marked: marked.collect::<Option<_>>()?,
@@ -166,5 +168,51 @@ impl Block {
             u32::try_from(past).ok()
         };
         self.words(array, "u32")?.into_iter().map(next).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::viewer::pack::pack;
+
+    /// A page of one triangle of a mesh with these times and rows.
+    fn triangle(times: Vec<f64>, rows: Vec<Vec<f64>>) -> Packed {
+        let shape = Shape {
+            points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            nodes: vec![4, 7, 9],
+            facet_nodes: 3,
+            facets: vec![0, 1, 2],
+            facet_cells: vec![0],
+            cell_numbers: vec![5],
+            ..Shape::default()
+        };
+        let curves = Curves { columns: vec!["t_s".into(), "v".into()], rows };
+        pack(&Model { shape, times, curves, ..Model::default() })
+    }
+
+    /// Late in a run the times of neighbours are one in single precision, and a page does not have room for all rows.
+    #[test]
+    fn every_state_keeps_the_row_of_its_exact_time() {
+        let rows: Vec<Vec<f64>> = (0..12_000).map(|k| vec![86_400.0 + f64::from(k) / 1000.0, f64::from(k)]).collect();
+        let states = [0, 1, 2, 7001, 7003, 11_999];
+        let packed = triangle(states.map(|k| rows[k][0]).into(), rows.clone());
+        let found = unpack(&packed).expect("sound").curves.rows;
+        assert!(found.len() < rows.len() / 2, "{}", found.len());
+        assert!(states.iter().all(|k| found.contains(&rows[*k])));
+    }
+
+    /// A page of an earlier version does not say the numbers of the mesh; without the inside of the body they are not known.
+    #[test]
+    fn numbers_of_the_mesh_come_back_where_a_page_has_them() {
+        let mut packed = triangle(vec![], vec![]);
+        let found = |packed: &Packed| {
+            let shape = unpack(packed).expect("sound").shape;
+            (shape.nodes, shape.cell_numbers, shape.has_own_numbers)
+        };
+        assert_eq!(found(&packed), (vec![4, 7, 9], vec![5], false));
+        let head = packed.head.as_object_mut().expect("a table");
+        ["nodeNumbers", "cellNumbers", "ownNumbers"].iter().for_each(|key| drop(head.remove(*key)));
+        assert_eq!(found(&packed), (vec![0, 1, 2], vec![0], true));
     }
 }
