@@ -5,7 +5,7 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
-from . import surface
+from . import convert, surface
 from .errors import BadRequest
 from .geometry import MM, SNAP, Geometry, boundary_faces
 from .request import Request
@@ -59,7 +59,8 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
 def load(path: Path, format: str) -> None:
     """Import a file into the current gmsh model, the solids first."""
     try:
-        gmsh.model.occ.importShapes(str(path), highestDimOnly=False, format=format)
+        with convert.prepared(path, format) as readable:
+            gmsh.model.occ.importShapes(str(readable), highestDimOnly=False, format=format)
     except Exception as error:
         raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete") from None
 
