@@ -32,7 +32,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
 
     volume: that of the CAD [m³], for the first guess of the length."""
     guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
-    criteria = criteria_for(request, guess, 1.0)
+    criteria = criteria_for(request, guess)
     size = min(criteria["facet_size"], criteria["cell_size"]) / MM / 2
     if request.seed:  # CGAL draws its first points from the triangles of the surface: another surface, another sample
         size *= random.Random(request.seed).uniform(0.6, 1.0)
@@ -134,13 +134,13 @@ def sized(request: Request, body: Surface, volume: float) -> tuple:
     found = {}
 
     def generate(length: float, _jitter: int) -> int:
-        found["criteria"] = criteria_for(request, guess, length / guess)
+        found["criteria"] = criteria_for(request, length)
         first = first_points(body, found["criteria"]["facet_size"] / MM, request.seed)
         found["mesh"] = make_mesh(cgal, polyhedron, first, found["criteria"], switches(request))
         return len(found["mesh"][1])
 
     if request.cells:
-        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log)
+        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log, bound="CGAL's criteria")
     else:
         length = guess
         log(f"{generate(length, 0)} cells")
@@ -148,11 +148,10 @@ def sized(request: Request, body: Surface, volume: float) -> tuple:
     return *found["mesh"], notes
 
 
-def criteria_for(request: Request, length: float, scale: float) -> dict:
-    """The criteria [degrees, 1, m]: those of the request, otherwise defaults for the length; lengths are multiplied by `scale`."""
+def criteria_for(request: Request, length: float) -> dict:
+    """The criteria [degrees, 1, m]: those of the request, otherwise defaults for the length."""
     values = {name: value * (length if name in CGAL_LENGTHS else 1) for name, value in DEFAULTS.items()}
-    values |= {name: value for name, value in request.cgal.items() if name in DEFAULTS}
-    return {name: value * (scale if name in CGAL_LENGTHS else 1) for name, value in values.items()}
+    return values | {name: value for name, value in request.cgal.items() if name in DEFAULTS}
 
 
 def switches(request: Request) -> dict:
