@@ -232,6 +232,10 @@ impl Body {
 
     /// A mesh of the mesher, with what is to be said of it.
     fn generated(file: &Path, made: Generated, levels: u32) -> Result<Self, SceneError> {
+        if let Some(name) = made.manifest.volumes_cad_m3.keys().find(|name| !made.mesh.regions.contains_key(*name)) {
+            let fact = format!("the mesh has no cells of {name}, which the CAD has");
+            return Err(content(file, fact, "use more cells or a smaller size"));
+        }
         let (volumes, off) = (SourceVolume::all(&made.manifest, &made.mesh), straightened(levels, &made.manifest));
         let mut body = Self::of_file(file, made.mesh, (&made.path, Reader::Msh))?;
         body.paths = made.manifest.paths;
