@@ -88,18 +88,21 @@ def graded(entry: dict, geometry, h: float) -> list:
             add_field("Ball", {}, VIn=small, VOut=h, Radius=near, Thickness=near, XCenter=x, YCenter=y, ZCenter=z)
             for x, y, z in points
         ]
-    distance = add_field("Distance", {"SurfacesList": points}, Sampling=sampling(points, near))
-    return [add_field("Threshold", {}, InField=distance, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near)]
+    alike = {}
+    for face in points:
+        alike.setdefault(sampling(face, near), []).append(face)
+    distances = [add_field("Distance", {"SurfacesList": faces}, Sampling=number) for number, faces in alike.items()]
+    return [add_field("Threshold", {}, InField=field, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near) for field in distances]
 
 
-def sampling(faces: list, distance: float) -> int:
-    """Number of points along the diagonal of a face by which gmsh finds distances from it: two for each `distance` [mm] of grading."""
-    boxes = np.array([gmsh.model.getBoundingBox(2, face) for face in faces])
-    wanted = math.ceil(2 * np.linalg.norm(boxes[:, 3:] - boxes[:, :3], axis=1).max() / distance)
+def sampling(face: int, distance: float) -> int:
+    """Number of points along the diagonal of a face by which gmsh finds distances from it: two or more for each `distance` [mm] of grading."""
+    box = gmsh.model.getBoundingBox(2, face)
+    wanted = 2 * math.dist(box[:3], box[3:]) / distance
     if wanted > MOST_SAMPLES:
         fact = f"a distance of grading of {distance * MM:.3g} m is less than a {MOST_SAMPLES // 2}th of the diagonal of a face"
         raise BadRequest(fact, "use a larger distance, or grade at points or in a box")
-    return max(wanted, LEAST_SAMPLES)
+    return LEAST_SAMPLES << max(0, math.ceil(math.log2(wanted / LEAST_SAMPLES)))
 
 
 def beyond(entry: dict, bounds: tuple) -> list:
