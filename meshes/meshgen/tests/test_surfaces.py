@@ -308,7 +308,12 @@ class Surfaces(Case):
                 self.assertAlmostEqual(self.take(file="a.ply", length=8)["volume_cad_m3"] * 1e9, 6000, delta=1e-6)
                 Path(self.path("a.ply")).write_bytes(head.encode() + body[:-9])
                 self.reject("cannot read a.ply", file="a.ply")
-        for words, text in (("no header", "ply\nformat ascii 1.0\nelement vertex 8\n"), ("no header", "ply\nformat text 1.0\nend_header\n"), ("needs the elements", "ply\nformat ascii 1.0\nend_header\n")):
+        for words, rest in (
+            ("no header", "format ascii 1.0\nelement vertex 8\n"),
+            ("no header", "format text 1.0\nend_header\n"),
+            ("needs the elements", "format ascii 1.0\nend_header\n"),
+        ):
+            text = f"ply\n{rest}"
             Path(self.path("bad.ply")).write_text(text)
             self.reject(words, file="bad.ply")
 

@@ -314,6 +314,18 @@ fn straightened(levels: u32, manifest: &Manifest) -> Option<String> {
 mod tests {
     use super::*;
 
+    /// A solid of the CAD without cells is refused before its mesh is used.
+    #[test]
+    fn a_mesh_that_lacks_a_solid_is_refused() {
+        let mesh = crate::mesh::structured::block(1, 1, 1, 1e-3, 1e-3, 1e-3, crate::mesh::Order::Linear);
+        let text = r#"{"request":{},"cells":6,"nodes":8,"facets":12,"order":1,"h_m":5e-4,"regions":{},"volume_m3":1e-9,"volume_cad_m3":2e-9,
+            "volume_error":-0.5,"volumes_cad_m3":{"volume_2":1e-9}}"#;
+        let manifest = serde_json::from_str(text).expect("a manifest");
+        let made = Generated { mesh, manifest, name: String::new(), path: "m.msh.gz".into(), made: true };
+        let error = Body::generated(Path::new("scene.toml"), made, 0).expect_err("volume_2 has no cells").to_string();
+        assert!(error.contains("the mesh has no cells of volume_2, which the CAD has"), "{error}");
+    }
+
     /// Edges that left the CAD are a warning; where an earlier version made the mesh, on nested levels alone.
     #[test]
     fn a_boundary_that_left_the_cad_is_a_warning() {

@@ -131,8 +131,8 @@ fn of_gap(gap: &Gap, is_volume_mesh: bool) -> String {
 fn of_hinge(hinge: Hinge) -> String {
     let nodes = if hinge.nodes == 1 { "one node".into() } else { format!("{} nodes", hinge.nodes) };
     format!(
-        "{} parts of the body have {nodes} in common, as at {}, and no face: they turn about such places as about a hinge; give them common faces where the mesh \
-         comes from, or move them apart",
+        "{} parts of the body have {nodes} in common, as at {}, and no face: they turn about such places as about a hinge; give them \
+         common faces where the mesh comes from, or move them apart",
         hinge.parts,
         point(&hinge.at)
     )

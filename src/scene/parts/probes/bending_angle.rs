@@ -58,8 +58,8 @@ impl Probe for BendingAngle {
         let tip = &self.tip;
         builder.region(place, tip).is_ok_and(|region| region.facets.is_empty()).then(|| {
             format!(
-                "bending_angle: region \"{tip}\" holds no facets, so that bending_angle_deg is not recorded, only chord_angle_deg; where it is a selector, add pick = \
-                 \"facets\" and a `rule`"
+                "bending_angle: region \"{tip}\" holds no facets, so that bending_angle_deg is not recorded, only chord_angle_deg; \
+                 where it is a selector, add pick = \"facets\" and a `rule`"
             )
         })
     }
