@@ -195,11 +195,13 @@ def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
 def first_points(body: Surface, size: float, seed: int) -> np.ndarray:
     """Points (k, 3) on every shell, to begin the refinement with: CGAL's own few may miss a shell, or the whole of a slender body.
 
-    About one for each cube of `SPACING` edge lengths, or of a third of a smaller shell."""
+    About one for each cube of `SPACING` edge lengths, or of the thickness of a thinner shell, four times its volume over its area."""
     found = []
     for shell in range(body.shell.max() + 1):
         own = body.triangles[body.shell == shell]
-        step = min(SPACING * size, np.ptp(body.points[np.unique(own)], axis=0).max() / 3)
+        vectors = np.cross(body.points[own[:, 1]] - body.points[own[:, 0]], body.points[own[:, 2]] - body.points[own[:, 0]])
+        across = 4 * abs(surface.volume(body.points, own)) / (np.linalg.norm(vectors, axis=1).sum() / 2)
+        step = min(SPACING * size, max(across, size / 2), np.ptp(body.points[np.unique(own)], axis=0).max() / 3)
         points, triangles, _ = recover.fine(body.points, own, np.zeros(len(own), int), step / 2)
         centres = points[triangles].mean(axis=1)
         shift = np.random.default_rng(seed).uniform(0, 1, 3) if seed else 0
