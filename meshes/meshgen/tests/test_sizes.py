@@ -138,9 +138,9 @@ class Sizes(Case):
 
     def test_cgal_criteria(self):
         """Those of a request are kept also where a number of cells is wanted."""
-        given = {"facet_approximation": 0.0005}
-        manifest = self.made("dumbbell", generator="cgal", cgal=given, size={"cells": 2000})
-        self.assertEqual(manifest["cgal"]["facet_approximation"], 0.0005)
+        given = {"facet_approximation": 0.003}
+        manifest = self.made("block", generator="cgal", cgal=given, size={"cells": 1500})
+        self.assertEqual(manifest["cgal"]["facet_approximation"], 0.003)
         self.assertEqual(manifest["cgal"]["cell_size"], manifest["length_m"])
         self.refused(2, "nothing that cells could change", "dumbbell", generator="cgal", cgal={"facet_size": 0.01, "cell_size": 0.01}, size={"cells": 600})
         sizes = {"facet_size": 0.004, "facet_approximation": 0.0005, "cell_size": 0.004}
