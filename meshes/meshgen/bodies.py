@@ -30,7 +30,11 @@ def is_length(body: str, parameter: str) -> bool:
 def build(body: str, parameters: dict):
     """Build a body in the current gmsh model from parameters in SI units. Returns its Geometry, in mm."""
     in_mm = {name: value * 1e3 if is_length(body, name) else value for name, value in parameters.items()}
-    geometry = importlib.import_module(f"{body}.geometry").build(in_mm)
+    try:
+        module = importlib.import_module(f"{body}.geometry")
+    except (ImportError, SyntaxError) as error:
+        raise BadRequest(f"{body}/geometry.py cannot be loaded: {error}", "correct it, or install what it imports in the Python of the mesher") from error
+    geometry = module.build(in_mm)
     unknown = set(geometry.regions) - set(declaration(body)["regions"])
     assert not unknown, f"{body}/body.toml does not declare the regions {sorted(unknown)}"
     return geometry

@@ -14,7 +14,7 @@ from . import recover, sizing, surface
 from .errors import BadRequest, MesherFailed
 from .geometry import MM, Geometry
 from .gmsh_driver import add_unions, log
-from .mesh import assemble, boundary
+from .mesh import assemble, boundary, check_volume
 from .request import CGAL_LENGTHS, Request
 from .surface import Surface
 
@@ -23,6 +23,7 @@ DEFAULTS = {"facet_angle": 25.0, "cell_ratio": 3.0, "facet_size": 1.0, "facet_ap
 OPTIMISERS = {"odt": False, "lloyd": False, "perturb": True, "exude": True}
 SPACING = 3  # of the first points on a surface, in edge lengths
 REMESHINGS = 5  # rounds of splitting, collapsing, flipping and smoothing
+COARSE = "use more cells or a smaller size"
 CONVERGENCE, FREEZE = 0.02, 0.01  # of odt and lloyd, CGAL's defaults
 
 
@@ -31,17 +32,26 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
 
     volume: that of the CAD [m³], for the first guess of the length."""
     guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
-    criteria = criteria_for(request, guess, 1.0)
+    criteria = criteria_for(request, guess)
     size = min(criteria["facet_size"], criteria["cell_size"]) / MM / 2
     if request.seed:  # CGAL draws its first points from the triangles of the surface: another surface, another sample
         size *= random.Random(request.seed).uniform(0.6, 1.0)
-    skin = recover.skin(geometry, size)
-    points, cells, notes = sized(request, skin.points, skin.triangles, volume)
+    body, skin = recover.skin(geometry, size)
+    points, cells, notes = sized(request, body, volume)
     facets = boundary(cells)
-    names = recover.facet_regions(points, facets, skin, geometry)
-    labels = {name: facets[rows] for name, rows in names.items()}
+    shells = np.zeros(skin.face.max() + 1, int)
+    shells[skin.face] = body.shell
+    face, _ = placed(points, facets, skin, shells, body)
+    labels = {name: facets[np.isin(face, faces)] for name, (dim, faces) in geometry.regions.items() if dim == 2}
     cell_labels = recover.cell_regions(points[cells].mean(axis=1), skin, geometry)
+    empty = [name for name, cells_of in cell_labels.items() if not np.any(cells_of)]
+    if empty:
+        raise MesherFailed(f"no cell of CGAL's mesh has its centre in {', '.join(empty)}", COARSE)
+    faceless = [name for name, rows in labels.items() if not len(rows)]
+    geometry.dropped += [f"{', '.join(faceless)} of the CAD: no facet of CGAL's mesh is nearest to them, and there are no such regions"] if faceless else []
+    labels = {name: rows for name, rows in labels.items() if len(rows)}
     result = assemble(points * MM, cells, cell_labels, labels)
+    check_volume(result, volume)
     return result, notes | {"edge_error_m": recover.edge_error(points, facets, skin) * MM}
 
 
@@ -49,28 +59,35 @@ def mesh_surface(request: Request, body: Surface, patch: np.ndarray) -> tuple:
     """Mesh the inside of a surface [mm] with CGAL, which rounds its creases. Returns the mesh and notes.
 
     patch: number of the face of every triangle, within one shell each."""
-    points, cells, notes = sized(request, body.points, body.triangles, body.volume() * MM**3, body)
+    points, cells, notes = sized(request, body, body.volume() * MM**3)
     facets = boundary(cells)
     length = float(np.median(np.linalg.norm(points[facets[:, 0]] - points[facets[:, 1]], axis=1)))
     skin = recover.Skin(*recover.fine(body.points, body.triangles, patch, length))
-    face = recover.nearest_faces(points, facets, skin)
     shells = np.zeros(patch.max() + 1, int)
     shells[patch] = body.shell
-    shell = facet_shells(facets, shells[face], body)
-    for own in np.unique(shell):  # walls thinner than a facet: a facet on one side may be near to the other
-        lost = (shell == own) & (shells[face] != own)
-        if lost.any():
-            part = shells[skin.face] == own
-            face[lost] = recover.nearest_faces(points, facets[lost], recover.Skin(skin.points, skin.triangles[part], skin.face[part]))
+    face, shell = placed(points, facets, skin, shells, body)
     labels = {f"face_{i + 1}": facets[face == i] for i in range(len(shells)) if np.any(face == i)}
     unions = {
         name: [f"face_{i + 1}" for i in range(len(shells)) if shells[i] in members and np.any(face == i)]
         for name, members in body.regions().items()
     }
     result = assemble(points * MM, cells, solid_labels(cells, facets, shell, body), labels)
+    check_volume(result, body.volume() * MM**3)
     add_unions(result, unions)
     middles = recover.sharp_middles(body.points, body.triangles)
     return result, notes | {"edge_error_m": recover.farthest(points, facets, middles) * MM}
+
+
+def placed(points: np.ndarray, facets: np.ndarray, skin: recover.Skin, shells: np.ndarray, body: Surface) -> tuple:
+    """Face and shell of every facet; shells: shell of each face of the skin."""
+    face = recover.nearest_faces(points, facets, skin)
+    shell = facet_shells(facets, shells[face], body)
+    for own in np.unique(shell):  # walls thinner than a facet: a facet on one side may be near to the other
+        lost = (shell == own) & (shells[face] != own)
+        if lost.any():
+            part = shells[skin.face] == own
+            face[lost] = recover.nearest_faces(points, facets[lost], recover.Skin(skin.points, skin.triangles[part], skin.face[part]))
+    return face, shell
 
 
 def facet_shells(facets: np.ndarray, nearest: np.ndarray, body: Surface) -> np.ndarray:
@@ -85,7 +102,7 @@ def facet_shells(facets: np.ndarray, nearest: np.ndarray, body: Surface) -> np.n
         row = int(np.argmax(body.shell == lost[0]))
         where = (body.points[body.triangles[row]].mean(axis=0) * MM).tolist()
         fact = f"the cells are too coarse for the walls: in CGAL's mesh {len(lost)} of {body.shell.max() + 1} shells"
-        raise MesherFailed(f"{fact} are no closed surface of their own, one at {where} m", "use more cells or a smaller size")
+        raise MesherFailed(f"{fact} are no closed surface of their own, one at {where} m", COARSE)
     return shell
 
 
@@ -110,22 +127,20 @@ def connected(facets: np.ndarray) -> np.ndarray:
     return surface.components(len(facets), np.stack([owner[order][1:][same], owner[order][:-1][same]], axis=1))
 
 
-def sized(request: Request, points: np.ndarray, triangles: np.ndarray, volume: float, body: Surface | None = None) -> tuple:
-    """Points [mm] and cells inside outward triangles, of the size of the request, and notes for the manifest.
-
-    body: the same triangles as shells, to find first points on each of them."""
-    cgal, polyhedron = load(), make_polyhedron(points, triangles)
+def sized(request: Request, body: Surface, volume: float) -> tuple:
+    """Points [mm] and cells inside a surface, of the size of the request, and notes for the manifest."""
+    cgal, polyhedron = load(), make_polyhedron(body.points, body.triangles)
     guess = request.length or (volume * sizing.CELLS_PER_CUBE / (request.cells or 5000)) ** (1 / 3)
     found = {}
 
     def generate(length: float, _jitter: int) -> int:
-        found["criteria"] = criteria_for(request, guess, length / guess)
-        first = body and first_points(body, found["criteria"]["facet_size"] / MM, request.seed)
+        found["criteria"] = criteria_for(request, length)
+        first = first_points(body, found["criteria"]["facet_size"] / MM, request.seed)
         found["mesh"] = make_mesh(cgal, polyhedron, first, found["criteria"], switches(request))
         return len(found["mesh"][1])
 
     if request.cells:
-        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log, graded=bool(request.grading))
+        length, _ = sizing.find_length(generate, volume, request.cells, request.tolerance, log, bound="CGAL's criteria")
     else:
         length = guess
         log(f"{generate(length, 0)} cells")
@@ -133,11 +148,10 @@ def sized(request: Request, points: np.ndarray, triangles: np.ndarray, volume: f
     return *found["mesh"], notes
 
 
-def criteria_for(request: Request, length: float, scale: float) -> dict:
-    """The criteria [degrees, 1, m]: those of the request, otherwise defaults for the length; lengths are multiplied by `scale`."""
+def criteria_for(request: Request, length: float) -> dict:
+    """The criteria [degrees, 1, m]: those of the request, otherwise defaults for the length."""
     values = {name: value * (length if name in CGAL_LENGTHS else 1) for name, value in DEFAULTS.items()}
-    values |= {name: value for name, value in request.cgal.items() if name in DEFAULTS}
-    return {name: value * (scale if name in CGAL_LENGTHS else 1) for name, value in values.items()}
+    return values | {name: value for name, value in request.cgal.items() if name in DEFAULTS}
 
 
 def switches(request: Request) -> dict:
@@ -181,11 +195,13 @@ def make_polyhedron(points: np.ndarray, triangles: np.ndarray):
 def first_points(body: Surface, size: float, seed: int) -> np.ndarray:
     """Points (k, 3) on every shell, to begin the refinement with: CGAL's own few may miss a shell, or the whole of a slender body.
 
-    About one for each cube of `SPACING` edge lengths, or of a third of a smaller shell."""
+    About one for each cube of `SPACING` edge lengths, or of the thickness of a thinner shell, four times its volume over its area."""
     found = []
     for shell in range(body.shell.max() + 1):
         own = body.triangles[body.shell == shell]
-        step = min(SPACING * size, np.ptp(body.points[np.unique(own)], axis=0).max() / 3)
+        vectors = np.cross(body.points[own[:, 1]] - body.points[own[:, 0]], body.points[own[:, 2]] - body.points[own[:, 0]])
+        across = 4 * abs(surface.volume(body.points, own)) / (np.linalg.norm(vectors, axis=1).sum() / 2)
+        step = min(SPACING * size, max(across, size / 2), np.ptp(body.points[np.unique(own)], axis=0).max() / 3)
         points, triangles, _ = recover.fine(body.points, own, np.zeros(len(own), int), step / 2)
         centres = points[triangles].mean(axis=1)
         shift = np.random.default_rng(seed).uniform(0, 1, 3) if seed else 0
@@ -194,9 +210,9 @@ def first_points(body: Surface, size: float, seed: int) -> np.ndarray:
     return np.concatenate(found)
 
 
-def make_mesh(cgal, polyhedron, first: np.ndarray | None, criteria: dict, optimisers: dict) -> tuple:
-    """Points [mm] and cells of one run of CGAL from the first points, or from its own. Optimisers have no time limit, so that
-    the result is reproducible."""
+def make_mesh(cgal, polyhedron, first: np.ndarray, criteria: dict, optimisers: dict) -> tuple:
+    """Points [mm] and cells of one run of CGAL from the first points. Optimisers have no time limit, so that the result is
+    reproducible."""
     wanted = cgal.Default_mesh_criteria()
     wanted.facet_angle(criteria["facet_angle"])
     wanted.cell_radius_edge_ratio(criteria["cell_ratio"])
@@ -215,11 +231,8 @@ def make_mesh(cgal, polyhedron, first: np.ndarray | None, criteria: dict, optimi
     if optimisers["exude"]:
         parameters.set_exude(0, 0)
     domain = cgal.Polyhedral_mesh_domain_3(polyhedron)
-    if first is None:
-        complex_ = cgal.make_mesh_3(domain, wanted, parameters)
-    else:
-        complex_ = begun(cgal, first)
-        cgal.refine_mesh_3(complex_, domain, wanted, parameters)
+    complex_ = begun(cgal, first)
+    cgal.refine_mesh_3(complex_, domain, wanted, parameters)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "cgal.mesh"
         complex_.output_to_medit(str(path))

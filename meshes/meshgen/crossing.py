@@ -107,6 +107,22 @@ def overlapping(rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> list:
     return blocks
 
 
+def crossing_point(a: np.ndarray, b: np.ndarray) -> np.ndarray | None:
+    """The middle of the line in which two triangles (3, 3) cross; none where they only come close."""
+    normals = [np.cross(x[1] - x[0], x[2] - x[0]) for x in (a, b)]
+    along = np.cross(*normals)
+    ends = []
+    for own, other, normal in ((a, b, normals[1]), (b, a, normals[0])):
+        height = (own - other[0]) @ normal
+        cut = [i for i in range(3) if height[i] * height[(i + 1) % 3] < 0]
+        if len(cut) != 2:
+            return None
+        at = [own[i] + height[i] / (height[i] - height[(i + 1) % 3]) * (own[(i + 1) % 3] - own[i]) for i in cut]
+        ends.append(sorted(at, key=lambda point: float(point @ along)))
+    low, high = (pick((end[k] for end in ends), key=lambda point: float(point @ along)) for k, pick in ((0, max), (1, min)))
+    return (low + high) / 2 if (high - low) @ along > 0 else None
+
+
 def place(points: np.ndarray, triangles: np.ndarray, pair: np.ndarray) -> np.ndarray:
     """A point [unit of the points] where two triangles meet, about: the middle of the overlap of their boxes."""
     boxes = [(points[triangles[i]].min(axis=0), points[triangles[i]].max(axis=0)) for i in pair]

@@ -60,7 +60,7 @@ def session(seed: int = 0):
 
 def cad_volume(geometry: Geometry) -> float:
     """Volume of the CAD [m³]."""
-    return (geometry.volume or sum(gmsh.model.occ.getMass(3, tag) for tag in geometry.volumes)) * MM**3
+    return (geometry.volume or mass(geometry.volumes)) * MM**3
 
 
 def solid_volumes(geometry: Geometry) -> dict:
@@ -68,7 +68,12 @@ def solid_volumes(geometry: Geometry) -> dict:
     if geometry.volume:
         return {}
     parts = {name: tags for name, (dim, tags) in geometry.regions.items() if dim == 3 and set(tags) != set(geometry.volumes)}
-    return {name: sum(gmsh.model.occ.getMass(3, tag) for tag in tags) * MM**3 for name, tags in parts.items()}
+    return {name: mass(tags) * MM**3 for name, tags in parts.items()}
+
+
+def mass(volumes: list) -> float:
+    """Volume of solids of the CAD [mm³], also of those that a file has inside out."""
+    return sum(abs(gmsh.model.occ.getMass(3, tag)) for tag in volumes)
 
 
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
@@ -85,7 +90,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
         return count_cells()
 
     if request.cells:
-        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log, graded=bool(request.grading))
+        length, jitter = sizing.find_length(generate, volume, request.cells, request.tolerance, log, "the graded lengths" if request.grading else sizing.FACES)
     else:
         length, jitter = request.length, 0
         log(f"{generate(length, jitter)} cells at length {length:.4g} m")

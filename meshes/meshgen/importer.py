@@ -5,14 +5,14 @@ from pathlib import Path
 import gmsh
 import numpy as np
 
-from . import surface
+from . import convert, surface
 from .errors import BadRequest
 from .geometry import MM, SNAP, Geometry, boundary_faces
 from .request import Request
 
 # Options by which gmsh joins the faces of an IGES file at their edges; the tolerance, in mm, is what such files round to.
 SEWING = {"Geometry.OCCSewFaces": 1, "Geometry.Tolerance": 1e-3}
-MOST_OVERLAP = 1e-6  # share of the volume, below which solids touch, and up to which one that lies in another may stick out
+STICKS_OUT = 1e-6  # share of its volume up to which a solid that lies in another may stick out
 
 
 def read_geometry(request: Request) -> Geometry:
@@ -59,7 +59,8 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
 def load(path: Path, format: str) -> None:
     """Import a file into the current gmsh model, the solids first."""
     try:
-        gmsh.model.occ.importShapes(str(path), highestDimOnly=False, format=format)
+        with convert.prepared(path, format) as readable:
+            gmsh.model.occ.importShapes(str(readable), highestDimOnly=False, format=format)
     except Exception as error:
         raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete") from None
 
@@ -125,7 +126,7 @@ def lies_in(inner: int, outer: int) -> bool:
     common = occ.intersect(*copies)[0]
     shared = sum(abs(occ.getMass(*piece)) for piece in common if piece[0] == 3)
     occ.remove(common, recursive=True)
-    return shared > (1 - MOST_OVERLAP) * abs(occ.getMass(3, inner))
+    return shared > (1 - STICKS_OUT) * abs(occ.getMass(3, inner))
 
 
 def drop_sheets() -> list:
@@ -156,16 +157,18 @@ def check_faces(path: Path) -> None:
 
 
 def check_apart(path: Path, volumes: list, pieces: list) -> None:
-    """Refuse solids that overlap; pieces: what each became when all were cut at each other."""
+    """Refuse solids that overlap, however little: the piece that they share would be a solid of its own.
+
+    pieces: what each became when all were cut at each other."""
     occ = gmsh.model.occ
     owners = {}
     for i, list_ in enumerate(pieces, 1):
         for piece in list_:
             owners.setdefault(piece, []).append(i)
     shared = {piece: of for piece, of in owners.items() if piece[0] == 3 and len(of) > 1}
-    masses = {piece: occ.getMass(*piece) for piece in shared}
-    if sum(masses.values()) <= MOST_OVERLAP * sum(occ.getMass(*piece) for piece in owners if piece[0] == 3):
+    if not shared:
         return
+    masses = {piece: abs(occ.getMass(*piece)) for piece in shared}
     largest = max(masses, key=masses.get)
     names = " and ".join(map(str, shared[largest]))
     more = f", and {len(shared) - 1} more such places" if len(shared) > 1 else ""

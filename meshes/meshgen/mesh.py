@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from . import surface
 from .errors import MesherFailed
 
 # Outward faces of a positive tetrahedron: corners, then the nodes in the middle of their edges.
 FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 9, 7], [1, 2, 3, 5, 8, 9], [0, 3, 2, 7, 8, 6]])
 # Edges of a tetrahedron in the order of its mid-nodes 4..9.
 EDGES = np.array([[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]])
+LOST = 0.25  # share of the volume by which a mesh may miss its surface
 
 
 @dataclass
@@ -54,6 +56,13 @@ def assemble(points, cells, cell_labels: dict, facet_labels: dict, exclusive: bo
     if exclusive and not np.all(seen == 1):
         raise MesherFailed(f"{np.sum(seen != 1)} of {len(seen)} boundary facets are not in exactly one facet region")
     return TetMesh(points, cells, facets, regions)
+
+
+def check_volume(made: TetMesh, enclosed: float) -> None:
+    """Refuse a mesh that has lost walls of the surface around it, which encloses this volume [m³]."""
+    error = surface.volume(made.points, made.facets[:, :3]) / enclosed - 1
+    if abs(error) > LOST:
+        raise MesherFailed(f"the mesh misses the enclosed volume by {100 * error:.0f} %", "its cells are too coarse: use more cells or a smaller size")
 
 
 def straight_second_order(mesh: TetMesh) -> TetMesh:

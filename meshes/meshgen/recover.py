@@ -24,8 +24,8 @@ class Skin:
     face: np.ndarray
 
 
-def skin(geometry: Geometry, size: float) -> Skin:
-    """Triangulate the outer faces of the CAD with edges of at most `size` [mm]."""
+def skin(geometry: Geometry, size: float) -> tuple:
+    """The outer faces of the CAD in triangles with edges of at most `size` [mm]: a closed surface, and its skin."""
     geometry.clear_mesh()
     gmsh.option.setNumber("Mesh.MeshSizeMin", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", size)
@@ -35,15 +35,8 @@ def skin(geometry: Geometry, size: float) -> Skin:
     faces = boundary_faces(geometry.volumes)
     blocks = [row[collect_elements(2, [face])] for face in faces]
     used, triangles = np.unique(np.concatenate(blocks), return_inverse=True)
-    points = points[used] / MM
-    triangles = surface.oriented(points, triangles.reshape(-1, 3))
-    return Skin(points, triangles, np.repeat(faces, [len(block) for block in blocks]))
-
-
-def facet_regions(points: np.ndarray, facets: np.ndarray, skin: Skin, geometry: Geometry) -> dict:
-    """Rows of the facets in every facet region."""
-    best = nearest_faces(points, facets, skin)
-    return {name: np.flatnonzero(np.isin(best, faces)) for name, (dim, faces) in geometry.regions.items() if dim == 2}
+    body = surface.closed(points[used] / MM, triangles.reshape(-1, 3))
+    return body, Skin(body.points, body.triangles, np.repeat(faces, [len(block) for block in blocks]))
 
 
 def fine(points: np.ndarray, triangles: np.ndarray, face: np.ndarray, size: float) -> tuple:

@@ -5,7 +5,7 @@ Lengths are in the unit of the file; tolerances are shares of its largest extent
 import numpy as np
 
 from . import surface
-from .crossing import crossings, place
+from .crossing import crossing_point, crossings, place
 from .errors import BadRequest
 from .surface import Surface
 
@@ -17,7 +17,7 @@ ROUNDS = 8
 def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool) -> Surface:
     """The closed surface of some triangles: joined, without flat and doubled triangles, oriented, sorted into shells.
 
-    may_cross: triangles of one shell that cross are reported and left, for generators that only ask what is inside."""
+    may_cross: triangles of one shell that cross are reported and left where they cover no space twice, for generators that only ask what is inside."""
     size = np.ptp(points[np.unique(triangles)], axis=0).max()
     if size == 0:
         raise BadRequest(f"{name}: all points of the surface coincide", "export it again")
@@ -43,24 +43,44 @@ def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool
     if not within.all():
         where = spot(place(points, triangles, found[~within][0]))
         defects.append(f"two of its {shell.max() + 1} parts cross or touch, with {counted((~within).sum(), 'pair')} of triangles, one at {where}")
+    twice = covered_twice(points, triangles, shell, found[within])
     if within.any():
         told = f"{counted(within.sum(), 'pair')} of triangles cross or touch, one at {spot(place(points, triangles, found[within][0]))}"
-        if may_cross:
+        if twice is not None:
+            defects.append(f"{told}, and cover space twice, as at {spot(twice)}")
+        elif may_cross:
             repairs.append(told + ": left as they are")
         else:
             defects.append(told)
     if defects:
-        refuse(name, defects)
+        refuse(name, defects, twice is not None)
     triangles, solids = surface.nested(points, triangles, shell)
     used, inverse = np.unique(triangles, return_inverse=True)
     return Surface(points[used], inverse.reshape(-1, 3), shell, solids, repairs)
 
 
-def refuse(name: str, defects: list) -> None:
+def covered_twice(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray, pairs: np.ndarray) -> np.ndarray | None:
+    """A point that the shell of two crossing triangles goes round twice: there its inside is not defined, and parity makes a hole of it."""
+    sign = [1 if surface.volume(points, triangles[shell == own]) > 0 else -1 for own in range(shell.max() + 1)]
+    for a, b in pairs.tolist():
+        at = crossing_point(points[triangles[a]], points[triangles[b]])
+        if at is None:
+            continue
+        corners = points[triangles[shell == shell[a]]]
+        inwards = -sign[shell[a]] * surface.normals(points, triangles[[a, b]]).sum(axis=0)
+        probe = at + 10 * COINCIDENT * np.ptp(corners, axis=(0, 1)).max() * inwards
+        if sign[shell[a]] * surface.winding(probe[None], corners)[0] > 1.5:
+            return at
+    return None
+
+
+def refuse(name: str, defects: list, twice: bool = False) -> None:
     """Raise the error that names all defects."""
     remedy = "repair it there (the places are in the unit of the file)"
-    if len(defects) == 1 and "of triangles cross or touch" in defects[0]:
-        remedy += ', or try generator = "cgal", which meshes whatever is inside'
+    if twice:
+        remedy += "; where parts of a body meet, unite them in CAD"
+    elif len(defects) == 1 and "of triangles cross or touch" in defects[0]:
+        remedy += ', or try generator = "cgal", which meshes what is inside'
     raise BadRequest(f"{name} is no closed surface that bounds a body: {'; '.join(defects)}", remedy)
 
 

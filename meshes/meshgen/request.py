@@ -109,6 +109,8 @@ def check_combination(request: Request) -> None:
     if request.generator == "cgal":
         if not sized and not all(name in request.cgal for name in CGAL_LENGTHS):
             raise BadRequest("no size", f"give size.length, size.cells, or all of cgal's {', '.join(CGAL_LENGTHS)}")
+        if request.cells and {"facet_size", "cell_size"} <= request.cgal.keys():
+            raise BadRequest("cgal's facet_size and cell_size leave nothing that cells could change", "drop one of them, or cells")
         if (request.order == 2 and not request.is_surface()) or request.levels or request.grading or request.size_field:
             raise BadRequest("cgal makes uniform meshes only, and of CAD only order 1", "drop order, levels, grading and size field, or use gmsh")
     elif request.cgal:

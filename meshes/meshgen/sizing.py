@@ -6,7 +6,7 @@ import random
 import gmsh
 import numpy as np
 
-from .errors import SizeNotReached
+from .errors import BadRequest, SizeNotReached
 from .geometry import MM
 
 CELLS_PER_CUBE = 5.5  # cells per cube of edge length in a fine gmsh mesh, for the first guess
@@ -14,6 +14,8 @@ NOISE = 0.05  # relative variation of the length in meshes with a seed
 ATTEMPTS = 24  # for a target count within the tolerance
 ALIKE = 0.05  # relative difference of counts that are bounded from below
 ABOVE = 1.2  # a number of cells that can be reached, over that bound
+LEAST_SAMPLES, MOST_SAMPLES = 40, 1000  # along the diagonal of a face, for distances from it
+FACES = "the faces of the body"
 NEAR = 0.1  # the nearest attempt is taken within this share, if none is within the tolerance
 
 
@@ -86,8 +88,21 @@ def graded(entry: dict, geometry, h: float) -> list:
             add_field("Ball", {}, VIn=small, VOut=h, Radius=near, Thickness=near, XCenter=x, YCenter=y, ZCenter=z)
             for x, y, z in points
         ]
-    distance = add_field("Distance", {"SurfacesList": points}, Sampling=40)
-    return [add_field("Threshold", {}, InField=distance, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near)]
+    alike = {}
+    for face in points:
+        alike.setdefault(sampling(face, near), []).append(face)
+    distances = [add_field("Distance", {"SurfacesList": faces}, Sampling=number) for number, faces in alike.items()]
+    return [add_field("Threshold", {}, InField=field, SizeMin=small, SizeMax=h, DistMin=near, DistMax=2 * near) for field in distances]
+
+
+def sampling(face: int, distance: float) -> int:
+    """Number of points along the diagonal of a face by which gmsh finds distances from it: two or more for each `distance` [mm] of grading."""
+    box = gmsh.model.getBoundingBox(2, face)
+    wanted = 2 * math.dist(box[:3], box[3:]) / distance
+    if wanted > MOST_SAMPLES:
+        fact = f"a distance of grading of {distance * MM:.3g} m is less than a {MOST_SAMPLES // 2}th of the diagonal of a face"
+        raise BadRequest(fact, "use a larger distance, or grade at points or in a box")
+    return LEAST_SAMPLES << max(0, math.ceil(math.log2(wanted / LEAST_SAMPLES)))
 
 
 def beyond(entry: dict, bounds: tuple) -> list:
@@ -113,13 +128,13 @@ def add_field(kind: str, lists: dict, **values) -> int:
     return tag
 
 
-def find_length(generate, volume: float, target: int, tolerance: float, log, *, graded: bool = False) -> tuple:
+def find_length(generate, volume: float, target: int, tolerance: float, log, bound: str = FACES) -> tuple:
     """The edge length [m] and jitter for which generate(length, jitter) makes `target` cells within the tolerance.
 
     Secant method in log length and log count, within the bracket of previous attempts. The count jumps where
     an edge of the CAD is divided differently; once the bracket is as narrow as such a jump, other waves of the size
     field (jitter 1, 2, …) are tried around it. If none is within the tolerance, the nearest is made again, if it is within NEAR.
-    The last call of generate() is the accepted one. graded: whether some lengths do not grow with the edge length."""
+    The last call of generate() is the accepted one. bound: what keeps the cells small where the edge length does not."""
     goal, tried, near = math.log(target), [], max(tolerance, NEAR)
     scatter = random.Random(0)
     x, jitter = math.log((volume * CELLS_PER_CUBE / target) ** (1 / 3)), 0
@@ -145,9 +160,10 @@ def find_length(generate, volume: float, target: int, tolerance: float, log, *, 
     cells = round(math.exp(goal + nearest[1]))
     missed = f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
     if is_bounded(tried):
-        bound = "the graded lengths" if graded else "the faces of the body"
-        raise SizeNotReached(f"{missed}{bound} allow no fewer than about {cells} cells", f"ask for cells = {rounded_up(ABOVE * cells)} or more", cells)
-    hint = "ask for another number of cells, or take another seed" + ("; graded lengths bound the count from below" if graded else "")
+        alike = [excess for _, excess in fine(tried) if excess <= nearest[1] + math.log(1 + ALIKE)]
+        hint = f"cells = {cells}" if max(alike) == nearest[1] else f"cells = {rounded_up(ABOVE * cells)} or more"
+        raise SizeNotReached(f"{missed}{bound} allow no fewer than about {cells} cells", f"ask for {hint}", cells)
+    hint = f"ask for cells = {cells}, or take another seed" + (f"; {bound} bound the count from below" if bound != FACES else "")
     raise SizeNotReached(f"{missed}the nearest was {cells} cells at length {math.exp(nearest[0]):.5g} m", hint, cells)
 
 

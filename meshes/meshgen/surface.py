@@ -46,13 +46,14 @@ def numbered(name: str, shells: list) -> dict:
     return ({name: shells} if shells else {}) | each
 
 
-def oriented(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Triangles of a closed surface with normals out of the solid that it encloses, inner shells as cavities."""
+def closed(points: np.ndarray, triangles: np.ndarray) -> Surface:
+    """The closed surface of triangles in any orientation."""
     turned = neighbours(triangles)
     if turned is None:
         raise BadRequest("the surface is not closed", "give a closed surface")
     shell, reverse, _ = walk(turned)
-    return nested(points, np.where(reverse[:, None], triangles[:, [0, 2, 1]], triangles), shell)[0]
+    triangles, solids = nested(points, np.where(reverse[:, None], triangles[:, [0, 2, 1]], triangles), shell)
+    return Surface(points, triangles, shell, solids)
 
 
 def edges_of(triangles: np.ndarray) -> tuple:

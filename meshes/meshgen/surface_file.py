@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import convert, polygons
+from . import convert, ply, polygons
 from .errors import BadRequest
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -100,14 +100,9 @@ def read_off(path: Path) -> tuple:
 
 
 def read_ply(path: Path) -> tuple:
-    """PLY, by meshio."""
-    import meshio
-
-    try:
-        raw = meshio.read(path)
-    except (Exception, SystemExit) as error:
-        raise ValueError(repr(error)) from None
-    return raw.points, polygons.triangles(raw.points, [face for block in raw.cells if block.dim == 2 for face in block.data.tolist()])
+    """PLY; colours and normals are skipped."""
+    points, faces = ply.read(path)
+    return points, polygons.triangles(points, faces)
 
 
 READERS = {"stl": read_stl, "obj": read_obj, "off": read_off, "ply": read_ply}

@@ -65,7 +65,8 @@ pub fn main(args: Args) -> CommandResult {
             quality.dihedral_min_deg,
             quality.dihedral_max_deg
         );
-        body.volumes.iter().for_each(|volume| say!("volume       {volume}"));
+        let when = if body.undeformed.is_some() { ", before [mesh.deform]" } else { "" };
+        body.volumes.iter().for_each(|volume| say!("volume       {volume}{when}"));
         body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
         // The scene says which nodes are held, if nothing is wrong with it
         let built = Scene::build(&file, scene.clone(), text, body.clone());

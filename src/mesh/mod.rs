@@ -34,7 +34,7 @@ pub use file::read::{read, read_as};
 pub use file::{census, format, grid_file, surface_file, validate, vtu};
 pub use made::{curved, disturb, enrich, graded, parts, structured};
 pub use order::Order;
-pub use quality::{gap, notch, overlap, wall};
+pub use quality::{gap, hinge, notch, overlap, wall};
 pub use surface::{
     attach, boundary, closed_surface, distance, divided, flat, interface, pieces, rim, row_of_sides, smooth_surface,
 };

@@ -52,6 +52,21 @@ fn bending_angles_count_turns() {
     }
 }
 
+/// A tip without facets has no normal: that its angle is not recorded is a note, of which a tip of facets has none.
+#[test]
+fn a_bending_angle_that_is_left_out_is_a_note() {
+    let corners = "min = [\"19.9 mm\", \"-1 mm\", \"-1 mm\"], max = [\"20.1 mm\", \"11 mm\", \"11 mm\"]";
+    for (more, is_left_out) in [("", true), (", pick = \"facets\", rule = \"all\"", false)] {
+        let tip = format!("[mesh.regions]\ntip = {{ kind = \"box\", {corners}{more} }}\n");
+        let probe = "[[probe]]\nkind = \"bending_angle\"\nroot = \"xmin\"\ntip = \"tip\"\n";
+        let scene = turning(&format!("{tip}{probe}"));
+        let columns: Vec<String> = scene.recorders().flat_map(|recorder| recorder.columns()).collect();
+        assert_eq!(columns.iter().any(|column| column == "bending_angle_deg"), !is_left_out);
+        let of_tip = "bending_angle: region \"tip\" holds no facets, so that bending_angle_deg is not recorded";
+        assert_eq!(scene.notes.iter().any(|note| note.starts_with(of_tip)), is_left_out, "{:?}", scene.notes);
+    }
+}
+
 /// Of the columns that reduced models give, the angles are those that count turns: studies cut the way to these by their names, models by their readings.
 #[test]
 fn angles_of_reduced_models_count_turns() {

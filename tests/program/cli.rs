@@ -88,6 +88,56 @@ source = "itself"
     assert!(errors.contains("the file holds tet10 cells"), "{errors}");
 }
 
+/// Where DUROMETER_PYTHON names the Python of the mesher, no environment of the program helps it.
+#[cfg(unix)]
+#[test]
+fn the_doctor_helps_the_python_that_is_named() {
+    let (keep, _) = folder();
+    std::fs::create_dir_all(keep.path().join("meshes/meshgen")).expect("room");
+    let answer =
+        r#"{"ok":false,"versions":{"meshio":null},"errors":{"meshio":{"error":"No module named meshio"}},"fix":[]}"#;
+    let mesher = keep.path().join("mesher");
+    let doctor = || ended(without_mesher(keep.path(), &["doctor"]));
+    for (version, remedy) in [
+        (
+            "3.12.1",
+            format!(
+                "run: {0} -m pip install -r {1}/meshes/meshgen/requirements.txt",
+                mesher.display(),
+                keep.path().display()
+            ),
+        ),
+        ("3.10.1", "run: unset DUROMETER_PYTHON, or let it name a Python 3.11 or newer".into()),
+    ] {
+        let script = format!("#!/bin/sh\ncase \"$*\" in *--doctor) echo '{answer}' ;; -c*) echo {version} ;; esac\n");
+        // Written under another name first: a file that is open for writing cannot be run
+        let part = keep.path().join("part");
+        std::fs::write(&part, script).expect("room");
+        std::fs::set_permissions(&part, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("own file");
+        std::fs::rename(&part, &mesher).expect("room");
+        let said = doctor();
+        assert!(said.code == Some(2) && said.out.contains(&remedy) && !said.out.contains("--setup"), "{}", said.said());
+    }
+}
+
+/// The volume of a grid is that of its round body, which has not the shape that formulas give.
+#[test]
+fn the_volume_before_formulas_is_told_as_such() {
+    let (keep, _) = folder();
+    let rest = "[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+                [[constraint]]\nkind = \"fixed\"\nregion = \"zmin\"\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n";
+    let bar = "[mesh]\ngrid = { kind = \"cylinder\", radius = \"5 mm\", length = \"60 mm\", divisions = [2, 12] }\n";
+    let (plain, deformed) = (format!("{bar}{rest}"), format!("{bar}[mesh.deform]\nx = \"2 * X\"\n{rest}"));
+    for (name, mesh, is_before) in [("plain", plain, false), ("deformed", deformed, true)] {
+        let file = keep.path().join(format!("{name}.toml"));
+        std::fs::write(&file, mesh).expect("room");
+        let said = ended(without_mesher(ROOT, &["mesh", file.to_str().expect("UTF-8")]));
+        let line =
+            said.out.lines().find(|line| line.starts_with("volume ")).unwrap_or_else(|| panic!("{}", said.said()));
+        assert_eq!(line.ends_with(" %, before [mesh.deform]"), is_before, "{line}");
+    }
+}
+
 /// Of cases that cannot be run `check` says each fact, and the others are listed.
 #[test]
 fn check_names_every_refused_case() {

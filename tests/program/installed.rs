@@ -313,6 +313,14 @@ fn a_project_that_cannot_be_made_leaves_nothing() {
         (&["new", "finger", "broken.stl/below"], "broken.stl/below: File exists"),
         (&["new", "finger", "/"], "/: a project needs a folder with a name; name one"),
         (&["new", "broken.stl"], "broken.stl"),
+        (
+            &["new", "finger", "mine", "--unit", "m"],
+            "finger has a mesh of its own; leave the unit and the number of cells out",
+        ),
+        (
+            &["new", "finger", "mine", "--cells", "900"],
+            "finger has a mesh of its own; leave the unit and the number of cells out",
+        ),
     ] {
         let (_, errors) = machine.call(arguments, 2);
         assert!(errors.contains(reason), "{arguments:?}: {errors}");

@@ -1,6 +1,7 @@
 """Every body: volume, regions, shape of the file."""
 
 import math
+import unittest.mock
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,10 @@ class Bodies(Case):
     def test_block_and_beam_are_exact(self):
         self.check(self.made("block", size={"length": 0.04}), "block", 1e-3, 1e-12)
         self.check(self.made("beam", size={"length": 0.005}, order=2), "beam", 1e-5, 1e-9)
+
+    def test_python_that_cannot_be_loaded(self):
+        with unittest.mock.patch.object(bodies.importlib, "import_module", side_effect=ModuleNotFoundError("No module named 'cadquery'")):
+            self.refused(2, "block/geometry.py cannot be loaded: No module named 'cadquery'", "block", size={"length": 0.04})
 
     def test_cylinder(self):
         volume = math.pi * 0.01**2 * 0.04

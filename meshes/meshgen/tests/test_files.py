@@ -1,5 +1,6 @@
 """The body `file`: CAD and surfaces, good and bad."""
 
+import gzip
 from pathlib import Path
 
 import gmsh
@@ -134,6 +135,10 @@ class Files(Case):
         self.reject("share 64 mm³ within (20, 2, 2) to (24, 6, 6) mm", "inside.step", size=size)
         self.store("little.step", long, (59.99, 0, 0, 40.01, 10, 10))  # A share of 1e-4 of both
         self.reject("solids 1 and 2 of 2 share 1 mm³ within (59.99, 0, 0) to (60, 10, 10) mm", "little.step", size=size)
+        # Far below a millionth of the volume: the piece would be a solid of its own, and shift the numbers of the others
+        for overlap in (1e-5, 1e-6):
+            self.store("layer.step", long, (60 - overlap, 0, 0, 40, 10, 10))
+            self.reject("solids 1 and 2 of 2 share", "layer.step", size=size)
         self.store("twice.step", long, (80, 0, 0, 10, 10, 10), long)
         self.reject("solids 1 and 3 of 3 share 6000 mm³", "twice.step", size=size)
         for name, other in (("touch", (60, 0, 0, 40, 10, 10)), ("apart", (70, 0, 0, 40, 10, 10)), ("corner", (60, 10, 10, 40, 10, 10))):
@@ -170,6 +175,46 @@ class Files(Case):
                 self.assertAlmostEqual(volume * 1e9 / wanted, 1, delta=1e-6)
         self.concentric("hollow.step", gmsh.model.occ.cut, 6)
         self.assertNotIn("volumes_cad_m3", self.take("hollow.step", size={"length": 0.006}))
+
+    def test_cgal_meshes_every_shell_of_cad(self):
+        """A small cavity, and a small solid apart from a large one, which CGAL's own first points miss; one without cells is refused."""
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        occ = gmsh.model.occ
+        occ.cut([(3, occ.addBox(0, 0, 0, 30, 30, 30))], [(3, occ.addSphere(22, 20, 18, 2.5))])
+        occ.addBox(40, 10, 10, 3, 3, 3)
+        occ.synchronize()
+        gmsh.write(self.path("two.step"))
+        gmsh.finalize()
+        manifest = self.take("two.step", size={"length": 0.006}, generator="cgal")
+        self.covers_boundary(manifest, "face_")
+        mesh = read_msh(self.path("mesh.msh.gz"))
+        x = mesh["nodes"][np.concatenate([rows for (dim, _), rows in mesh["elements"].items() if dim == 2])]
+        near = np.abs(x.mean(axis=1) - np.array([0.022, 0.02, 0.018])).max(axis=1) < 0.0025
+        area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)[near].sum() / 2
+        # Nodes are on the ball: the area of facets within the approximation of a tenth of their length is that of a smaller ball
+        self.assertTrue(4 * np.pi * (2.5 - 0.6) ** 2 < area * 1e6 < 4 * np.pi * 2.5**2, area)
+        ends = []
+        for name in manifest["volumes_cad_m3"]:
+            of_solid = [mesh["elements"][key] for key, groups in mesh["groups"].items() if key[0] == 3 and mesh["names"][name][1] in groups]
+            ends.append(mesh["nodes"][np.concatenate(of_solid)][:, :, 0].max() > 0.035)
+        self.assertEqual(sorted(ends), [False, True])
+        self.concentric("seed.step", gmsh.model.occ.fragment, 0.3)
+        request = {"size": {"length": 0.006}, "generator": "cgal"}
+        self.refused(3, "no cell of CGAL's mesh has its centre in volume_", "file", self.parameters("seed.step"), **request)
+
+    def test_packed_and_reversed_cad(self):
+        self.export("part.step", "part.brep")
+        Path(self.path("packed.step.gz")).write_bytes(gzip.compress(Path(self.path("part.step")).read_bytes()))
+        text = Path(self.path("part.brep")).read_text().rstrip()
+        self.assertIn("\n+1 ", text)
+        whole = self.take("part.step", size={"length": 0.004})
+        head, _, root = text.rpartition("+")
+        Path(self.path("reversed.brep")).write_text(f"{head}-{root}\n")
+        for name in ("packed.step.gz", "reversed.brep"):
+            manifest = self.take(name, size={"cells": whole["cells"]})
+            self.assertAlmostEqual(manifest["volume_cad_m3"] / whole["volume_cad_m3"], 1, delta=1e-9)
+            self.assertAlmostEqual(manifest["volume_error"], whole["volume_error"], delta=0.01)
 
     def test_cells_of_solids(self):
         """CGAL's cells are each in one solid, also the chords of a hole, whose centres lie in none, and those of a solid lie where it does."""

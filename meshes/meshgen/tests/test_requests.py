@@ -31,7 +31,9 @@ class Requests(Case):
         self.refused(2, "only order 1", "finger", size={"length": 0.01}, generator="cgal", order=2)
         self.refused(2, "generator is gmsh", "finger", size={"length": 0.01}, cgal={"odt": True})
         self.refused(3, "not reached", "block", size={"cells": 3, "tolerance": 0.001})
-        self.refused(3, "ask for cells = 29 or more", "block", size={"cells": 3, "tolerance": 0.001})
+        for cells in (3, 29):
+            self.refused(3, "ask for cells = 24", "block", size={"cells": cells, "tolerance": 0.001})
+        self.assertEqual(self.made("block", size={"cells": 24, "tolerance": 0.001})["cells"], 24)
 
     def test_size_fields(self):
         size, points = {"length": 0.01}, [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]

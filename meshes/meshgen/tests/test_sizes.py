@@ -32,7 +32,7 @@ class Sizes(Case):
         self.assertRegex(refused.exception.error, "not reached .* the faces of the body allow no fewer than about 27.. cells")
         self.assertRegex(refused.exception.hint, "ask for cells = 3[34]00 or more")
         with self.assertRaises(SizeNotReached) as refused:
-            sizing.find_length(generate, 4e-5, 1500, 0.02, lambda _: None, graded=True)
+            sizing.find_length(generate, 4e-5, 1500, 0.02, lambda _: None, "the graded lengths")
         self.assertIn("the graded lengths", refused.exception.error)
         self.assertTrue(sizing.find_length(generate, 4e-5, 3300, 0.02, lambda _: None))
 
@@ -71,6 +71,18 @@ class Sizes(Case):
         self.assertGreater(graded["regions"]["notches"]["count"], 3 * plain["regions"]["notches"]["count"])
         self.assertLess(graded["regions"]["root"]["count"], 3 * plain["regions"]["root"]["count"])
         self.refused(2, "no grading feature", "finger", size={"length": 0.006}, grading=[fine[0] | {"feature": "nose"}])
+
+    def test_grading_at_a_face_is_even(self):
+        """All facets of a graded face have the length also where the distance is small against the face."""
+        fine = {"feature": "xmin", "length": 0.01}
+        for distance in (0.001, 0.02):
+            manifest = self.made("block", size={"length": 0.03}, grading=[fine | {"distance": distance}])
+            mesh = read_msh(self.path("mesh.msh.gz"))
+            tag = mesh["names"]["xmin"][1]
+            x = mesh["nodes"][np.concatenate([rows for key, rows in mesh["elements"].items() if key[0] == 2 and tag in mesh["groups"][key]])]
+            self.assertLess(np.linalg.norm(x - x[:, [1, 2, 0]], axis=2).max(), 0.02)
+            self.assertGreater(manifest["regions"]["xmin"]["count"], 3 * manifest["regions"]["xmax"]["count"])
+        self.refused(2, "is less than a 500th of the diagonal", "block", size={"length": 0.03}, grading=[fine | {"distance": 1e-4}])
 
     def test_grading_at_points_and_in_a_box(self):
         size, fine = {"length": 0.012}, {"length": 0.002, "distance": 0.006}
@@ -125,6 +137,12 @@ class Sizes(Case):
         self.assertAlmostEqual(area / 4e-4, 1, delta=0.1)
 
     def test_cgal_criteria(self):
+        """Those of a request are kept also where a number of cells is wanted."""
+        given = {"facet_approximation": 0.003}
+        manifest = self.made("block", generator="cgal", cgal=given, size={"cells": 1500})
+        self.assertEqual(manifest["cgal"]["facet_approximation"], 0.003)
+        self.assertEqual(manifest["cgal"]["cell_size"], manifest["length_m"])
+        self.refused(2, "nothing that cells could change", "dumbbell", generator="cgal", cgal={"facet_size": 0.01, "cell_size": 0.01}, size={"cells": 600})
         sizes = {"facet_size": 0.004, "facet_approximation": 0.0005, "cell_size": 0.004}
         manifest = self.made("dumbbell", generator="cgal", cgal=sizes | {"facet_angle": 30, "odt": True, "perturb": False})
         self.assertEqual(manifest["cgal"]["facet_size"], 0.004)

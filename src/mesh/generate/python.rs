@@ -176,7 +176,13 @@ impl Mesher<'_> {
 
     /// Requirements of the mesher and whether they are met, with the command that installs a missing one.
     pub fn diagnose(&self) -> Vec<Check> {
-        let setup = || Some(host::setup().to_string());
+        // Setting up an environment of its own changes nothing for a Python that is named
+        let given = std::env::var_os("DUROMETER_PYTHON").is_some_and(|given| Path::new(&given) == self.python);
+        let requirements = self.home.path.join("meshes/meshgen/requirements.txt");
+        let setup = || {
+            let pip = format!("{} -m pip install -r {}", self.python.display(), requirements.display());
+            Some(if given { pip } else { host::setup().to_string() })
+        };
         let check = |what: &str, ok: bool, detail: String, remedy: Option<String>| Check {
             what: what.into(),
             ok,
@@ -188,7 +194,8 @@ impl Mesher<'_> {
         let mut checks = vec![check("meshes/meshgen", home.is_dir(), home.display().to_string(), None)];
         let version =
             Command::new(self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
-        let install = || Some(INSTALL.to_string());
+        let other = || "unset DUROMETER_PYTHON, or let it name a Python 3.11 or newer".to_string();
+        let install = || Some(if given { other() } else { INSTALL.to_string() });
         let version = match version {
             Ok(out) if out.status.success() => String::from_utf8_lossy(&out.stdout).trim().to_string(),
             Ok(out) => {
@@ -208,17 +215,21 @@ impl Mesher<'_> {
         let numbers: Vec<u32> = version.split('.').filter_map(|n| n.parse().ok()).collect();
         let new = numbers.as_slice() >= [3, 11].as_slice();
         let detail = format!("{version} ({})", self.python.display());
-        checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
+        checks.push(check(
+            "python",
+            new,
+            detail,
+            Some(if given { other() } else { "install Python 3.11 or newer".into() }),
+        ));
         let venv =
             host::python().map_or_else(|| interpreter::in_environment(&self.home.environment), Path::to_path_buf);
         let packages = match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
             Ok(output) => match serde_json::from_str::<Examination>(&output.stdout) {
-                Ok(found) => found.checks(),
+                Ok(found) => found.checks(setup),
                 Err(e) => vec![check("mesher", false, format!("{}: {e}", output.status), setup())],
             },
             Err(e) => vec![check("mesher", false, e.to_string(), setup())],
         };
-        let given = std::env::var_os("DUROMETER_PYTHON").is_some();
         let own = venv.exists() || given;
         // A python that has all packages needs no environment
         let has_all = packages.iter().all(|c| c.ok || c.optional);
@@ -291,7 +302,8 @@ struct PackageError {
 }
 
 impl Examination {
-    fn checks(self) -> Vec<Check> {
+    /// Its lines; setup: the command that installs a package.
+    fn checks(self, setup: impl Fn() -> Option<String>) -> Vec<Check> {
         let one = |(what, version): (String, Option<String>)| {
             let optional = what == "cgal";
             let Some(error) = self.errors.get(&what) else {
@@ -301,7 +313,7 @@ impl Examination {
             let package =
                 error.debian_package.as_ref().map(|p| format!("apt-get install -y --no-install-recommends {p}"));
             let search = error.missing_library.as_ref().map(|l| format!("install the package that holds {l}"));
-            let remedy = package.or(search).or(Some(host::setup().into()));
+            let remedy = package.or(search).or_else(&setup);
             Check { what, ok: false, detail: error.error.clone(), remedy, optional }
         };
         self.versions.clone().into_iter().map(one).collect()

@@ -70,16 +70,6 @@ pub enum Generator {
     Cgal,
 }
 
-impl Generator {
-    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
-    fn version(self) -> u32 {
-        match self {
-            Self::Gmsh => 0,
-            Self::Cgal => 1,
-        }
-    }
-}
-
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
@@ -127,6 +117,15 @@ impl MeshRequest {
             cgal,
             field: None,
             time_limit_s: TIME_LIMIT_S,
+        }
+    }
+
+    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
+    pub(super) fn version(&self) -> u32 {
+        let is_at_feature = |grading: &Grading| matches!(grading.near, GradedPlace::Feature(_));
+        match self.generator {
+            Generator::Gmsh => u32::from(self.grading.iter().any(is_at_feature)),
+            Generator::Cgal => 2,
         }
     }
 
@@ -189,8 +188,8 @@ impl MeshRequest {
         if !content.is_null() {
             named["parameters"] = content;
         }
-        if self.generator.version() > 0 {
-            named["mesher"] = json!(self.generator.version());
+        if self.version() > 0 {
+            named["mesher"] = json!(self.version());
         }
         let name = storage::sha256(canonical(&named))[..16].to_string();
         Ok((request, name))

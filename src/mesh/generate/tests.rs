@@ -135,6 +135,13 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     // Cells of several solids that CGAL meshed before belonged to none
     let by_cgal = name(&MeshRequest { generator: Generator::Cgal, ..request() });
     assert_ne!(by_cgal, "6d7fab3e9b2cb891", "the name of a mesh of the mesher before");
+    // Cells near the faces of a feature were graded in patches; those graded elsewhere are what they were
+    let graded = |near| {
+        let grading = vec![Grading { near, length: 0.001, distance: 0.002 }];
+        MeshRequest { grading, ..request() }.version()
+    };
+    let places = [GradedPlace::Feature("notches".into()), GradedPlace::Points(vec![[0.0; 3]])];
+    assert_eq!((request().version(), places.map(graded)), (0, [1, 0]));
     // A file counts by its content.
     let (a, b) = (store.home.path.join("a.stl"), store.home.path.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));

@@ -1,6 +1,7 @@
 //! Quality of the corner tetrahedra of a mesh.
 
 pub mod gap;
+pub mod hinge;
 pub mod notch;
 pub mod overlap;
 pub mod wall;

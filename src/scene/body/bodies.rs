@@ -4,7 +4,7 @@ use super::Body;
 use super::grid::mesh_hash;
 use super::mesh_file::content;
 use super::mesh_spec::{MeshSpec, PartSpec};
-use super::request::has_source;
+use super::request::{check_without_source, has_source};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::error::point;
@@ -31,6 +31,9 @@ impl Body {
         if own && has_source(spec) {
             let fact = "every part has a source of its own, and nothing takes the mesh of [mesh]";
             return Err(content(file, fact, "remove the source from one of the parts, or from [mesh]"));
+        }
+        if own {
+            check_without_source(file, spec)?;
         }
         let base = if own { None } else { Some(Self::sound(file, spec, store, progress)?) };
         let (mut named, mut paths) = (Vec::<(String, TetMesh)>::new(), BTreeMap::new());

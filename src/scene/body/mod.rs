@@ -232,6 +232,10 @@ impl Body {
 
     /// A mesh of the mesher, with what is to be said of it.
     fn generated(file: &Path, made: Generated, levels: u32) -> Result<Self, SceneError> {
+        if let Some(name) = made.manifest.volumes_cad_m3.keys().find(|name| !made.mesh.regions.contains_key(*name)) {
+            let fact = format!("the mesh has no cells of {name}, which the CAD has");
+            return Err(content(file, fact, "use more cells or a smaller size"));
+        }
         let (volumes, off) = (SourceVolume::all(&made.manifest, &made.mesh), straightened(levels, &made.manifest));
         let mut body = Self::of_file(file, made.mesh, (&made.path, Reader::Msh))?;
         body.paths = made.manifest.paths;
@@ -309,6 +313,18 @@ fn straightened(levels: u32, manifest: &Manifest) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A solid of the CAD without cells is refused before its mesh is used.
+    #[test]
+    fn a_mesh_that_lacks_a_solid_is_refused() {
+        let mesh = crate::mesh::structured::block(1, 1, 1, 1e-3, 1e-3, 1e-3, crate::mesh::Order::Linear);
+        let text = r#"{"request":{},"cells":6,"nodes":8,"facets":12,"order":1,"h_m":5e-4,"regions":{},"volume_m3":1e-9,"volume_cad_m3":2e-9,
+            "volume_error":-0.5,"volumes_cad_m3":{"volume_2":1e-9}}"#;
+        let manifest = serde_json::from_str(text).expect("a manifest");
+        let made = Generated { mesh, manifest, name: String::new(), path: "m.msh.gz".into(), made: true };
+        let error = Body::generated(Path::new("scene.toml"), made, 0).expect_err("volume_2 has no cells").to_string();
+        assert!(error.contains("the mesh has no cells of volume_2, which the CAD has"), "{error}");
+    }
 
     /// Edges that left the CAD are a warning; where an earlier version made the mesh, on nested levels alone.
     #[test]

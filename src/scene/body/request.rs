@@ -122,18 +122,9 @@ pub(super) fn has_source(spec: &MeshSpec) -> bool {
 pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     check_refine(file, spec)?;
     check_levels(file, spec.levels, 1)?;
-    let idle = |keys: &[(&str, bool)]| keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string());
     if spec.grid.is_some() {
-        let others = [
-            ("body", spec.body.is_some()),
-            ("file", spec.file.is_some()),
-            ("unit", spec.unit.is_some()),
-            ("cells", spec.cells.is_some()),
-            ("size", spec.size.is_some()),
-            ("parameters", !spec.parameters.is_empty()),
-            ("levels", spec.levels > 0),
-        ];
-        return match idle(&others).or(idle(&made(spec))).or(idle(&taken(spec))) {
+        let others = [("body", spec.body.is_some()), ("file", spec.file.is_some())];
+        return match idle(&others).or(of_source(spec)) {
             Some(key) => Err(content(file, format!("`{key}` has no effect next to `grid`"), "remove one of the two")),
             None => Ok(()),
         };
@@ -161,6 +152,35 @@ pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneErro
             }
         }
     }
+}
+
+/// Refuses keys of a source in a table whose parts all have their own.
+pub(super) fn check_without_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
+    check_refine(file, spec)?;
+    match of_source(spec) {
+        Some(key) => {
+            let fact = format!("`{key}` has no effect in [mesh] where every part has a source of its own");
+            Err(content(file, fact, "remove it, or leave the source of one of the parts to [mesh]"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The first key that is given.
+fn idle(keys: &[(&str, bool)]) -> Option<String> {
+    keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string())
+}
+
+/// The first key that is given of those that go with a body or a file.
+fn of_source(spec: &MeshSpec) -> Option<String> {
+    let sized = [
+        ("unit", spec.unit.is_some()),
+        ("cells", spec.cells.is_some()),
+        ("size", spec.size.is_some()),
+        ("parameters", !spec.parameters.is_empty()),
+        ("levels", spec.levels > 0),
+    ];
+    idle(&sized).or(idle(&made(spec))).or(idle(&taken(spec)))
 }
 
 /// Refuses more levels, or more cells after them, than any solver here holds.
@@ -191,7 +211,10 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         (!positive(refine.tolerance) || !positive(refine.absolute_tolerance), "a tolerance must be positive"),
         (refine.meshes == 0, "`meshes` must be at least 1"),
         (spec.generator == GeneratorSpec::Cgal, "CGAL takes no size field; use generator = \"gmsh\""),
-        (!spec.parts.is_empty(), "several bodies are not refined; refine the mesh of one"),
+        (
+            !spec.parts.is_empty(),
+            "remove it: several bodies are not refined; a scene of one of them alone finds its number of cells",
+        ),
         (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
         (spec.deform.is_some(), "a deformed mesh is not refined; remove `deform`"),
         (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),

@@ -30,10 +30,10 @@ impl SourceVolume {
         let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);
         let of = |region, enclosed, mesh| Self { region, enclosed, mesh, straightened };
         let whole = manifest.volume_cad_m3.map(|enclosed| of(None, enclosed, manifest.volume_m3));
-        let solids = manifest.volumes_cad_m3.iter().filter_map(|(name, enclosed)| {
-            let mesh = mesh.region_volume(&mesh.regions.get(name)?.cells);
-            Some(of(Some(name.clone()), *enclosed, mesh))
-        });
+        let solids = manifest
+            .volumes_cad_m3
+            .iter()
+            .map(|(name, enclosed)| of(Some(name.clone()), *enclosed, mesh.region_volume(&mesh.regions[name].cells)));
         whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
 

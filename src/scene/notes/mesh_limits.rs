@@ -1,10 +1,11 @@
 //! Facts about the mesh of a scene that limit its numbers, as commands print them: cells that are nearly flat, thin walls of few cells, parts that
-//! overlap, narrow gaps between parts.
+//! overlap, narrow gaps between parts, parts that only edges or nodes join.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::mesh::gap::{Gap, gap};
+use crate::mesh::hinge::{Hinge, hinge};
 use crate::mesh::notch::{Notch, thinnest_below_notches};
 use crate::mesh::overlap::overlap_of_parts;
 use crate::mesh::quality::Quality;
@@ -56,7 +57,8 @@ fn limits(
     let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(|wall| of_wall(wall, is_volume_mesh));
     let overlaps = overlap_of_parts(mesh).map(|at| of_overlap(&at));
     let warnings = of_cells(mesh).into_iter().chain(walls).chain(notches).chain(overlaps).map(|text| ("warning", text));
-    warnings.chain(gap.map(|gap| ("note", of_gap(&gap, is_volume_mesh)))).collect()
+    let notes = gap.map(|gap| of_gap(&gap, is_volume_mesh)).into_iter().chain(hinge(mesh).map(of_hinge));
+    warnings.chain(notes.map(|text| ("note", text))).collect()
 }
 
 fn of_cells(mesh: &TetMesh) -> Option<String> {
@@ -126,9 +128,28 @@ fn of_gap(gap: &Gap, is_volume_mesh: bool) -> String {
     )
 }
 
+fn of_hinge(hinge: Hinge) -> String {
+    let nodes = if hinge.nodes == 1 { "one node".into() } else { format!("{} nodes", hinge.nodes) };
+    format!(
+        "{} parts of the body have {nodes} in common, as at {}, and no face: they turn about such places as about a hinge; give them \
+         common faces where the mesh comes from, or move them apart",
+        hinge.parts,
+        point(&hinge.at)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_hinge_is_told_with_its_place() {
+        let told = |nodes| of_hinge(Hinge { parts: 2, nodes, at: Vec3::new(0.01, 0.01, 0.0) });
+        assert!(
+            told(1).starts_with("2 parts of the body have one node in common, as at (10, 10, 0) mm, and no face: ")
+        );
+        assert!(told(6).starts_with("2 parts of the body have 6 nodes in common, as at (10, 10, 0) mm"));
+    }
 
     #[test]
     fn a_gap_is_told_with_its_sides() {

@@ -10,8 +10,8 @@ pub enum StarterError {
     /// Neither a starter nor a file.
     #[error("{name}: there is no such starter and no such file; {hint}")]
     Unknown { name: String, hint: String },
-    /// A starter, which has a mesh of its own, with a number of cells.
-    #[error("{name} has a mesh of its own; leave the number of cells out")]
+    /// A starter, which has a mesh of its own, with a unit or a number of cells.
+    #[error("{name} has a mesh of its own; leave the unit and the number of cells out")]
     OwnMesh { name: String },
     /// The folder holds something, or is a file.
     #[error("{}: there is something of this name already; name another folder", folder.display())]

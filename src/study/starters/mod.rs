@@ -55,7 +55,7 @@ pub fn create(
         let names: Vec<String> = STARTERS.iter().map(|starter| starter.name.to_string()).collect();
         return Err(StarterError::Unknown { name: name.into(), hint: hint(name, &names) });
     }
-    if starter.is_some() && cells.is_some() {
+    if starter.is_some() && (unit.is_some() || cells.is_some()) {
         return Err(StarterError::OwnMesh { name: name.into() });
     }
     let own = || Some(PathBuf::from(file.file_stem()?));

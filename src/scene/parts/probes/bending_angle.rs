@@ -54,6 +54,16 @@ impl Probe for BendingAngle {
         Ok(Box::new(Recorded { root, tip, facets, windings }))
     }
 
+    fn note(&self, place: &str, builder: &Builder) -> Option<String> {
+        let tip = &self.tip;
+        builder.region(place, tip).is_ok_and(|region| region.facets.is_empty()).then(|| {
+            format!(
+                "bending_angle: region \"{tip}\" holds no facets, so that bending_angle_deg is not recorded, only chord_angle_deg; \
+                 where it is a selector, add pick = \"facets\" and a `rule`"
+            )
+        })
+    }
+
     fn regions(&self) -> Vec<&str> {
         vec![&self.root, &self.tip]
     }

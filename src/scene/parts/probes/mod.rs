@@ -61,9 +61,15 @@ impl ProbeSpec {
 
 /// The recorders of all probes of a scene, in the order of the file.
 pub(in crate::scene) fn build_probes(
-    builder: &Builder,
+    builder: &mut Builder,
     specs: &[ProbeSpec],
 ) -> Result<Vec<Box<dyn Recorder>>, SceneError> {
-    let build = |(k, probe): (usize, &ProbeSpec)| probe.part().build(&format!("probe {}", k + 1), builder);
-    specs.iter().enumerate().map(build).collect()
+    let mut recorders = vec![];
+    for (k, probe) in (1..).zip(specs) {
+        let (place, part) = (format!("probe {k}"), probe.part());
+        recorders.push(part.build(&place, builder)?);
+        let note = part.note(&place, builder);
+        builder.notes.extend(note);
+    }
+    Ok(recorders)
 }

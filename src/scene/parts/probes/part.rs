@@ -9,6 +9,11 @@ pub(in crate::scene) trait Probe {
     /// The recorder on the mesh of the scene.
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError>;
 
+    /// A note on a column that it leaves out there.
+    fn note(&self, _place: &str, _builder: &Builder) -> Option<String> {
+        None
+    }
+
     /// The regions on which it is recorded.
     fn regions(&self) -> Vec<&str> {
         vec![]
