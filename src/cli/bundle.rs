@@ -75,7 +75,7 @@ fn written(args: &WriteArgs) -> CommandResult {
     } else {
         say!("{} files, {:.1} MB: {}", done.files, 1e-6 * done.bytes as f64, args.out.display());
         for mesh in &done.without_mesh {
-            tell!("note: the mesh {mesh} is not stored any more; a rerun makes it again with --with-mesher");
+            tell!("note: the mesh {mesh} is not stored in the bundle; a rerun makes it again with --with-mesher");
         }
     }
     Ok(Outcome::Complete)

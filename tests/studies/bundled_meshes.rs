@@ -58,6 +58,18 @@ fn made(folder: &Path) -> Vec<PathBuf> {
     files.filter(|path| path.extension().is_some_and(|end| end == "gz")).collect()
 }
 
+/// Puts a copy of a mesh next to its body, as if it were of another geometry.
+fn commit_of_another_geometry(folder: &Path, mesh: &Path) {
+    let name = mesh.file_name().expect("a name").to_string_lossy().into_owned();
+    let manifest = name.replace(".msh.gz", ".json");
+    let text = std::fs::read_to_string(mesh.with_file_name(&manifest)).expect("a manifest");
+    let mut value: Value = serde_json::from_str(&text).expect("JSON");
+    assert!(value["geometry_sha256"].is_string(), "{text}");
+    value["geometry_sha256"] = "0".repeat(64).into();
+    write(&folder.join("meshes/rod"), &manifest, &value.to_string());
+    std::fs::copy(mesh, folder.join("meshes/rod").join(name)).expect("room");
+}
+
 /// Moves the bundle `crate` away from what it was made of, and runs it again without a mesher.
 fn rerun_elsewhere(folder: tempfile::TempDir) {
     let moved = tempfile::tempdir().expect("a temporary folder");
@@ -92,7 +104,8 @@ fn a_bundle_has_the_body_of_a_further_curve_with_its_geometry() {
     rerun_elsewhere(folder);
 }
 
-/// Every mesh of a refinement, since the rerun goes through them again. The mesher of this test makes the same one for each.
+/// Every mesh of a refinement, since the rerun goes through them again, also where one of another geometry lies with the body. The mesher of this test makes
+/// the same one for each.
 #[test]
 fn a_bundle_has_all_meshes_of_a_refinement() {
     let folder = project();
@@ -115,5 +128,8 @@ fn a_bundle_has_all_meshes_of_a_refinement() {
         assert_eq!(without_mesh(at, &out), json!([name.to_string_lossy()]));
         std::fs::write(mesh, kept).expect("room");
     }
+    made.iter().for_each(|mesh| commit_of_another_geometry(at, mesh));
+    std::fs::remove_dir_all(at.join("crate")).expect("own files");
+    assert_eq!(without_mesh(at, "crate"), json!([]));
     rerun_elsewhere(folder);
 }

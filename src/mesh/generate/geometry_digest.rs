@@ -77,7 +77,8 @@ pub(super) fn is_made(name: &str) -> bool {
     is_name && ["msh.gz", "json"].contains(&ending)
 }
 
-/// The first names of the modules that a Python file imports: `finger` of `from finger.geometry import build`.
+/// The first names of the modules that a Python file imports: `finger` of `from finger.geometry import build`. A line of a text may look like an import,
+/// and is never a path.
 fn imported(text: &str) -> impl Iterator<Item = String> {
     let modules = text.lines().filter_map(|line| {
         let line = line.trim_start();
@@ -86,7 +87,8 @@ fn imported(text: &str) -> impl Iterator<Item = String> {
             .or(line.strip_prefix("import "))
     });
     modules.flat_map(|list| list.split(',')).filter_map(|module| {
-        let first = module.split(['.', ' ']).find(|part| !part.is_empty())?;
+        let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
+        let first = module.split(|c| !is_of_name(c)).find(|part| !part.is_empty())?;
         Some(first.to_string())
     })
 }
@@ -97,9 +99,9 @@ mod tests {
 
     #[test]
     fn modules_are_found_in_every_form_of_import() {
-        let text = "import gmsh, beam.geometry as b\nfrom finger.geometry import build, x\nif True:\n    from block import geometry\n# import none\n";
+        let text = "import gmsh, beam.geometry as b\nfrom finger.geometry import build, x\nif True:\n    from block import geometry\n# import none\nfrom /tmp/x\n";
         let found: Vec<String> = imported(text).collect();
-        assert_eq!(found, ["gmsh", "beam", "finger", "block"]);
+        assert_eq!(found, ["gmsh", "beam", "finger", "block", "tmp"]);
     }
 
     #[test]

@@ -37,14 +37,14 @@ pub fn gather(
     let file = &real(whole.parent().unwrap_or(&whole))?.join(whole.file_name().unwrap_or_default());
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
     follow(file, &mut found, &mut absolute)?;
-    if !absolute.is_empty() {
-        return Err(BundleError::Absolute { files: absolute.into_iter().collect() });
-    }
     let study = Study::read_as_stored(file, dir)?;
     // Changes of the study name files relative to the scene
     let named: BTreeSet<PathBuf> = study.cases.iter().flat_map(|case| case.files().into_keys()).collect();
     for named in named.iter().filter(|named| named.is_file()) {
         follow(&as_named(named)?, &mut found, &mut absolute)?;
+    }
+    if !absolute.is_empty() {
+        return Err(BundleError::Absolute { files: absolute.into_iter().collect() });
     }
     let about = file.with_file_name("README.md");
     found.extend(about.is_file().then_some(about));
@@ -187,11 +187,14 @@ fn meshes(
     for case in cases {
         let steps = &case.record.refinement;
         for step in steps {
-            match folders.iter().map(|folder| folder.join(&step.mesh)).find(|path| path.is_file()) {
-                Some(path) => drop(stored.insert(path)),
-                None if !step.mesh.is_empty() => inputs.missing.push(step.mesh.clone()),
-                None if steps.len() == 1 => {}
-                None => inputs.missing.push(format!("with {} cells of {}", step.cells, case.record.id)),
+            // A committed one of another geometry may lie next to the one that was made anew
+            let places = folders.iter().map(|folder| folder.join(&step.mesh));
+            let kept: Vec<PathBuf> = places.filter(|path| path.is_file()).collect();
+            match &step.mesh {
+                _ if !kept.is_empty() => stored.extend(kept),
+                mesh if !mesh.is_empty() => inputs.missing.push(mesh.clone()),
+                _ if steps.len() == 1 => {}
+                _ => inputs.missing.push(format!("with {} cells of {}", step.cells, case.record.id)),
             }
         }
     }

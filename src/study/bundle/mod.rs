@@ -75,12 +75,11 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
     check_summary(dir, &stored.study)?;
     files.extend(of_results(dir)?);
     let written = put_all(out, (&files, study), &stored, license);
-    let done = written.and_then(|done| {
-        let without_mesh = missing_meshes(out, &expanded, missing)?;
-        match store {
-            Err(e) if !without_mesh.is_empty() => Err(e.into()),
-            _ => Ok(Bundled { without_mesh, ..done }),
-        }
+    let done = written.and_then(|done| match (missing_meshes(out, &expanded, missing), store) {
+        (Ok(without_mesh), Err(_)) if without_mesh.is_empty() => Ok(done),
+        // The folder of the bodies is not known
+        (_, Err(e)) => Err(e.into()),
+        (found, Ok(_)) => Ok(Bundled { without_mesh: found?, ..done }),
     });
     if done.is_err() {
         // The folder was not there, or empty

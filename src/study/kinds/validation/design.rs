@@ -6,7 +6,7 @@
 
 use crate::math::random::SplitMix;
 use crate::scene::spec::NumericsSpec;
-use crate::scene::{KeyValue, ParameterKey};
+use crate::scene::{KeyValue, ParameterKey, overrides};
 use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan, ValidationPlan};
 use crate::study::kinds::validation::spec::ValidationStudy;
 use crate::study::spec::FamilySpec;
@@ -142,10 +142,27 @@ fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
     if u.unit.is_empty() { value.into() } else { format!("{value} {}", u.unit).into() }
 }
 
-/// The number of a key, as it is set or in the scene.
+/// The number of a key, as it is set or in the scene, where another key may give its unit.
 fn number_of(key: &str, set: &toml::Table, scene: &toml::Table) -> Option<KeyValue> {
-    match set.get(key) {
-        Some(value) => KeyValue::of(value).ok(),
-        None => key.parse::<ParameterKey>().ok()?.value(scene).ok(),
+    let mut scene = scene.clone();
+    if let Some(value) = set.get(key) {
+        overrides::apply(&mut scene, key, value.clone()).ok()?;
+    }
+    key.parse::<ParameterKey>().ok()?.value(&scene).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A value among points has the unit of its signal, also where an earlier change has set it.
+    #[test]
+    fn a_value_that_is_set_keeps_the_unit_of_its_signal() {
+        let scene: toml::Table =
+            "[drive]\nkind = \"points\"\nof = [[0, 0], [1, 2]]\nunit = \"mm\"".parse().expect("TOML");
+        let number = |set: &toml::Table| number_of("drive.of.1.1", set, &scene).map(|value| value.si());
+        assert_eq!(number(&toml::Table::new()), Some(2.0 * 1e-3));
+        let set = toml::Table::from_iter([("drive.of.1.1".to_string(), 3.0.into())]);
+        assert_eq!(number(&set), Some(3.0 * 1e-3));
     }
 }
