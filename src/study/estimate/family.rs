@@ -27,7 +27,8 @@ use crate::scene::ElementSpec;
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::method::Method;
 use crate::study::estimate::richardson::{
-    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, is_small_ratio, safety_factor,
+    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, PAIR_FACTOR, ROUNDING, Triple, bound_of_pair, correction,
+    is_small_ratio, safety_factor,
 };
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::locking;
@@ -270,7 +271,7 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
 
-/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there, and three times the change by the first order covers it.
+/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there.
 const GLUED_ORDER: f64 = 1.0;
 
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
@@ -284,6 +285,7 @@ fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) 
     against.extend(lasting);
     e.refused = !against.is_empty();
     against.extend(imprecision(e, tolerance));
+    against.extend(order_objection(e));
     e.defensible = against.is_empty();
     against
 }
@@ -340,6 +342,13 @@ fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
     } else {
         None
     }
+}
+
+/// The reason why two members alone support nothing: they may differ little next to an extremum, far from their limit, so that fewer than 95 % of the pairs with a
+/// small U(f*) contain it.
+pub fn order_objection(e: &Estimate) -> Option<String> {
+    let why = "its two members show no order, and not that there is a limit; add a third";
+    (e.class == Convergence::TwoMeshes).then(|| why.into())
 }
 
 /// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_CELLS`] on the
@@ -418,8 +427,8 @@ fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tole
     e.by_edge = Some((other.observed_order, other.extrapolated));
 }
 
-/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume: of two meshes 2 at most, which clamped edges permit, and
-/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge.
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order of the limit: of two meshes 2 at most, which clamped edges permit, and
+/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge. Their GCI is that of the first order.
 fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
@@ -428,13 +437,19 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Optio
             t.p
         }
         Some(_) => None,
-        None if e.class == Convergence::TwoMeshes => Some(if glued { GLUED_ORDER } else { q.min(2.0) }),
+        None if e.class == Convergence::TwoMeshes => {
+            e.fs = PAIR_FACTOR;
+            Some(if glued { GLUED_ORDER } else { q.min(2.0) })
+        }
         None => None,
     };
     if let Some(p) = assumed {
-        let shift = correction(f1 - e.values[1], e.ratios[0], p);
+        let (difference, r) = (f1 - e.values[1], e.ratios[0]);
+        let shift = correction(difference, r, p);
+        let index = if first.is_some() { e.fs * shift.abs() } else { bound_of_pair(difference, r) };
         e.richardson = Some(f1 + shift);
-        e.gci_percent = (f1 != 0.0).then(|| 100.0 * e.fs * (shift / f1).abs());
+        e.uncertainty_finest = index;
+        e.gci_percent = (f1 != 0.0).then(|| 100.0 * index / f1.abs());
     }
     assumed
 }
@@ -480,7 +495,6 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
     } else if let (Some(p), Some(star)) = (d.assumed, e.richardson) {
         let delta = (star - f1).abs();
         e.extrapolated = star;
-        e.uncertainty_finest = e.fs * delta;
         let k = 1.0 / (p * r21.ln()).exp_m1();
         let noise = d.scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
         // One triple does not show that its p is the asymptotic one: 2 at singular edges, the formal order elsewhere
