@@ -85,6 +85,29 @@ fn the_error_of_a_calibration_record_reaches_constants_and_predictions() {
     }
 }
 
+/// Two steps of implicit Euler, which is of first order, leave three times the correction that those of a second order do. Two members show no order, which is a doubt.
+#[test]
+fn the_order_of_time_steps_is_that_of_their_integrator() {
+    let predicted = |integrator: Option<&str>| {
+        let mut study = beam();
+        add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+        if let Some(integrator) = integrator {
+            add(&mut study, "steps", Role::TimeStep, (&["heavy"], 0.15));
+            let own = study.1.cases.iter_mut().filter(|c| c.record.id.starts_with("steps-"));
+            own.for_each(|c| c.record.integrator = integrator.into());
+        }
+        let a = analysed(&study);
+        let is_doubted = a.warnings.iter().any(|w| w.contains("family steps: its two members show no order"));
+        assert_eq!(is_doubted, integrator.is_some(), "{:?}", a.warnings);
+        a.found.predictions[0].value
+    };
+    let [without, second, first] = [None, Some("bdf2"), Some("implicit_euler")].map(predicted);
+    assert!(
+        second > without && ((first - without) / (second - without) - 3.0).abs() < 1e-9,
+        "{without} {second} {first}"
+    );
+}
+
 /// One prediction is in the singular, inside or not.
 #[test]
 fn the_verdict_of_one_prediction_is_singular() {
