@@ -131,9 +131,9 @@ fn families(
             Some(Level { edge, ..level })
         };
         let formulation = f.formulation_of(&members);
-        let scatter = noise.iter().find(|n| n.formulation == formulation).map(|n| n.scatter);
+        let half_width = noise.iter().find(|n| n.formulation == formulation).map(|n| n.half_width);
         let levels = members.iter().filter_map(level).collect();
-        let estimate = family::estimate((&f.name, f.role, formulation), levels, scatter, tolerance);
+        let estimate = family::estimate((&f.name, f.role, formulation), levels, half_width, tolerance);
         estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))

@@ -3,7 +3,7 @@
 //! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps)/|f*|, with the scale of the tolerance in
 //! place of |f*| where an absolute one is given.
 
-use crate::math::statistics::{larger, range};
+use crate::math::statistics::{half_width_of_one, larger, mean, range};
 use crate::report::numbers::{percent, seconds};
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
@@ -34,6 +34,8 @@ pub struct Noise {
     pub mean: f64,
     /// max − min \[unit of f\]
     pub scatter: f64,
+    /// Half width of the 95 % interval of one value, which counts in U(f*) \[unit of f\]
+    pub half_width: f64,
 }
 
 /// Cause of the differences between runs that differ in their time steps only.
@@ -101,15 +103,14 @@ fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str)
     if values.len() < 2 {
         return None;
     }
-    let n = values.len() as f64;
-    let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     Some(Noise {
         family: family.name.clone(),
         formulation: family.formulation_of(&members).into(),
         seeds: values.len(),
-        h_m: members.iter().map(|c| c.record.mesh.h_m).sum::<f64>() / n,
-        mean: values.iter().sum::<f64>() / n,
-        scatter: hi - lo,
+        h_m: mean(&members.iter().map(|c| c.record.mesh.h_m).collect::<Vec<_>>()),
+        mean: mean(&values),
+        scatter: range(values.iter().copied()),
+        half_width: half_width_of_one(&values),
     })
 }
 
