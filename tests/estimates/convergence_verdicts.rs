@@ -348,6 +348,34 @@ fn a_motion_that_the_steps_do_not_resolve_has_no_verdict() {
     assert!(a.verdict.contains("No finer mesh would help before the time steps are shorter"), "{}", a.verdict);
 }
 
+/// A signal with its extremum between two points of the time grid hides a share of every peak, which no mesh shows: three times the share of the signal is part of the bars,
+/// and above the tolerance there is no verdict.
+#[test]
+fn peaks_between_the_points_of_the_time_grid_are_in_the_bars() {
+    let (study, mut cases) = study();
+    let before = analyse(&study, &cases);
+    let mut with = |share: f64| {
+        cases.iter_mut().for_each(|c| c.record.unseen_share = Some(share));
+        analyse(&study, &cases)
+    };
+    let told = |a: &Analysis<ConvergenceFindings>| a.warnings.iter().filter(|w| w.contains("of a peak")).count();
+    let a = with(0.004);
+    for (q, was) in a.quantities.iter().zip(&before.quantities) {
+        let scale = q.reference.as_ref().expect("a reference").scale;
+        for (error, was) in q.errors.iter().zip(&was.errors) {
+            let more = 0.012 * error.value.abs() / scale;
+            assert!((error.bar - was.bar - more).abs() < 1e-12 && error.error == was.error, "{error:?} {was:?}");
+        }
+    }
+    assert_eq!([told(&before), told(&a)], [0, 2], "once in each variant: {:?}", a.warnings);
+    let a = with(0.02);
+    refused(
+        &a,
+        "a prescribed signal has its extremum between two points of the time grid, which may miss 6.00 % of a peak",
+    );
+    assert!(a.verdict.contains("No finer mesh would help before the time steps are shorter"), "{}", a.verdict);
+}
+
 /// A largest value within the body has a verdict only where four meshes show that it has a limit.
 #[test]
 fn a_largest_stretch_needs_orders_that_agree() {
