@@ -91,6 +91,11 @@ pub fn deviation(values: &[f64]) -> f64 {
     variance(values).sqrt()
 }
 
+/// Half width of the 95 % interval of one more value about the mean of all there are, by the scatter of n ≥ 2 of them: t_{n − 1} s.
+pub fn half_width_of_one(values: &[f64]) -> f64 {
+    t_quantile(0.95, values.len() - 1) * deviation(values)
+}
+
 /// Smallest and largest of some values; \[∞, −∞\] of none, and not a number where one of them is none.
 pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [smaller(a, s), larger(b, s)])
@@ -138,6 +143,7 @@ mod tests {
         assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
         assert!(median(&[]).is_nan());
         assert_eq!((mean(&[1.0, 2.0, 6.0]), variance(&[1.0, 2.0, 6.0])), (3.0, 7.0));
+        assert_eq!(half_width_of_one(&[1.0, 2.0, 6.0]), t_quantile(0.95, 2) * 7.0_f64.sqrt());
     }
 
     /// Wherever it is among the values, also as the first one.

@@ -2,7 +2,7 @@
 
 use super::build::builder::Builder;
 use super::error::{SceneError, content};
-use super::signal::protocol::{NamedSignal, between};
+use super::signal::protocol::{Between, NamedSignal, between};
 use super::text::quantity::Time;
 use crate::math::signal::Signal;
 use crate::mesh::error::point;
@@ -209,11 +209,14 @@ fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
     builder.spans.iter().enumerate().filter_map(short)
 }
 
+/// Share of its range by which a signal may go beyond its values at the points of the time grid without a note \[–\].
+const UNSEEN: f64 = 0.1;
+
 /// Notes on signals that go farther between the points of the time grid than at them.
 fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
     let known = builder.signals.iter().filter(|s| !s.signal.has_inputs());
     known.filter_map(|NamedSignal { name, signal }| {
-        let (t, value) = between(signal, &builder.spans)?;
+        let Between { t, value, .. } = between(signal, &builder.spans).filter(|b| b.share > UNSEEN)?;
         Some(format!(
             "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"
         ))

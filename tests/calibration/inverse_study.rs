@@ -187,7 +187,8 @@ fn a_locking_mesh_is_named_wherever_the_constant_is() {
     println!("{}\n{}", summary.verdict, law["provenance"]);
     let found = &summary.analysis["bend"]["constants"][0];
     let [low, high] = [0, 1].map(|k| found["interval"][k].as_f64().expect("an interval"));
-    assert!(low < 150e3 && 150e3 < high && high - low < 0.15 * 150e3, "{found}");
+    // Two meshes that differ by 2.3 % leave 8 times as much open to either side
+    assert!(low < 150e3 && 150e3 < high && high - low < 0.4 * 150e3, "{found}");
     assert!(found["mesh"].as_f64().expect("a number") > 0.0);
     assert_eq!(law["provenance"]["locking"], Value::from(false));
     assert!(law["provenance"]["mesh"].as_str().expect("words").contains("the error of the mesh"));

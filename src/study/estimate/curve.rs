@@ -3,7 +3,7 @@
 //! ```text
 //! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
 //! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`crate::study::estimate::richardson`], one p for the whole curve)
-//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
+//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1);   of two curves with p = 1
 //! ```
 //!
 //! Nothing is extrapolated from curves whose differences are rounding of the solver.
@@ -13,7 +13,9 @@
 
 use crate::math::statistics::larger;
 use crate::study::curve::{Curve, l2, lag};
-use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, ROUNDING, Triple, correction, safety_factor};
+use crate::study::estimate::richardson::{
+    CAUTIOUS_FACTOR, PAIR_FACTOR, ROUNDING, Triple, bound_of_pair, correction, safety_factor,
+};
 use serde::Serialize;
 
 /// Norms of one curve against the next finer one of its family.
@@ -40,7 +42,7 @@ pub struct CurveStudy {
     pub norms: Vec<CurveNorms>,
     /// Order from the ratio of the L2 norms; none where the curves go back and forth with the mesh
     pub observed_order: Option<f64>,
-    /// Order that f*(t) was extrapolated with; assumed where `fs` is 3
+    /// Order that f*(t) was extrapolated with, assumed of two curves
     pub order_used: Option<f64>,
     pub convergence_ratio: Option<f64>,
     pub fs: f64,
@@ -59,7 +61,7 @@ pub struct CurveStudy {
     pub gci: Vec<f64>,
 }
 
-/// `members`: (id, h, curve), finest first. `formal`: order used, with Fs = 3, where none can be observed.
+/// `members`: (id, h, curve), finest first. `formal`: order of which two curves assume 2 at most.
 pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStudy> {
     let (_, h1, finest) = members.first()?;
     let end = members.iter().filter_map(|m| m.2.t.last()).copied().fold(f64::INFINITY, f64::min);
@@ -89,13 +91,14 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
             (fs, used) = (safety_factor(true), triple.p);
         }
     } else if members.len() == 2 && differ {
-        used = Some(formal.min(2.0));
+        (fs, used) = (PAIR_FACTOR, Some(formal.min(2.0)));
     }
     let (mut star, mut gci) = (vec![], vec![]);
     if let Some(p) = used {
         let r = members[1].1 / h1;
         star = on[0].iter().zip(&on[1]).map(|(f1, f2)| f1 + correction(f1 - f2, r, p)).collect();
-        gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| fs * correction((f1 - f2).abs(), r, p)).collect();
+        let index = |d: f64| if members.len() == 2 { bound_of_pair(d, r) } else { fs * correction(d.abs(), r, p) };
+        gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| index(f1 - f2)).collect();
     }
     let largest = |v: &[f64]| v.iter().fold(0.0, |m, x| larger(m, x.abs()));
     let changes: Vec<f64> = star.iter().map(|value| value - finest.start()).collect();

@@ -4,8 +4,8 @@
 //! |---|---|---|---|
 //! | 4 or more meshes, sane p | φ₀ of the least squares | Eça–Hoekstra U | max of δ and (Fs − 1)ε₁ + σ + \|φ₁ − fit\|; U₁ if the orders of two triples differ |
 //! | 3, monotone, sane p | Richardson | GCI, Fs = 1.25 | max of δ, \|f\*(p) − f\*(formal)\| and \|f\*(p) − f\*(2)\| |
-//! | 2 | Richardson with p = min(formal, 2), 1 where a held face ends at a re-entrant edge | GCI, Fs = 3 | U₁ |
-//! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
+//! | 2 | Richardson with p = min(formal, 2), 1 where a held face ends at a re-entrant edge | GCI of the first order, Fs = 4 | U₁ |
+//! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, noise) | U₁ |
 //!
 //! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
 //! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). Of an oscillating family ΔM is that of the three finest meshes, and a coarser
@@ -13,9 +13,9 @@
 //! something new, and one that is far coarser nothing. With three meshes alone |f₁ − f₂|/(h₂/h₁ − 1) is added, because they do not tell an extremum
 //! from noise. Where the sizes of all other families lie closer together than h_n/h₁ = 4/3, the factor 3 of ΔM is that of a first order, 1/(h_n/h₁ − 1): the differences of
 //! meshes that are nearly the same tend to zero, and their error does not. A reference closer to the finest value than that value is to its limit
-//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* multiplied by ½√((1 + k)² + k²),
-//! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
-//! has none.
+//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Noise is the half width of the 95 % interval of one value of the mesher, t s with s of n seeds: two seeds that
+//! are alike by chance tell little. It enters f* multiplied by √((1 + k)² + k²), k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of
+//! nested meshes has none.
 //!
 //! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
 //! another limit, and the difference of the two is added to U(f*).
@@ -27,7 +27,8 @@ use crate::scene::ElementSpec;
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::method::Method;
 use crate::study::estimate::richardson::{
-    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, is_small_ratio, safety_factor,
+    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, PAIR_FACTOR, ROUNDING, Triple, bound_of_pair, correction,
+    is_small_ratio, safety_factor,
 };
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::locking;
@@ -176,18 +177,18 @@ pub fn formal_order(formulation: &str) -> f64 {
 pub fn estimate(
     of: (&str, Role, &str),
     levels: Vec<Level>,
-    scatter: Option<f64>,
+    noise: Option<f64>,
     tolerance: impl Into<Tolerance>,
 ) -> Option<Estimate> {
-    estimate_of_order(of, formal_order(of.2), levels, scatter, tolerance)
+    estimate_of_order(of, formal_order(of.2), levels, noise, tolerance)
 }
 
-/// `q`: formal order; `levels` in any order; `scatter`: max − min over the seeds, where they apply.
+/// `q`: formal order; `levels` in any order; `noise`: half width of the 95 % interval of one value by the seeds, where they apply.
 pub fn estimate_of_order(
     (family, role, formulation): (&str, Role, &str),
     q: f64,
     mut levels: Vec<Level>,
-    scatter: Option<f64>,
+    noise: Option<f64>,
     tolerance: impl Into<Tolerance>,
 ) -> Option<Estimate> {
     let tolerance = tolerance.into();
@@ -216,8 +217,8 @@ pub fn estimate_of_order(
         .map(|(a, b)| a.is_sane(q) && a.p.zip(b.p).is_some_and(|(x, y)| (x - y).abs() <= 0.25 * x.max(y)));
     let steps: Vec<f64> = f.windows(2).take(2).map(|w| (w[1] - w[0]).abs()).collect();
     let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    let scatter = scatter.filter(|_| role != Role::Nested && class != Convergence::Exact);
-    let noisy = scatter.is_some_and(|s| s > least);
+    let noise = noise.filter(|_| role != Role::Nested && class != Convergence::Exact);
+    let noisy = noise.is_some_and(|s| s > least);
 
     let f1 = f[0];
     let mut e = Estimate {
@@ -252,8 +253,8 @@ pub fn estimate_of_order(
         ratios,
     };
     let assumed = set_richardson(&mut e, first, levels[0].glued);
-    set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
-    add_other_size(&mut e, &levels, scatter, tolerance);
+    set_uncertainty(&mut e, &Differences { spread, least, noise, noisy, assumed }, &mut reasons);
+    add_other_size(&mut e, &levels, noise, tolerance);
     add_limits(&e, first.is_some_and(|t| t.is_sane(q)), &mut reasons);
     reasons.extend(judge(&mut e, &levels, noisy, tolerance));
     e.reasons = reasons;
@@ -270,7 +271,7 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
 
-/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there, and three times the change by the first order covers it.
+/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there.
 const GLUED_ORDER: f64 = 1.0;
 
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
@@ -284,6 +285,7 @@ fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) 
     against.extend(lasting);
     e.refused = !against.is_empty();
     against.extend(imprecision(e, tolerance));
+    against.extend(order_objection(e));
     e.defensible = against.is_empty();
     against
 }
@@ -340,6 +342,13 @@ fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
     } else {
         None
     }
+}
+
+/// The reason why two members alone support nothing: they may differ little next to an extremum, far from their limit, so that fewer than 95 % of the pairs with a
+/// small U(f*) contain it.
+pub fn order_objection(e: &Estimate) -> Option<String> {
+    let why = "its two members show no order, and not that there is a limit; add a third";
+    (e.class == Convergence::TwoMeshes).then(|| why.into())
 }
 
 /// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_CELLS`] on the
@@ -409,17 +418,17 @@ fn small_ratios(ratios: &[f64]) -> Option<String> {
 }
 
 /// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).
-fn add_other_size(e: &mut Estimate, levels: &[Level], scatter: Option<f64>, tolerance: Tolerance) {
+fn add_other_size(e: &mut Estimate, levels: &[Level], noise: Option<f64>, tolerance: Tolerance) {
     let by_edge = |l: &Level| Some(Level { h: l.edge?, edge: None, ..l.clone() });
     let Some(others) = levels.iter().map(by_edge).collect::<Option<Vec<_>>>() else { return };
     let of = (e.family.as_str(), e.role, e.formulation.as_str());
-    let Some(other) = estimate_of_order(of, e.formal_order, others, scatter, tolerance) else { return };
+    let Some(other) = estimate_of_order(of, e.formal_order, others, noise, tolerance) else { return };
     e.uncertainty += (e.extrapolated - other.extrapolated).abs();
     e.by_edge = Some((other.observed_order, other.extrapolated));
 }
 
-/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order that they assume: of two meshes 2 at most, which clamped edges permit, and
-/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge.
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order of the limit: of two meshes 2 at most, which clamped edges permit, and
+/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge. Their GCI is that of the first order.
 fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
@@ -428,13 +437,19 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Optio
             t.p
         }
         Some(_) => None,
-        None if e.class == Convergence::TwoMeshes => Some(if glued { GLUED_ORDER } else { q.min(2.0) }),
+        None if e.class == Convergence::TwoMeshes => {
+            e.fs = PAIR_FACTOR;
+            Some(if glued { GLUED_ORDER } else { q.min(2.0) })
+        }
         None => None,
     };
     if let Some(p) = assumed {
-        let shift = correction(f1 - e.values[1], e.ratios[0], p);
+        let (difference, r) = (f1 - e.values[1], e.ratios[0]);
+        let shift = correction(difference, r, p);
+        let index = if first.is_some() { e.fs * shift.abs() } else { bound_of_pair(difference, r) };
         e.richardson = Some(f1 + shift);
-        e.gci_percent = (f1 != 0.0).then(|| 100.0 * e.fs * (shift / f1).abs());
+        e.uncertainty_finest = index;
+        e.gci_percent = (f1 != 0.0).then(|| 100.0 * index / f1.abs());
     }
     assumed
 }
@@ -445,9 +460,9 @@ struct Differences {
     spread: f64,
     /// The smaller step between the three finest meshes
     least: f64,
-    /// max − min over the seeds, where they apply
-    scatter: Option<f64>,
-    /// The scatter exceeds the smaller step.
+    /// Half width of the 95 % interval of one value by the seeds, where they apply
+    noise: Option<f64>,
+    /// The noise exceeds the smaller step.
     noisy: bool,
     /// Order of Richardson's limit
     assumed: Option<f64>,
@@ -461,7 +476,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty = d.spread;
         e.uncertainty_finest = d.spread;
     } else if d.noisy {
-        let s = d.scatter.unwrap_or(0.0);
+        let s = d.noise.unwrap_or(0.0);
         reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
         e.method = Method::Spread;
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread.max(s);
@@ -480,9 +495,8 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
     } else if let (Some(p), Some(star)) = (d.assumed, e.richardson) {
         let delta = (star - f1).abs();
         e.extrapolated = star;
-        e.uncertainty_finest = e.fs * delta;
         let k = 1.0 / (p * r21.ln()).exp_m1();
-        let noise = d.scatter.unwrap_or(0.0) * 0.5 * ((1.0 + k).powi(2) + k * k).sqrt();
+        let noise = d.noise.unwrap_or(0.0) * ((1.0 + k).powi(2) + k * k).sqrt();
         // One triple does not show that its p is the asymptotic one: 2 at singular edges, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise

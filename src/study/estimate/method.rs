@@ -1,5 +1,6 @@
 //! Methods by which the limit of a family is found, with the words that files and reports have for them.
 
+use crate::study::estimate::richardson::PAIR_FACTOR;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
@@ -42,7 +43,9 @@ impl fmt::Display for Method {
             Self::Independent => f.write_str("independent of the mesh"),
             Self::Spread => f.write_str("spread (3·ΔM)"),
             Self::Richardson => f.write_str("Richardson and GCI"),
-            Self::TwoMeshes { p } => write!(f, "two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
+            Self::TwoMeshes { p } => {
+                write!(f, "two meshes, p = {p:.0} assumed, GCI of first order with Fs = {PAIR_FACTOR:.0}")
+            }
             Self::LeastSquares { model, weighted } => {
                 write!(f, "least squares {model}{}", if *weighted { ", weighted" } else { "" })
             }

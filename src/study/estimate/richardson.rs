@@ -32,6 +32,15 @@ pub fn safety_factor(is_sane: bool) -> f64 {
 /// Safety factor where the order is assumed, and of differences where there is none.
 pub const CAUTIOUS_FACTOR: f64 = 3.0;
 
+/// Safety factor of two meshes, on their change by a first order: with it 95 % of the limits of drawn pairs are inside
+/// (`tests/estimates/coverage_of_estimates.rs`).
+pub const PAIR_FACTOR: f64 = 4.0;
+
+/// Uncertainty of the limit of two meshes with this difference, whose order is not known.
+pub fn bound_of_pair(difference: f64, r: f64) -> f64 {
+    PAIR_FACTOR * correction(difference.abs(), r, 1.0)
+}
+
 /// Whether a ratio of sizes is below the recommended one by the two decimals with which it is shown.
 pub fn is_small_ratio(ratio: f64) -> bool {
     (100.0 * ratio).round() / 100.0 < LEAST_RATIO

@@ -34,20 +34,24 @@ impl OneRunRecord {
         self.refused.clone().or_else(|| (!self.unestimated.is_empty()).then(columns))
     }
 
-    /// Why some columns have no error that a plan can go by, where it is known.
+    /// Why some columns have no error that a plan on a given mesh can go by, where it is known: it is one of the body that the facets enclose.
     pub fn unusable(&self) -> Option<String> {
-        self.missing().or_else(|| self.lacking())
+        self.missing().or_else(|| self.without(|error| error.lacks.clone()))
     }
 
     /// The columns whose error bars are not whole, and the parts that these are without.
     pub fn lacking(&self) -> Option<String> {
-        let mut by_parts: BTreeMap<&String, Vec<&String>> = BTreeMap::new();
+        self.without(OneRunError::lacks)
+    }
+
+    fn without(&self, parts: impl Fn(&OneRunError) -> Option<String>) -> Option<String> {
+        let mut by_parts: BTreeMap<String, Vec<&String>> = BTreeMap::new();
         for (column, error) in &self.quantities {
-            if let Some(parts) = &error.lacks {
+            if let Some(parts) = parts(error) {
                 by_parts.entry(parts).or_default().push(column);
             }
         }
-        let of = |(parts, columns): (&String, Vec<&String>)| {
+        let of = |(parts, columns): (String, Vec<&String>)| {
             let (bar, is) = if columns.len() == 1 { ("bar", "is") } else { ("bars", "are") };
             format!("the error {bar} of {} from one run {is} without {parts}", all(&columns))
         };
@@ -76,6 +80,15 @@ pub struct OneRunError {
     /// Parts of the error that are missing in the bar, in words, apart from those of curved facets
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lacks: Option<String>,
+}
+
+impl OneRunError {
+    /// All parts of the error that are missing in the bar, in words; none where it is whole.
+    pub fn lacks(&self) -> Option<String> {
+        let facets = self.geometry.is_none().then(|| "curved facets".to_string());
+        let parts: Vec<String> = facets.into_iter().chain(self.lacks.clone()).collect();
+        (!parts.is_empty()).then(|| all(&parts))
+    }
 }
 
 /// The errors of these columns of a run that the estimator has followed.
@@ -116,7 +129,7 @@ mod tests {
     /// A bar with a part missing is none that a plan may go by, and the sentence names all of them.
     #[test]
     fn bars_with_parts_missing_are_named() {
-        let whole = OneRunError { bar: 0.1, ..OneRunError::default() };
+        let whole = OneRunError { bar: 0.1, geometry: Some(0.0), ..OneRunError::default() };
         let near = OneRunError { lacks: Some("the extent of clamp".into()), ..whole.clone() };
         let of = |quantities: Vec<(&str, &OneRunError)>| {
             let quantities = quantities.into_iter().map(|(column, error)| (column.to_string(), error.clone()));
@@ -135,5 +148,19 @@ mod tests {
             "{parts}"
         );
         assert_eq!(of(vec![("force_N", &whole)]).lacking(), None);
+    }
+
+    /// The error by curved facets is not estimated where states depend on the path: a plan on a given mesh goes by such a bar, and a study says that it is not whole.
+    #[test]
+    fn a_bar_without_the_error_of_facets_is_that_of_the_body_they_enclose() {
+        let on_facets = OneRunError { bar: 0.1, ..OneRunError::default() };
+        let near = OneRunError { lacks: Some("the extent of clamp".into()), ..on_facets.clone() };
+        assert_eq!(on_facets.lacks().as_deref(), Some("curved facets"));
+        assert_eq!(near.lacks().as_deref(), Some("curved facets and the extent of clamp"));
+        let quantities = [("force_N".to_string(), on_facets)].into();
+        let found = OneRunRecord { quantities, ..OneRunRecord::default() };
+        assert!(found.whole("force_N").is_some() && found.unusable().is_none());
+        let words = "the error bar of force_N from one run is without curved facets";
+        assert_eq!(found.lacking().as_deref(), Some(words));
     }
 }

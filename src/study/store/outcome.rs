@@ -9,6 +9,7 @@ use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
 use crate::mesh::{Order, TetMesh};
+use crate::scene::protocol::between;
 use crate::scene::{
     CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, has_glued_edge, no_limit_at,
     path_dependence, wall,
@@ -45,6 +46,13 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
+/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of static stages.
+fn unseen_share(scene: &Scene) -> Option<f64> {
+    let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| s.integrator.is_static()).copied().collect();
+    let prescribed = scene.signals.iter().filter(|s| !s.signal.has_inputs());
+    prescribed.filter_map(|s| between(&s.signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
+}
+
 /// Name of the integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
 fn integrator(spans: &[TimeSpan]) -> &'static str {
     let names = || spans.iter().rev().map(|s| s.integrator.name());
@@ -72,6 +80,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
         mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
+        unseen_share: unseen_share(scene),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),

@@ -64,6 +64,10 @@ pub struct CaseRecord {
     /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps_matter: Option<bool>,
+    /// Largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of static stages \[–\]; none where none does, and in
+    /// records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_share: Option<f64>,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
     /// Fact, place and remedy, where the status is not `Converged`

@@ -1,5 +1,6 @@
 //! The analysis of the stored cases of a convergence study.
 
+use crate::report::numbers::percent;
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::curve::{Curve, peak};
 use crate::study::estimate::curve::CurveStudy;
@@ -68,9 +69,17 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
     let unresolved = errors::unresolved(cases, variant, quantity, allowed);
+    let missed_share = errors::missed_share(cases, variant);
+    let is_missed = missed_share > study.tolerance;
     let is_within = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
-    let supported = is_within && unresolved.is_none();
+    let supported = is_within && unresolved.is_none() && !is_missed;
     let mut reasons: Vec<String> = unresolved.iter().map(errors::Unresolved::words).collect();
+    reasons.extend(is_missed.then(|| {
+        format!(
+            "a prescribed signal has its extremum between two points of the time grid, which may miss {} of a peak; let a point lie on the extremum, or shorten dt",
+            percent(missed_share)
+        )
+    }));
     match &reference {
         None => reasons.push("no family of meshes has two converged cases".to_string()),
         Some(r) if !is_within => {
@@ -101,6 +110,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         noise,
         step,
         unresolved,
+        missed_share,
         one_run,
         inputs,
         undetermined,
@@ -131,9 +141,9 @@ fn families(
             Some(Level { edge, ..level })
         };
         let formulation = f.formulation_of(&members);
-        let scatter = noise.iter().find(|n| n.formulation == formulation).map(|n| n.scatter);
+        let half_width = noise.iter().find(|n| n.formulation == formulation).map(|n| n.half_width);
         let levels = members.iter().filter_map(level).collect();
-        let estimate = family::estimate((&f.name, f.role, formulation), levels, scatter, tolerance);
+        let estimate = family::estimate((&f.name, f.role, formulation), levels, half_width, tolerance);
         estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))

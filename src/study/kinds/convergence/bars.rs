@@ -34,6 +34,8 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         let has = |q: &MeshErrors| q.step.as_ref().is_some_and(|step| step.cause == cause);
         terms.extend(with_bars().any(|(q, _)| has(q)).then(|| words.to_string()));
     }
+    let misses = with_bars().any(|(q, _)| q.missed_share > 0.0);
+    terms.extend(misses.then(|| "the share of a peak that the time grid may miss".to_string()));
     let mut constants = String::new();
     if with_bars().any(|(q, _)| !q.undetermined.is_empty()) {
         constants += " Constants without a closed interval are in no bar.";

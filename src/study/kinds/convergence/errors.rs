@@ -1,13 +1,13 @@
 //! Errors of the cases against the reference, mesh noise, and differences between time steps.
 //!
-//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps)/|f*|, with the scale of the tolerance in
-//! place of |f*| where an absolute one is given.
+//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps + peak that the time grid may miss)/|f*|, with the scale of the
+//! tolerance in place of |f*| where an absolute one is given.
 
-use crate::math::statistics::{larger, range};
+use crate::math::statistics::{half_width_of_one, larger, mean, range};
 use crate::report::numbers::{percent, seconds};
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
-use crate::study::estimate::richardson::ROUNDING;
+use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, ROUNDING};
 use crate::study::estimate::step_size::{Timed, first_order, step_sizes};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
@@ -34,6 +34,8 @@ pub struct Noise {
     pub mean: f64,
     /// max − min \[unit of f\]
     pub scatter: f64,
+    /// Half width of the 95 % interval of one value, which counts in U(f*) \[unit of f\]
+    pub half_width: f64,
 }
 
 /// Cause of the differences between runs that differ in their time steps only.
@@ -42,7 +44,7 @@ pub struct Noise {
 pub enum StepCause {
     /// Dynamics, or a path of loading that the steps follow
     TimeStep,
-    /// The states are static and independent of the path: Newton's method stops short of the same solution.
+    /// The states are static and independent of the path: at one time Newton's method stops short of the same solution.
     Algebraic,
 }
 
@@ -84,12 +86,25 @@ pub fn errors(
         .filter_map(|c| {
             let value = peak(c, quantity)?;
             let off = (value - r.value).abs();
-            Some(CaseError { id: c.record.id.clone(), value, error: off / scale, bar: (off + more) / scale })
+            let bar = (off + more + missed(&c.record) * value.abs()) / scale;
+            Some(CaseError { id: c.record.id.clone(), value, error: off / scale, bar })
         })
         .collect()
 }
 
-/// max − min over the seeds of each family of that role with two results or more.
+/// Share of a peak that the time grid may miss, since a prescribed signal has its extremum between two points of it: three times the share of the signal, for a response may grow
+/// faster than its load, and from the middle of its range.
+fn missed(run: &CaseRecord) -> f64 {
+    CAUTIOUS_FACTOR * run.unseen_share.unwrap_or(0.0)
+}
+
+/// Largest share of a peak that the time grid of a case with the study's step may miss \[–\].
+pub fn missed_share(cases: &Cases, variant: &str) -> f64 {
+    let own = cases.of_variant(variant).map(|c| &c.record).filter(|r| cases.at_study_step(variant, r));
+    own.map(missed).fold(0.0, larger)
+}
+
+/// The scatter over the seeds of each family of that role with two results or more.
 pub fn noise(cases: &Cases, variant: &str, quantity: &str) -> Vec<Noise> {
     let families = cases.study.families.iter().filter(|f| f.role == Role::Seeds);
     families.filter_map(|family| noise_of(cases, family, variant, quantity)).collect()
@@ -101,15 +116,14 @@ fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str)
     if values.len() < 2 {
         return None;
     }
-    let n = values.len() as f64;
-    let (lo, hi) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     Some(Noise {
         family: family.name.clone(),
         formulation: family.formulation_of(&members).into(),
         seeds: values.len(),
-        h_m: members.iter().map(|c| c.record.mesh.h_m).sum::<f64>() / n,
-        mean: values.iter().sum::<f64>() / n,
-        scatter: hi - lo,
+        h_m: mean(&members.iter().map(|c| c.record.mesh.h_m).collect::<Vec<_>>()),
+        mean: mean(&values),
+        scatter: range(values.iter().copied()),
+        half_width: half_width_of_one(&values),
     })
 }
 

@@ -38,6 +38,8 @@ pub struct MeshErrors {
     pub step: Option<StepError>,
     /// A case whose steps do not resolve the motion
     pub unresolved: Option<Unresolved>,
+    /// Largest share of a peak that the time grid may miss between two points \[–\]
+    pub missed_share: f64,
     /// Errors of single cases from their runs alone
     pub one_run: Vec<OneRunBar>,
     /// The uncertainty by the constants of the laws; none where one of them is not determined
@@ -48,7 +50,7 @@ pub struct MeshErrors {
     pub without_share: Vec<String>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
-    /// A reference within the tolerance exists, and the time steps resolve the motion
+    /// A reference within the tolerance exists, the time steps resolve the motion, and the time grid meets the extrema of the signals
     pub supported: bool,
     /// Why not, or what limits it
     pub reasons: Vec<String>,

@@ -47,7 +47,7 @@ pub fn one_run(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Vec<
         let e = c.record.one_run.as_ref()?.quantities.get(quantity)?;
         let value = peak(c, quantity)?;
         let (corrected, uncertainty) = (value + e.correction, e.uncertainty);
-        let (bar, lacks) = (e.bar / scale, e.lacks.clone());
+        let (bar, lacks) = (e.bar / scale, e.lacks());
         Some(OneRunBar { id: c.record.id.clone(), value, corrected, uncertainty, bar, lacks })
     };
     cases.of_variant(variant).filter_map(bar).collect()

@@ -110,7 +110,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
 
 /// A sentence, where the error of the time steps alone is above the tolerance.
 fn limited_by_steps(q: &ByQuantity<MeshErrors>, tolerance: f64) -> Option<String> {
-    if q.unresolved.is_some() {
+    if q.unresolved.is_some() || q.missed_share > tolerance {
         return Some("No finer mesh would help before the time steps are shorter.".into());
     }
     let (step, reference) = (q.step.as_ref()?, q.reference.as_ref()?);

@@ -3,7 +3,7 @@
 use crate::report::names::title;
 use crate::report::numbers::{capital, minus_signs, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
-use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, ROUNDING, is_small_ratio};
+use crate::study::estimate::richardson::{LEAST_RATIO, ROUNDING, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
@@ -33,10 +33,10 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         }
     }
     out.extend(members::warnings(cases, quantities));
-    out.extend(quantities.iter().filter_map(without_order));
     out.extend(unknown_noise(cases, quantities));
     out.extend(warnings_of_costs(cases.stored));
     out.extend(idle_steps(quantities));
+    out.extend(missed_peaks(quantities, cases.study.tolerance));
     let estimated = |variant: &str| {
         let has_result = |q: &&ByQuantity<MeshErrors>| !q.estimates.is_empty() || q.step.is_some();
         let mut own = quantities.iter().filter(|q| q.variant == variant).filter(has_result).peekable();
@@ -121,11 +121,15 @@ fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
         step.error,
         space(&q.quantity.unit),
         step.family,
-        if step.cause == StepCause::Algebraic { " Give numerics.accuracy a smaller value." } else { "" }
+        if step.cause == StepCause::Algebraic {
+            " Give numerics.accuracy a smaller value, or let a step meet the peak."
+        } else {
+            ""
+        }
     ))
 }
 
-/// Says that a family of time steps measures no error of theirs, once. Values that are rounding of the largest one in their unit have no digits to differ in.
+/// Says that a family of time steps measures no error of theirs at one time, once. Values that are rounding of the largest one in their unit have no digits to differ in.
 fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let steps = quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?)));
     let idle: Vec<(&ByQuantity<MeshErrors>, &StepError)> =
@@ -141,32 +145,29 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let differences = match relative(most) {
         0.0 => "Its cases do not differ in any digit.".into(),
         most => format!(
-            "The differences between its cases are algebraic error of the solver, at most {} of the value ({}).",
+            "The differences between its cases are algebraic error of the solver, or peaks between the steps, at most {} of the value ({}).",
             percent(most),
             q.peak_title()
         ),
     };
     Some(format!(
-        "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. {differences}",
+        "Family {}: the states are static and independent of the path of loading, so values at one time do not depend on the time steps. {differences}",
         idle[0].1.family
     ))
 }
 
-/// A reference of two meshes, whose values tend to a limit by assumption only.
-fn without_order(q: &ByQuantity<MeshErrors>) -> Option<String> {
-    let reference = q.reference.as_ref()?;
-    let e = q.estimate(&reference.family)?;
-    let mut others = reference.envelope.iter().filter(|f| **f != reference.family);
-    let is_checked = others.any(|f| q.estimate(f).is_some_and(|e| e.values.len() > 2));
-    let is_of_two = e.values.len() == 2 && e.class != Convergence::Exact && !is_checked;
-    is_of_two.then(|| {
+/// The share of peaks that the time grid of a variant may miss, once, where it counts in the error bars.
+fn missed_peaks(quantities: &[ByQuantity<MeshErrors>], tolerance: f64) -> Vec<String> {
+    let counts = quantities.iter().filter(|q| q.missed_share > 0.1 * tolerance);
+    let variants = distinct(counts.map(|q| (q.variant_label.clone(), percent(q.missed_share))));
+    let warn = |(variant, share): (String, String)| {
         format!(
-            "{}: two meshes of family {} show no order and not that there is a limit; both are assumed. A third mesh tells: of a peak at a corner or \
-             an edge no mesh is fine enough.",
-            capital(&q.peak_title()),
-            e.family
+            "{}: a prescribed signal has its extremum between two points of the time grid, which may miss {share} of a peak; as much is in the error \
+             bars. Let a point lie on the extremum, or shorten dt.",
+            capital(&variant)
         )
-    })
+    };
+    variants.into_iter().map(warn).collect()
 }
 
 /// The formulations of references whose scatter from mesh to mesh is not known, with the variants where seeds of other variants do not tell it. The best of families

@@ -10,7 +10,7 @@
 //! From one run, value, corrected, uncertainty and bar are those of its estimate. From many runs, value is that of the finest mesh of a family,
 //! corrected ± uncertainty is f* ± U(f*), and bar = |value − f*| + U(f*), as a convergence study states it.
 
-use crate::math::statistics::range;
+use crate::math::statistics::half_width_of_one;
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::kinds::coverage::record::{JudgedFamily, ProblemRecord};
@@ -131,16 +131,16 @@ pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord
             }
             seen.push((formulation, &case.record));
         }
-        let scatter = scatter(stored, problem, formulation, study, truth);
+        let noise = noise(stored, problem, formulation, study, truth);
         let meshes = all.iter().map(|(level, _)| level.clone()).collect();
-        let found = estimate((&judged.family, Role::Sizes, formulation), meshes, scatter, study.tolerance);
+        let found = estimate((&judged.family, Role::Sizes, formulation), meshes, noise, study.tolerance);
         out.extend(found.map(|e| base.of_many_runs(&e, all[0].1)));
     }
     out
 }
 
-/// max − min over the seeds at the second finest size, as a convergence study has it from a family of seeds.
-fn scatter(
+/// The half width of the 95 % interval of one value by the seeds at the second finest size, as a convergence study has it from a family of seeds.
+fn noise(
     stored: &[StoredCase],
     problem: &ProblemRecord,
     formulation: &str,
@@ -152,7 +152,7 @@ fn scatter(
         levels(stored, &j.family, &truth.material, &truth.quantity.name).into_iter().nth(1).map(|(level, _)| level)
     };
     let values: Vec<f64> = problem.judged.iter().filter(of).filter_map(second).map(|level| level.f).collect();
-    (values.len() > 1).then(|| range(values.into_iter()))
+    (values.len() > 1).then(|| half_width_of_one(&values))
 }
 
 impl Mark {

@@ -16,7 +16,8 @@
 //!
 //! is that of the response surfaces, in first order.
 
-use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
+use crate::math::statistics::smaller;
+use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order, order_objection};
 use crate::study::estimate::step_size::step_sizes;
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::design::{ALGEBRAIC, TIGHTER};
@@ -28,8 +29,6 @@ use crate::study::store::results::Results;
 use crate::wording::few;
 use std::collections::BTreeMap;
 
-/// Formal order of the time integration of the families of time steps.
-const ORDER_IN_TIME: f64 = 2.0;
 /// Roles of the families of meshes.
 const MESHES: [Role; 3] = [Role::Sizes, Role::Nested, Role::Remeshed];
 /// Share of the largest contribution of a datum below which an outcome does not rest on a datum.
@@ -277,7 +276,8 @@ impl<'a> Meshes<'a> {
         let sizes: BTreeMap<usize, f64> = members.into_keys().zip(sizes).collect();
         let level = |member: usize, c: &StoredCase, z| Level::of_steps(&c.record, z, sizes[&member]);
         let levels = self.levels((family, plan), records, outcome, doubts, level);
-        estimate_of_order(of, ORDER_IN_TIME, levels, None, tolerance)
+        let order = runs.iter().map(|c| c.record.order_in_time()).fold(f64::INFINITY, smaller);
+        estimate_of_order(of, order, levels, None, tolerance)
     }
 
     /// The outcome on every member of a family; a doubt for each whose calibration gives no constants.
@@ -343,12 +343,13 @@ fn by_surfaces(parts: &[(&Errors, f64)]) -> f64 {
     mean_square(0).max(mean_square(1))
 }
 
-/// Correction to the limit of an estimate, which is not taken where it is refused, and its standard deviation.
+/// Correction to the limit of an estimate, which is not taken where it is refused, and its standard deviation; a doubt where it is of two members.
 fn of_limit(e: &Estimate, value: f64, doubts: &mut Vec<String>) -> (f64, f64) {
     if e.refused {
         doubts.extend(e.reasons.iter().cloned());
         return (0.0, e.uncertainty_finest.max((e.values[0] - value).abs()) / COVERAGE);
     }
+    doubts.extend(order_objection(e).map(|why| format!("family {}: {why}", e.family)));
     (e.extrapolated - value, e.uncertainty / COVERAGE)
 }
 

@@ -121,7 +121,10 @@ fn orders(panels: &[(Quantity, Option<&CurveStudy>)]) -> String {
             Some(match s.observed_order {
                 Some(_) if s.fs < CAUTIOUS_FACTOR => format!("{}: global order p = {p:.2}", q.label),
                 Some(seen) => format!("{}: order {seen:.2} observed, p = {p:.2} used, Fs = 3", q.label),
-                None => format!("{}: no order observed, p = {p:.0} assumed, Fs = 3", q.label),
+                None => format!(
+                    "{}: no order observed, p = {p:.0} assumed, GCI of first order with Fs = {:.0}",
+                    q.label, s.fs
+                ),
             })
         })
         .collect();
