@@ -64,7 +64,7 @@ pub enum Grade {
     Reference,
     /// Converged where the reference has no answer
     Unjudged,
-    /// The answer is within 10 %
+    /// The answer is not within the tolerance, but within 10 %
     Poor,
     /// An answer, and no word that it is wrong
     Wrong,
