@@ -98,7 +98,7 @@ pub enum FitError {
     #[error("{key} = \"{text}\": {reason}")]
     Dimension { key: &'static str, text: String, reason: String },
     #[error(
-        "[specimen] of the card has `{key}`, which is no dimension of a test piece; write `{meant}`, or give what is none another name"
+        "[specimen] of the card has `{key}`, which is no dimension of a test piece; write `{meant}`, or rename it if it is something else"
     )]
     Misspelt { key: String, meant: String },
     #[error("--accuracy {key} = \"{text}\": {reason}")]

@@ -268,7 +268,7 @@ impl CalibrationPlan {
         let named = self.more.iter().flat_map(|c| c.members.keys().map(|label| (&c.curve.name, label)));
         for (curve, label) in named.filter(|(_, label)| !known.contains(label)) {
             let fact = format!(
-                "no family has this member, in whose case curve {curve} is to be changed; {}",
+                "no family of the variant has this member, in whose case curve {curve} is to be changed; {}",
                 hint(label, known)
             );
             return Err(InverseError::Setting { key: "curve.members", text: label.clone(), fact });

@@ -519,7 +519,10 @@ fn members_change_the_scenes_of_all_curves() {
     let why = grips(long).expect_err("the divisions of the family");
     assert!(why.contains("member nominal") && why.contains("(mesh.grid.divisions)"), "{why}");
     let why = grips(&format!("nominall = {{}}, nominal = {{}}, {long}")).expect_err("no such member");
-    assert!(why.contains("no family has this member") && why.contains("did you mean `nominal`?"), "{why}");
+    assert!(
+        why.contains("no family of the variant has this member") && why.contains("did you mean `nominal`?"),
+        "{why}"
+    );
 }
 
 /// A bar of two halves with laws of their own, by two curves: each law has a file, verdict and methods say of which law a constant is, and

@@ -325,6 +325,9 @@ fn an_input_acts_by_the_keys_of_each_scene() {
     let why = crate::beam::plan(folder.path(), &text.replace(keys, &keys.replace("density", "densty")));
     let why = why.expect_err("a misspelt key");
     assert!(why.contains("input density: no scene of its records has the key effect.gravity.densty"), "{why}");
+    // A wrong deviation is no missing key
+    let why = crate::beam::plan(folder.path(), &text.replace("\"3 %\"", "\"0 %\"")).expect_err("no deviation");
+    assert!(why.contains("record none: its deviation is not above zero") && !why.contains("has the key"), "{why}");
 }
 
 /// The values of a record are typed in or are in the table, and are of a record of their quantity.

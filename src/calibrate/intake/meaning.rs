@@ -16,6 +16,7 @@ use super::{
 use crate::calibrate::constant_format::stretch_text;
 use crate::calibrate::sample::sides;
 use crate::calibrate::{FitError, Mode, Sample};
+use crate::math::statistics::mean;
 
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
 const LARGEST: f64 = 20.0;
@@ -35,7 +36,9 @@ const MISSES: f64 = 0.03;
 const BETTER: f64 = 0.5;
 /// Largest strain that may be one of compression \[–\]
 const FLAT: f64 = 0.95;
-/// Largest exponent of a foam \[–\]
+/// Least correlation of a strain across the load that grows with the one along it \[–\]
+const GROWS: f64 = 0.5;
+/// Largest exponent of the foam that a curve is compared with \[–\]
 const EXPONENT: i32 = 25;
 /// Strains from here on are a stretch where the stress has hardly begun \[–\]
 const BEGIN: f64 = 0.9;
@@ -148,7 +151,7 @@ impl Read<'_> {
         (left / own().map(|s| s.stress * s.stress).sum::<f64>()).sqrt()
     }
 
-    /// Misfit \[–\] of the law of the shape of a uniaxial curve, with strains and stresses times `side`; a foam has the best exponent.
+    /// Misfit \[–\] of a Neo-Hookean law to a uniaxial curve whose strains and stresses are taken times `side`; at a given ratio that of a foam of one term with the best exponent.
     fn misfit_as(&self, choice: &ColumnChoice, side: f64) -> f64 {
         let at = |s: &Sample| 1.0 + side * (s.stretch - 1.0);
         let Some(nu) = choice.ratio else { return self.misfit(|s| side * neo_hookean(s.mode, at(s))) };
@@ -157,13 +160,16 @@ impl Read<'_> {
         exponents.map(foam).fold(f64::INFINITY, f64::min)
     }
 
-    /// The column of strain across the load that grows with the one along it.
+    /// The column of strain across the load that grows with the one along it, by their correlation, which neither a zero nor noise about it makes.
     fn growing_across(&self) -> Option<&String> {
         let (e, across) = (&self.columns.axes[0].0, self.columns.across?);
-        let rest = if names::is_stretch(&self.names[across]) { 1.0 } else { 0.0 };
         let number = |line: &Line, at: usize| table::number(line.cells.get(at)?, self.decimal).ok();
-        let product = |line: &Line| Some(e.factor * number(line, e.at)? * (number(line, across)? - rest));
-        (self.body.iter().filter_map(product).sum::<f64>() > 0.0).then(|| &self.names[across])
+        let pair = |line: &Line| Some((e.factor * number(line, e.at)?, number(line, across)?));
+        let (along, lateral): (Vec<f64>, Vec<f64>) = self.body.iter().filter_map(pair).unzip();
+        let (x, y) = (mean(&along), mean(&lateral));
+        let sum = |of: &dyn Fn(f64, f64) -> f64| along.iter().zip(&lateral).map(|(a, b)| of(a - x, b - y)).sum::<f64>();
+        let scale = (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt();
+        (sum(&|a, b| a * b) > GROWS * scale).then(|| &self.names[across])
     }
 
     /// Largest strain of each other column of strain, with its name.

@@ -5,11 +5,12 @@ use super::fit::of_data;
 use super::result::SofteningFit;
 use super::stated::widened;
 use crate::calibrate::intake::tables;
-use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, SlackChoice};
+use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, Model, SlackChoice};
 
 /// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a rupture are left out, with an entry in the
 /// log.
 pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
+    check_law(&request.options)?;
     let parts = tables::read(request)?;
     for part in &parts {
         let own = part.card.as_ref().map(|c| &c.preparation);
@@ -35,8 +36,15 @@ pub fn fit_softening_experiment(
     experiment: &Experiment,
     options: &FitOptions,
 ) -> Result<(FitResult, SofteningFit), SofteningFitError> {
+    check_law(options)?;
     let (law, softening, sets) = of_data(experiment, options)?;
     let (softening, stated) = widened(softening, experiment, options)?;
     let softening = softening.with_words(&law, &stated, sets);
     Ok((law, softening))
+}
+
+/// Refuses a foam, whose law has no isochoric part.
+fn check_law(options: &FitOptions) -> Result<(), SofteningFitError> {
+    let model = Model::new(&options.law, options.terms)?;
+    if model.form.compressible { Err(SofteningFitError::NotIsochoric { law: model.name() }) } else { Ok(()) }
 }

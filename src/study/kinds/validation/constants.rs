@@ -5,7 +5,6 @@ use crate::scene::{ParameterKey, find};
 use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan};
 use crate::study::kinds::validation::spec::{InputSpec, Purpose, RecordSpec, UnknownSpec, ValidationStudy};
 use crate::wording::either;
-use std::collections::BTreeSet;
 
 /// Most unknowns: their corners are 16 runs.
 const MOST_UNKNOWNS: usize = 4;
@@ -44,11 +43,12 @@ pub fn record(
         if named == Some(false) {
             continue;
         }
-        match (deviations(input, scene), named) {
-            (Ok(found), Some(_)) if found.is_empty() => {
+        let keys: Vec<&String> = input.keys.iter().filter(|key| find(scene, key).is_ok()).collect();
+        match (deviations(input, &keys, scene), named) {
+            (_, None) if keys.is_empty() => {}
+            (_, Some(_)) if keys.is_empty() => {
                 wrong.push(format!("input {}: the scene of record {} has none of its keys", input.name, r.name));
             }
-            (Ok(found), None) if found.is_empty() => {}
             (Ok(found), _) => inputs.push((j, found)),
             (Err(why), _) => wrong.push(format!("input {}, record {}: {why}", input.name, r.name)),
         }
@@ -65,16 +65,17 @@ pub fn record(
 }
 
 /// Mistakes of unknowns that no calibration record has, of keys of inputs that no scene has, and of too many unknowns.
-pub fn without_use(study: &ValidationStudy, records: &[RecordPlan]) -> Vec<String> {
+pub fn without_use(study: &ValidationStudy, records: &[RecordPlan], scenes: &[toml::Table]) -> Vec<String> {
     let mut wrong = vec![];
     let calibrated = |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));
     for (_, u) in study.unknowns.iter().enumerate().filter(|(k, _)| !calibrated(k)) {
         wrong.push(format!("unknown {}: no calibration record has the key {}", u.name, u.key));
     }
-    for (j, input) in study.inputs.iter().enumerate() {
-        let acted = records.iter().flat_map(|r| &r.inputs).filter(|(i, _)| *i == j).flat_map(|(_, keys)| keys);
-        let acted: BTreeSet<&String> = acted.map(|(key, _)| key).collect();
-        let idle: Vec<&String> = input.keys.iter().filter(|key| !acted.contains(key)).collect();
+    for input in &study.inputs {
+        let is_own = |r: &RecordSpec| input.records.as_ref().is_none_or(|of| of.contains(&r.name));
+        let acts =
+            |key: &String| study.records.iter().zip(scenes).any(|(r, scene)| is_own(r) && find(scene, key).is_ok());
+        let idle: Vec<&String> = input.keys.iter().filter(|key| !acts(key)).collect();
         if !idle.is_empty() {
             wrong.push(format!("input {}: no scene of its records has the key {}", input.name, either(&idle)));
         }
@@ -86,25 +87,25 @@ pub fn without_use(study: &ValidationStudy, records: &[RecordPlan]) -> Vec<Strin
 }
 
 /// The keys of an input that a scene has, with one standard deviation each \[SI\].
-fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
+fn deviations(input: &InputSpec, keys: &[&String], scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
     let (amount, dimension) = units::quantity(&input.deviation).map_err(|e| e.to_string())?;
     if amount <= 0.0 {
         return Err("its deviation is not above zero".into());
     }
     let share = input.deviation.trim().ends_with('%');
-    let one = |key: &String| {
+    let one = |key: &&String| {
         let found = key.parse::<ParameterKey>().and_then(|key| key.value(scene)).map_err(|e| e.to_string())?;
         let value = found.si();
         match share {
             true if value == 0.0 => {
                 Err(format!("{key} is zero, of which no share is taken; give the deviation as a quantity"))
             }
-            true => Ok((key.clone(), amount * value.abs())),
-            false if found.dimension == dimension => Ok((key.clone(), amount)),
+            true => Ok(((*key).clone(), amount * value.abs())),
+            false if found.dimension == dimension => Ok(((*key).clone(), amount)),
             false => Err(format!("{key} has another dimension than the deviation \"{}\"", input.deviation)),
         }
     };
-    input.keys.iter().filter(|key| find(scene, key).is_ok()).map(one).collect()
+    keys.iter().map(one).collect()
 }
 
 fn number(v: &toml::Value) -> Option<f64> {

@@ -123,7 +123,7 @@ impl<'a> Builder<'a> {
         let own = study.records.iter().zip(&self.scenes);
         let records: Vec<RecordPlan> =
             own.map(|(r, scene)| record(r, scene, study, &unknowns, &mut self.wrong)).collect();
-        self.wrong.extend(without_use(study, &records));
+        self.wrong.extend(without_use(study, &records, &self.scenes));
         let tracks = self.tracks();
         let plans = tracks.iter().flat_map(|(name, t)| t.plans(name)).collect();
         let sources = Sources { base: self.base(), study, tracks: &tracks };
