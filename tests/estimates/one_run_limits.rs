@@ -214,6 +214,29 @@ fn a_mean_that_differs_at_rest_is_no_error_of_a_change() {
     }
 }
 
+/// A face that is moved by 1 mm at once, from the first step on, has no error, and the error of the change of its block is that of one that comes there slowly,
+/// up to what the solver leaves.
+#[test]
+fn a_displacement_that_is_given_at_once_is_no_error_of_a_change() {
+    let found = |displacement: &str| {
+        let mesh = "grid = { kind = \"box\", size = [\"40 mm\", \"8 mm\", \"8 mm\"], divisions = [4, 1, 1] }";
+        let rest = format!(
+            "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\n\
+             displacement = {displacement}\n[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n[[probe]]\nkind = \"reaction\"\nregion = \"xmax\"\n"
+        );
+        let columns = ["xmax_x_m", "xmax_reaction_x_N"];
+        of(&text(mesh, ("tet10", "displacement"), 0.3, "0.5 s", &rest), &columns).expect("solved").quantities
+    };
+    let at_once = found("\"1 mm\"");
+    let slowly = found("{ kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }");
+    assert!(
+        at_once[0].departure.bar < 1e-12 && (at_once[0].value - at_once[0].start - 1e-3).abs() < 1e-12,
+        "{at_once:?}"
+    );
+    let [one, other] = [&at_once, &slowly].map(|q| q[1].departure.bar);
+    assert!((one / other - 1.0).abs() < 1e-3, "{at_once:?}, {slowly:?}");
+}
+
 #[test]
 #[ignore = "half a minute; made anew where a change alters results: cargo test --release --test estimates stored -- --ignored --nocapture"]
 fn stored_truths_are_those_of_aligned_grids() {
@@ -406,28 +429,32 @@ fn the_border_of_a_contact_is_named() {
 /// split cells, which lie on the same facets, have the same. Under pressure its growth is 3.402e-8 m³, extrapolated from meshes up to [8, 4].
 #[test]
 fn bars_hold_on_a_half_sphere_with_a_clamped_rim() {
-    let volume = |divisions: [usize; 2], pressure: &str| {
+    let volume = |divisions: [usize; 2], signal: &str| {
         let mesh =
             format!("grid = {{ kind = \"octant\", inner = \"6 mm\", outer = \"10 mm\", divisions = {divisions:?} }}");
         let rest = format!(
             "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\ncomponents = \"x\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"ymin\"\n\
              components = \"y\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"zmin\"\n[[constraint]]\nkind = \"cavity\"\nregion = \"inner\"\n\
-             drive = {{ kind = \"pressure\", signal = {{ kind = \"ramp\", from = \"0 Pa\", to = \"{pressure}\", end = \"1 s\" }} }}\n"
+             drive = {{ kind = \"pressure\", signal = {signal} }}\n"
         );
         of(&text(&mesh, ("tet10", "mixed"), 0.3, "0.5 s", &rest), &["cavity_volume_m3"])
             .expect("solved")
             .quantities
             .remove(0)
     };
+    let ramp = |to: &str| format!("{{ kind = \"ramp\", from = \"0 Pa\", to = \"{to}\", end = \"1 s\" }}");
     let octant = std::f64::consts::FRAC_PI_6 * 0.006_f64.powi(3);
     for divisions in [[2, 1], [4, 2]] {
-        let q = volume(divisions, "0.001 Pa");
+        let q = volume(divisions, &ramp("0.001 Pa"));
         println!("{divisions:?}, at rest: {q:?}");
         assert!((q.enriched - q.value).abs() < 1e-7 * q.value && (q.value / octant - 1.0).abs() < 0.02, "{q:?}");
-        let q = volume(divisions, "10 kPa");
+        let q = volume(divisions, &ramp("10 kPa"));
         let (error, bounds) = (3.402e-8 - (q.value - q.start), q.departure);
         println!("{divisions:?}: {q:?}, {bounds:?}, error {error:e}");
         assert!(error.abs() <= bounds.bar && (0.7..1.4).contains(&(bounds.correction / error)), "{q:?}, error {error}");
+        // The first value is that at rest, whatever presses from the first step on
+        let at_once = volume(divisions, "\"10 kPa\"").departure;
+        assert!((at_once.bar / bounds.bar - 1.0).abs() < 1e-3, "{at_once:?}, {bounds:?}");
     }
 }
 

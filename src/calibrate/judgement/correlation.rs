@@ -139,7 +139,7 @@ impl Sums {
     }
 
     fn add(&mut self, weight: f64, a: &[f64], b: &[f64]) {
-        for (sums, a) in self.values.chunks_exact_mut(self.width).zip(a) {
+        for (sums, a) in self.values.chunks_exact_mut(self.width.max(1)).zip(a) {
             let a = weight * a;
             sums.iter_mut().zip(b).for_each(|(sum, b)| *sum += a * b);
         }
@@ -266,5 +266,15 @@ mod tests {
             let spread = correlation.spread(&rows, &curves);
             assert!((&spread - z.transpose() * &r * &z).amax() < 1e-12 * spread.amax(), "{correlation:?}");
         }
+    }
+
+    /// A determinant that is less than any number, (1 − ρ²)^(n−1) without noise, and products of no columns, as where no constant changes anything.
+    #[test]
+    fn a_determinant_below_all_numbers_has_a_logarithm() {
+        let (rows, curves) = (Rows::of(&DMatrix::zeros(1000, 0)), [(0..1000).collect::<Vec<usize>>()]);
+        let correlation = Correlation { rho: 0.9, white: 0.0 };
+        let (log, sum) = correlation.products(&rows, &curves);
+        assert!((log / (999.0 * 0.19_f64.ln()) - 1.0).abs() < 1e-12, "{log}");
+        assert_eq!((sum.len(), correlation.spread(&rows, &curves).len()), (0, 0));
     }
 }

@@ -13,7 +13,6 @@ use crate::scene::body::Body;
 use crate::scene::body::source_volume::SourceVolume;
 use crate::scene::build::SceneBuilder;
 use crate::scene::build::regions::regions;
-use crate::scene::run::energy_balance::EnergyBalance;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step, TimeSpan};
@@ -354,13 +353,11 @@ impl EnrichedScene {
         State { x, ..state.clone() }
     }
 
-    /// The columns at a state of the enriched space, as they are before the first step.
+    /// The columns at a state of the enriched space, as they are before the first step: without reactions.
     pub fn row_at(&self, state: &State, memory: &[f64]) -> Vec<f64> {
-        let scene = &self.scene;
-        let balance = EnergyBalance::new(&scene.system, state);
         let mut memory = memory.to_vec();
-        scene.remember(state, &mut memory);
-        scene.record(state, None, &balance.residual, balance.energies, 0, &memory)
+        self.scene.remember(state, &mut memory);
+        self.scene.record(state, None, &vec![0.0; state.x.len()], Energies::default(), 0, &memory)
     }
 
     /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none
@@ -447,6 +444,16 @@ impl EnrichedScene {
     /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
     /// on the enriched mesh.
     pub fn prolong(&self, from: &Scene, kept: &Kept) -> State {
+        let mut state = self.interpolate(from, kept);
+        self.prescribe(&mut state);
+        if self.pressures_by_effect().any(|(_, in_run)| !in_run) {
+            self.relax_pressures(&mut state);
+        }
+        state
+    }
+
+    /// The same displacements and pressures as functions alone: before its first step a static run has no prescribed values.
+    pub fn interpolate(&self, from: &Scene, kept: &Kept) -> State {
         let Self { scene, map, .. } = self;
         let displacements = 3 * from.points.len();
         let of_mesh = 3 * from.body.mesh.points.len();
@@ -457,12 +464,7 @@ impl EnrichedScene {
         // The multipliers of contact, at other points than in the run, begin at zero
         x.resize(rest.x.len(), 0.0);
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
-        let mut state = State { t: kept.t, x, lambda, inputs, ..rest };
-        self.prescribe(&mut state);
-        if self.pressures_by_effect().any(|(_, in_run)| !in_run) {
-            self.relax_pressures(&mut state);
-        }
-        state
+        State { t: kept.t, x, lambda, inputs, ..rest }
     }
 
     fn prescribe(&self, state: &mut State) {

@@ -1,7 +1,7 @@
 //! Error of geometry: the change of the recorded quantities where the new boundary nodes of the enriched mesh lie on a smooth surface.
 
 use super::enrichment::{EnrichedScene, SmoothSurface};
-use super::kept_state::{Kept, Solved};
+use super::kept_state::{Solved, Start};
 use crate::scene::Scene;
 use crate::scene::body::source_volume::SourceVolume;
 
@@ -35,19 +35,16 @@ struct Curved {
 }
 
 impl Geometry {
-    /// The enriched space on the smooth surface, for a run of `scene` from its first state, with what its recorders remember there.
-    pub fn new(enriched: &EnrichedScene, scene: &Scene, (first, memory): (&Kept, &[f64])) -> Self {
+    /// The enriched space on the smooth surface, for a run of `scene` from this start.
+    pub fn new(enriched: &EnrichedScene, scene: &Scene, first: &Start) -> Self {
         let surface = enriched.smooth_surface(scene);
         let mut geometry = Self::of(&surface);
-        geometry.curved = match surface {
-            SmoothSurface::Curved(map, part) => enriched.with_map(scene, *map).and_then(|moved| {
-                let state = enriched.prolong(scene, first);
-                let mut columns = |of: &EnrichedScene| of.columns_from(&state, memory, &mut geometry.factorisations);
-                let start = difference(&columns(enriched)?, &columns(&moved)?, part);
-                Some(Curved { moved, part, start })
-            }),
-            SmoothSurface::Flat | SmoothSurface::Folded | SmoothSurface::Missed(_) => None,
-        };
+        if let SmoothSurface::Curved(map, part) = surface {
+            geometry.curved = enriched.with_map(scene, *map).map(|moved| {
+                let start = difference(&first.row, &moved.row_at(&first.state, first.memory), part);
+                Curved { moved, part, start }
+            });
+        }
         geometry
     }
 

@@ -269,13 +269,13 @@ impl<'a> ErrorEstimator<'a> {
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
         let near = unresolved_columns(self.scene, &enriched, &run.memories[0]);
         let first = (!self.whole_run).then(|| {
-            let state = enriched.prolong(self.scene, &self.states[0]);
+            let state = enriched.interpolate(self.scene, &self.states[0]);
             Start { row: enriched.row_at(&state, &run.memories[0]), state, memory: &run.memories[0] }
         });
         let mut extent = Extent::new(first.as_ref().map(|first| (&enriched, first)), self.scene);
-        let mut geometry = match self.whole_run {
-            true => Geometry::of_whole_run(&enriched, self.scene),
-            false => Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])),
+        let mut geometry = match &first {
+            None => Geometry::of_whole_run(&enriched, self.scene),
+            Some(first) => Geometry::new(&enriched, self.scene, first),
         };
         if self.whole_run {
             let known = (&near[..], geometry.of_flat(), &extent);

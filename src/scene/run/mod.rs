@@ -1,7 +1,7 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
 pub(super) mod checkpoint;
-pub(super) mod energy_balance;
+mod energy_balance;
 pub(super) mod energy_growth;
 pub(super) mod follower;
 pub(super) mod identity;

@@ -43,6 +43,8 @@ pub(in crate::scene) enum ContactSides {
 
 /// Share of the largest force of a contact below which a point does not press \[–\].
 const PRESSES: f64 = 1e-9;
+/// Share of an area that is rounding of its sum \[–\].
+const ROUNDING: f64 = 1e-9;
 /// Share of its largest elastic slip from which on a point has 99 % of its friction \[–\].
 const AT_LIMIT: f64 = 0.9;
 
@@ -133,9 +135,16 @@ impl NamedContact {
         (!slips.is_empty() && slips.iter().all(|slip| *slip > AT_LIMIT)).then_some(slips.len())
     }
 
-    /// Whether some of its points press at displacement x, and others do not.
+    /// Whether a part of its region presses at displacement x, and another part does not. Corners of tet10 have no area: whether they press may be rounding. The
+    /// points of a rigid body are the same on every mesh.
     pub(in crate::scene) fn ends_within_region(&self, x: &[f64]) -> bool {
-        (1..self.point_count()).contains(&self.moment(x, None).pressed)
+        let whole: f64 = match &self.of {
+            ContactSides::Points { facets, .. } if facets.is_none() => return false,
+            ContactSides::Points { pressing, .. } => pressing.contact().points.iter().map(|p| p.area).sum(),
+            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.first().points.iter().map(|p| p.area).sum(),
+        };
+        let Sums { pressed, area, .. } = self.moment(x, None);
+        pressed > 0 && area < (1.0 - ROUNDING) * whole
     }
 
     /// The points that meet an obstacle; none of deformable surfaces
@@ -316,4 +325,33 @@ fn on_surface(
         }
     });
     (forces.into_iter().filter(|f| f.1 != Vec3::zeros()).collect(), all)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::parse_scene;
+
+    /// A face of which some nodes press ends a contact within its region, all of them do not; nor do the lower corners of a rigid brick, which are the same on
+    /// every mesh.
+    #[test]
+    fn a_contact_ends_within_facets_of_the_mesh() {
+        let floor = "obstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-1 mm\"], normal = [0, 0, 1] }\nresponse = \"penalty\"\nfriction = 0\n";
+        let text = format!(
+            "[mesh]\nelement = \"tet4\"\ngrid = {{ kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [2, 1, 1] }}\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             formulation = \"displacement\"\n[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"lumped\"\n\
+             [[rigid]]\nname = \"brick\"\nshape = {{ kind = \"box\", min = [\"40 mm\", \"0 mm\", \"0 mm\"], max = [\"50 mm\", \"10 mm\", \"10 mm\"] }}\n\
+             density = \"1000 kg/m^3\"\n[[contact]]\nname = \"face\"\nregion = \"zmin\"\n{floor}[[contact]]\nname = \"corners\"\nregion = \"brick\"\n{floor}\
+             [[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"0.1 s\"\n"
+        );
+        let scene = parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+        let ends = |reach: f64| {
+            let mut x = scene.start().x;
+            let lower = scene.points.iter().enumerate().filter(|(_, p)| p.x < reach || p.x > 0.025);
+            lower.for_each(|(k, _)| x[3 * k + 2] -= 2e-3);
+            assert!(scene.contacts[1].moment(&x, None).pressed > 0, "the brick is on the floor");
+            scene.contacts.iter().map(|contact| contact.ends_within_region(&x)).collect::<Vec<_>>()
+        };
+        assert_eq!((ends(0.0), ends(0.005), ends(0.021)), (vec![false; 2], vec![true, false], vec![false; 2]));
+    }
 }

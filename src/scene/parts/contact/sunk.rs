@@ -35,10 +35,15 @@ impl PressingFacets {
         Self { facets: vec![], most: 0.0 }
     }
 
+    /// Whether there are none, as of a rigid body.
+    pub(super) fn is_none(&self) -> bool {
+        self.facets.is_empty()
+    }
+
     /// The deepest place of the facets at displacement x where it is in space, and how deep \[m\], if that is too deep. A distance changes no faster than the
     /// place: parts of a facet that are too far from the obstacle for their size are not split, nor those that are halved [`HALVINGS`] times.
     pub(in crate::scene) fn deepest(&self, mesh: &TetMesh, contact: &Contact, x: &[f64]) -> Option<(Vec3, f64)> {
-        let (_, seen) = contact.deepest(x).filter(|_| !self.facets.is_empty())?;
+        let (_, seen) = contact.deepest(x).filter(|_| !self.is_none())?;
         self.search(mesh, x, seen, contact.distance(x))
     }
 
