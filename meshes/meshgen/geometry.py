@@ -23,7 +23,7 @@ class Geometry:
     volume    enclosed volume in mm³, where the CAD kernel does not know it (surfaces without CAD)
     rebuild   builds the same model again for an edge length in mm, where clearing the mesh would destroy it (surfaces without CAD)
     unions    further facet regions: name -> names of facet regions
-    dropped   faces of a file that bound no solid, in words
+    dropped   faces that bound no solid, or that no facet is of, in words
     """
 
     volumes: list

@@ -12,6 +12,7 @@ from .surface import Surface
 COINCIDENT = 1e-7  # nodes closer than this are one, triangles lower than this are flat, and surfaces closer than this are in contact
 GAP = 1e-5  # nodes of open edges closer than this are joined
 ROUNDS = 8
+MOST_PAIRS = 300  # of crossing triangles that are examined, as each takes a sum over the whole surface
 
 
 def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool) -> Surface:
@@ -60,9 +61,11 @@ def closed(name: str, points: np.ndarray, triangles: np.ndarray, may_cross: bool
 
 
 def covered_twice(points: np.ndarray, triangles: np.ndarray, shell: np.ndarray, pairs: np.ndarray) -> np.ndarray | None:
-    """A point that the shell of two crossing triangles goes round twice: there its inside is not defined, and parity makes a hole of it."""
+    """A point that the shell of two crossing triangles goes round twice: there its inside is not defined, and parity makes a hole of it.
+
+    Of very many pairs, as of a scan with noise, some of all places are examined: pairs in a row along a crossing are alike."""
     sign = [1 if surface.volume(points, triangles[shell == own]) > 0 else -1 for own in range(shell.max() + 1)]
-    for a, b in pairs.tolist():
+    for a, b in pairs[:: -(-len(pairs) // MOST_PAIRS) or 1].tolist():
         at = crossing_point(points[triangles[a]], points[triangles[b]])
         if at is None:
             continue

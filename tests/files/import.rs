@@ -228,6 +228,24 @@ fn commands_agree_on_the_limits_of_a_mesh() {
     assert!(overlapping.iter().any(|w| w.contains("both fill")), "{overlapping:?}");
 }
 
+/// A box has meshes of 24 cells, and none of a few more: where less is asked for, the least number is taken.
+#[test]
+fn a_shape_without_a_mesh_above_the_least_becomes_a_project() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    let script = "import sys, gmsh\ngmsh.initialize()\ngmsh.model.occ.addBox(0, 0, 0, 20, 20, 20)\n\
+                  gmsh.model.occ.synchronize()\ngmsh.write(sys.argv[1])\n";
+    let python = MeshStore::find().expect("the project").python;
+    assert!(Command::new(python).args(["-c", script, &at("box.step")]).output().is_ok_and(|o| o.status.success()));
+    let made = durometer(ROOT, &["new", &at("box.step"), &at("project"), "--cells", "3"]);
+    assert_eq!(made.code, Some(0), "{}", made.err);
+    let scene: toml::Table = std::fs::read_to_string(at("project/scene.toml")).expect("written").parse().expect("TOML");
+    assert_eq!(scene["mesh"]["cells"].as_integer(), Some(24));
+}
+
 /// Faces of a CAD file that bound no solid are told by every command that takes its mesh.
 #[test]
 fn faces_of_no_solid_are_told() {

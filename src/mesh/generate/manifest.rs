@@ -41,7 +41,7 @@ pub struct Manifest {
     /// Repairs of a surface file, in words
     #[serde(default)]
     pub repairs: Vec<String>,
-    /// Faces of a CAD file that bound no solid, in words
+    /// Faces of the CAD that bound no solid, or that no facet is of, in words
     #[serde(default)]
     pub dropped: Vec<String>,
     /// Versions of the packages that made it

@@ -96,7 +96,8 @@ impl Import {
         Ok(self)
     }
 
-    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, more than the least number are taken.
+    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, more than the least number are taken, or
+    /// the least where it has none of these either.
     ///
     /// # Errors
     ///
@@ -105,15 +106,14 @@ impl Import {
         let file = std::path::absolute(&self.file).unwrap_or(self.file.clone());
         let mut made =
             |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
-        let first = made(&self.spec);
-        let body = match first.as_ref().err().and_then(nearest_cells) {
-            Some(nearest) => {
-                let is_bound = self.spec.cells.is_some_and(|asked| nearest > asked);
-                self.spec.cells = Some(if is_bound { above_bound(nearest) } else { nearest });
-                made(&self.spec)
-            }
-            None => first,
-        };
+        let mut body = made(&self.spec);
+        // The second number may be between two that the shape has
+        for _ in 0..2 {
+            let Some(nearest) = body.as_ref().err().and_then(nearest_cells) else { break };
+            let is_bound = self.spec.cells.is_some_and(|asked| nearest > asked);
+            self.spec.cells = Some(if is_bound { above_bound(nearest) } else { nearest });
+            body = made(&self.spec);
+        }
         let body = body.map_err(without_place)?;
         let of_cells = parts(&body.mesh);
         let fixture = fixture(&body.mesh, &of_cells);
@@ -133,7 +133,7 @@ pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
     }
 }
 
-/// A number of cells that a shape has a mesh of, 1.2 times the least one with two significant digits: the mesher comes near the least one only by chance.
+/// A number of cells that most shapes have a mesh of, 1.2 times the least one with two significant digits: near the least one counts scatter.
 fn above_bound(least: usize) -> usize {
     let least = (12 * least).div_ceil(10);
     least.next_multiple_of(10_usize.pow(least.ilog10().saturating_sub(1)))
