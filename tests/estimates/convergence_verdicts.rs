@@ -374,6 +374,11 @@ fn peaks_between_the_points_of_the_time_grid_are_in_the_bars() {
         "a prescribed signal has its extremum between two points of the time grid, which may miss 6.00 % of a peak",
     );
     assert!(a.verdict.contains("No finer mesh would help before the time steps are shorter"), "{}", a.verdict);
+    // An absolute tolerance above the largest value accepts a share of it
+    let mut accepting = study.clone();
+    accepting.quantities.values_mut().flatten().for_each(|q| q.absolute_tolerance = Some(100.0));
+    let a = analyse(&accepting, &cases);
+    assert!(a.recommended.is_some(), "{}", a.verdict);
 }
 
 /// A largest value within the body has a verdict only where four meshes show that it has a limit.

@@ -477,7 +477,10 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty_finest = d.spread;
     } else if d.noisy {
         let s = d.noise.unwrap_or(0.0);
-        reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
+        reasons.push(format!(
+            "mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes; where few seeds tell it, add some",
+            d.least
+        ));
         e.method = Method::Spread;
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;

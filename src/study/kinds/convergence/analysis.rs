@@ -70,7 +70,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
     let unresolved = errors::unresolved(cases, variant, quantity, allowed);
     let missed_share = errors::missed_share(cases, variant);
-    let is_missed = missed_share > study.tolerance;
+    let is_missed = reference.as_ref().is_some_and(|r| missed_share * r.value.abs() > allowed);
     let is_within = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
     let supported = is_within && unresolved.is_none() && !is_missed;
     let mut reasons: Vec<String> = unresolved.iter().map(errors::Unresolved::words).collect();
@@ -111,6 +111,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         step,
         unresolved,
         missed_share,
+        is_missed,
         one_run,
         inputs,
         undetermined,

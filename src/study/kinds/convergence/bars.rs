@@ -1,6 +1,7 @@
 //! Sources of the error bars in words, for the methods of a paper: the terms that the bars of a study have, and no others.
 
 use crate::study::estimate::family::Estimate;
+use crate::study::estimate::method::Method;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::errors::StepCause;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -20,8 +21,12 @@ pub fn errors(found: &ConvergenceFindings) -> String {
         }
     }
     let mut uncertainty = vec![];
-    if limits.iter().any(|e| e.method.is_extrapolation()) {
+    let is_pair = |e: &Estimate| matches!(e.method, Method::TwoMeshes { .. });
+    if limits.iter().any(|e| e.method.is_extrapolation() && !is_pair(e)) {
         uncertainty.push("grid convergence index with the safety factors of Roache [@roache1994]");
+    }
+    if limits.iter().any(|e| is_pair(e)) {
+        uncertainty.push("the change of two meshes by a first order, with a safety factor");
     }
     if with_bars().any(|(_, r)| r.envelope.len() > 1) {
         uncertainty.push("the distance between the limits of the families");

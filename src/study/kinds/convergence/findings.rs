@@ -40,6 +40,8 @@ pub struct MeshErrors {
     pub unresolved: Option<Unresolved>,
     /// Largest share of a peak that the time grid may miss between two points \[–\]
     pub missed_share: f64,
+    /// It is above the tolerance of the quantity
+    pub is_missed: bool,
     /// Errors of single cases from their runs alone
     pub one_run: Vec<OneRunBar>,
     /// The uncertainty by the constants of the laws; none where one of them is not determined

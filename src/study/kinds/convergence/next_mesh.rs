@@ -1,7 +1,7 @@
 //! The mesh that would support a verdict where the evidence does not, and its cost.
 //!
 //! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no objection that lasts whatever the mesh is (a region whose
-//! border runs through cells, a value that may have no limit), and do not oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
+//! border runs through cells, a value that may have no limit), and do not oscillate, or scatter by seeds, by more than the tolerance whatever the next value is: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
 //! family, and its kind counts its cells. The cost is that of the power law through the means over the variants of the family.
@@ -110,7 +110,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
 
 /// A sentence, where the error of the time steps alone is above the tolerance.
 fn limited_by_steps(q: &ByQuantity<MeshErrors>, tolerance: f64) -> Option<String> {
-    if q.unresolved.is_some() || q.missed_share > tolerance {
+    if q.unresolved.is_some() || q.is_missed {
         return Some("No finer mesh would help before the time steps are shorter.".into());
     }
     let (step, reference) = (q.step.as_ref()?, q.reference.as_ref()?);
@@ -176,7 +176,8 @@ impl<'a> Candidate<'a> {
         let next = Finer::new(second[0], finest[0], ratio, all)?;
         let is_hopeless = |q: &&ByQuantity<MeshErrors>| {
             let allowed = |e: &Estimate| q.quantity.tolerance(cases.study.tolerance).allowed(e.extrapolated);
-            q.estimate(&family.name).is_some_and(|e| left_by(e, ratio) > allowed(e))
+            let noise = |e: &Estimate| q.noise.iter().find(|n| n.formulation == e.formulation).map(|n| n.half_width);
+            q.estimate(&family.name).is_some_and(|e| left_by(e, noise(e), ratio) > allowed(e))
         };
         if open.iter().any(is_hopeless) {
             return None;
@@ -219,14 +220,17 @@ impl<'a> Candidate<'a> {
     }
 }
 
-/// The least U(f*) of an oscillating family with one more mesh: the differences of those that it has remain.
-fn left_by(e: &Estimate, ratio: f64) -> f64 {
+/// The least U(f*) of a family with one more mesh: the differences of those that it has remain where it oscillates, and noise by the seeds that is above the difference of its two finest.
+fn left_by(e: &Estimate, noise: Option<f64>, ratio: f64) -> f64 {
+    let scatters = e.role != Role::Nested && e.class != Convergence::Exact;
+    let remains = |s: &f64| scatters && *s > (e.values[0] - e.values[1]).abs();
+    let of_noise = CAUTIOUS_FACTOR * noise.filter(remains).unwrap_or(0.0);
     if e.class != Convergence::Oscillatory {
-        return 0.0;
+        return of_noise;
     }
     let with = |first: f64, rest: &[f64]| [&[first], rest].concat();
     let (h, f) = (with(e.h_m[0] / ratio, &e.h_m), with(e.values[0], &e.values));
-    CAUTIOUS_FACTOR * oscillation(&h, &f)
+    of_noise.max(CAUTIOUS_FACTOR * oscillation(&h, &f))
 }
 
 /// Order by which the bar is expected to fall, that of two meshes the one they assume.
@@ -339,6 +343,19 @@ fn flatten(prefix: &str, table: &Table, keys: &mut BTreeMap<String, Value>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::estimate::family::{Level, estimate};
+
+    /// Seeds of one size say nothing of another one: three times their noise remains on the next mesh where it is above the difference of the two finest, unless the meshes are nested.
+    #[test]
+    fn noise_of_the_seeds_remains_on_a_finer_mesh() {
+        let levels = [(1.0, 1.0), (1.5, 1.01), (2.25, 1.05)].map(|(h, f)| Level { h, f, ..Level::default() });
+        let left = |role: Role, noise: f64| {
+            let e = estimate(("family", role, "tet4"), levels.to_vec(), Some(noise), 0.05).expect("three meshes");
+            left_by(&e, Some(noise), 1.5)
+        };
+        let found = [left(Role::Sizes, 0.005), left(Role::Sizes, 0.02), left(Role::Nested, 0.02)];
+        assert_eq!(found, [0.0, CAUTIOUS_FACTOR * 0.02, 0.0]);
+    }
 
     fn case(mesh: &str, cells: usize) -> CaseRecord {
         let mut c = CaseRecord::default();

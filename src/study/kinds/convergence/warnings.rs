@@ -189,7 +189,7 @@ fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<St
             false => String::new(),
         };
         format!(
-            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: no seeds were run{of}. Add a family of role \"seeds\".",
+            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: no seeds were run{of}. Add a family of role \"seeds\" with three members or more.",
             title(formulation)
         )
     };
