@@ -371,7 +371,7 @@ fn peaks_between_the_points_of_the_time_grid_are_in_the_bars() {
     let a = with(0.02);
     refused(
         &a,
-        "a prescribed signal has its extremum between two points of the time grid, which may miss 6.00 % of a peak",
+        "a prescribed signal has its extremum between two points of the time grid, which may miss 6 % of a peak",
     );
     assert!(a.verdict.contains("No finer mesh would help before the time steps are shorter"), "{}", a.verdict);
     // An absolute tolerance above the largest value accepts a share of it

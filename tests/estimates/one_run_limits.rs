@@ -189,29 +189,23 @@ fn the_extent_of_a_region_that_a_probe_names_is_in_its_bars() {
     }
 }
 
-/// The mean place of the nodes of a region on a graded grid is another one on each mesh, at rest too: of the change by the load that is no error. Its limit,
-/// 0.53625 mm, is that of grids of up to 16 boxes, whose means converge with the spacing of the nodes.
+/// The mean place of the nodes of a region on a graded grid is another one on each mesh, at rest too: of the change by the load that is no error. Its limit is
+/// 0.5368 mm within 1e-4 mm: 0.53800, 0.53745 and 0.53714 mm on 8, 16 and 32 boxes, whose means converge with the spacing of the nodes.
 #[test]
 fn a_mean_that_differs_at_rest_is_no_error_of_a_change() {
-    for divisions in [[4, 1, 1], [8, 2, 2]] {
-        let mesh = format!(
-            "grid = {{ kind = \"box\", size = [\"40 mm\", \"8 mm\", \"8 mm\"], divisions = {divisions:?} }}\n\
-             [mesh.deform]\nx = \"X * (0.5 + 0.5 * X / 0.04)\"\n[mesh.regions]\n\
-             half = {{ kind = \"box\", min = [\"14.999 mm\", \"-1 mm\", \"-1 mm\"], max = [\"41 mm\", \"9 mm\", \"9 mm\"] }}"
-        );
-        let rest = format!(
-            "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n{}[[probe]]\nkind = \"position\"\nregion = \"half\"\n",
-            load("[1, 0, 0]", "2 kPa")
-        );
-        let q = of(&text(&mesh, ("tet10", "displacement"), 0.3, "0.5 s", &rest), &["half_x_m"])
-            .expect("solved")
-            .quantities
-            .remove(0);
-        let error = 5.3625e-4 - (q.value - q.start);
-        println!("{divisions:?}: {q:?}, error {error:e}");
-        assert!(error.abs() <= q.departure.bar && q.departure.bar <= 4.0 * error.abs(), "{q:?}, error {error}");
-        assert!(q.bar > 10.0 * q.departure.bar, "the place itself differs: {q:?}");
-    }
+    let mesh = "grid = { kind = \"box\", size = [\"40 mm\", \"8 mm\", \"8 mm\"], divisions = [8, 2, 2] }\n\
+                [mesh.deform]\nx = \"X * (0.5 + 0.5 * X / 0.04)\"\n[mesh.regions]\n\
+                half = { kind = \"box\", min = [\"14.999 mm\", \"-1 mm\", \"-1 mm\"], max = [\"41 mm\", \"9 mm\", \"9 mm\"] }";
+    let rest = format!(
+        "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n{}[[probe]]\nkind = \"position\"\nregion = \"half\"\n",
+        load("[1, 0, 0]", "2 kPa")
+    );
+    let found = of(&text(mesh, ("tet10", "displacement"), 0.3, "0.5 s", &rest), &["half_x_m"]).expect("solved");
+    let q = &found.quantities[0];
+    let error = 5.368e-4 - (q.value - q.start);
+    println!("{q:?}, error {error:e}");
+    assert!(error.abs() <= q.departure.bar && q.departure.bar <= 3.0 * error.abs(), "{q:?}, error {error}");
+    assert!(q.bar > 10.0 * q.departure.bar, "the place itself differs: {q:?}");
 }
 
 /// A face that is moved by 1 mm at once, from the first step on, has no error, and the error of the change of its block is that of one that comes there slowly,

@@ -92,7 +92,7 @@ fn differences_are_shares_of_changes() {
     }
 }
 
-/// Under the reversed load the same member is as much stiffer: its magnitude is larger, not its value higher. A member that goes the other way is said to.
+/// Under the reversed load the same member is as much stiffer: its magnitude is larger, not its value higher. A member whose peak has the other sign is said to.
 #[test]
 fn peaks_of_negative_quantities_differ_by_their_magnitudes() {
     let stiff_of = |factors: [f64; 2]| {
