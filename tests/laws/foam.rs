@@ -257,20 +257,20 @@ fn a_press_that_is_read_as_tension_is_doubted() {
         let audit = fitted(request).audit;
         audit.of(AuditKind::Doubt).map(|entry| format!("{}\n", entry.message)).collect::<String>()
     };
-    let measured = fit(&request("measured", rows(-1.0, true), None)).expect_err("the ratio is negative").to_string();
+    let measured = fit(&request("sign-measured", rows(-1.0, true), None)).expect_err("the ratio is negative").to_string();
     assert!(
         measured.contains("grows with the axial one") && measured.contains("pass --positive compression"),
         "{measured}"
     );
-    let given = doubts(&request("given", rows(-1.0, true), Some(NU)));
+    let given = doubts(&request("sign-given", rows(-1.0, true), Some(NU)));
     assert!(given.contains("column \"lateral strain [1]\" grows with them"), "{given}");
-    let mut bare = request("bare", rows(-1.0, false), Some(NU));
+    let mut bare = request("sign-bare", rows(-1.0, false), Some(NU));
     let said = doubts(&bare);
     assert!(said.contains("a foam of one term follows them within 0.0 % rms as compression"), "{said}");
     bare.columns.positive = Some(Sign::Compression);
     assert!(!doubts(&bare).contains("read as tension"));
     for lateral in [true, false] {
-        let pulled = doubts(&request("pulled", rows(1.0, lateral), Some(NU)));
+        let pulled = doubts(&request("sign-pulled", rows(1.0, lateral), Some(NU)));
         assert!(!pulled.contains("read as tension"), "{pulled}");
     }
     // A zero of the lateral strain, and noise about it, are no growth
@@ -280,7 +280,7 @@ fn a_press_that_is_read_as_tension_is_doubted() {
         format!("{e},{stress},{}\n", 1e-3 + 1e-4 * f64::from(k % 2))
     };
     let still = format!("strain [1],stress [kPa],lateral strain [1]\n{}", (1..=50).map(row).collect::<String>());
-    let said = doubts(&request("still", still, Some(NU)));
+    let said = doubts(&request("sign-still", still, Some(NU)));
     assert!(!said.contains("read as tension"), "{said}");
 }
 

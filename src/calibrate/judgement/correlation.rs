@@ -39,16 +39,18 @@ impl Correlation {
     pub fn products(self, z: &Rows, curves: &[Vec<usize>]) -> (f64, DMatrix<f64>) {
         let Self { rho, white } = self;
         let (mut log, mut sums) = (0.0, Sums::new(z.width));
-        let (mut rest, mut expected) = (vec![0.0; z.width], vec![0.0; z.width]);
+        let (mut rest, mut expected) = (vec![[0.0; GROUP]; z.groups()], vec![[0.0; GROUP]; z.groups()]);
         for curve in curves {
-            expected.fill(0.0);
+            expected.fill([0.0; GROUP]);
             let (mut drift, mut determinant) = (1.0 - white, 1.0);
             for k in curve {
                 let variance = drift + white;
                 let (weight, gain) = (1.0 / variance, drift / variance);
                 for ((rest, expected), z) in rest.iter_mut().zip(&mut expected).zip(z.row(*k)) {
-                    *rest = z - *expected;
-                    *expected = rho * (*expected + *rest * gain);
+                    for i in 0..GROUP {
+                        rest[i] = z[i] - expected[i];
+                        expected[i] = rho * (expected[i] + rest[i] * gain);
+                    }
                 }
                 sums.add(weight, &rest, &rest);
                 determinant *= variance;
@@ -66,13 +68,15 @@ impl Correlation {
     pub fn spread(self, z: &Rows, curves: &[Vec<usize>]) -> DMatrix<f64> {
         let mut sums = Sums::new(z.width);
         // zⱼ + 2(1 − w)Σᵢ zᵢρ^(j−i) over the rows i before j: each pair counts once here, and the other half is that of the transposed matrix
-        let (mut before, mut both) = (vec![0.0; z.width], vec![0.0; z.width]);
+        let (mut before, mut both) = (vec![[0.0; GROUP]; z.groups()], vec![[0.0; GROUP]; z.groups()]);
         for curve in curves {
-            before.fill(0.0);
+            before.fill([0.0; GROUP]);
             for k in curve {
                 for ((before, both), z) in before.iter_mut().zip(&mut both).zip(z.row(*k)) {
-                    *both = z + 2.0 * (1.0 - self.white) * *before;
-                    *before = self.rho * (*before + z);
+                    for i in 0..GROUP {
+                        both[i] = z[i] + 2.0 * (1.0 - self.white) * before[i];
+                        before[i] = self.rho * (before[i] + z[i]);
+                    }
                 }
                 sums.add(1.0, &both, z.row(*k));
             }
@@ -111,42 +115,55 @@ impl Correlation {
 /// Product of variances from which on its logarithm is taken.
 const SMALL: f64 = 1e-200;
 
-/// Columns over data points, held data point by data point.
+/// Columns that are computed with at a time.
+const GROUP: usize = 4;
+
+/// Columns over data points, held data point by data point; the last group is filled with zeros.
 pub struct Rows {
     width: usize,
-    values: Vec<f64>,
+    values: Vec<[f64; GROUP]>,
 }
 
 impl Rows {
     pub fn of(columns: &DMatrix<f64>) -> Self {
-        Self { width: columns.ncols(), values: columns.transpose().as_slice().to_vec() }
+        let width = columns.ncols();
+        let value = |k: usize, c: usize| if c < width { columns[(k, c)] } else { 0.0 };
+        let row = |k: usize| (0..width.div_ceil(GROUP)).map(move |g| std::array::from_fn(|i| value(k, GROUP * g + i)));
+        Self { width, values: (0..columns.nrows()).flat_map(row).collect() }
     }
 
-    fn row(&self, k: usize) -> &[f64] {
-        &self.values[k * self.width..][..self.width]
+    fn groups(&self) -> usize {
+        self.width.div_ceil(GROUP)
+    }
+
+    fn row(&self, k: usize) -> &[[f64; GROUP]] {
+        &self.values[k * self.groups()..][..self.groups()]
     }
 }
 
 /// Sum of dyads.
 struct Sums {
     width: usize,
-    values: Vec<f64>,
+    values: Vec<[f64; GROUP]>,
 }
 
 impl Sums {
     fn new(width: usize) -> Self {
-        Self { width, values: vec![0.0; width * width] }
+        Self { width, values: vec![[0.0; GROUP]; width * width.div_ceil(GROUP)] }
     }
 
-    fn add(&mut self, weight: f64, a: &[f64], b: &[f64]) {
-        for (sums, a) in self.values.chunks_exact_mut(self.width.max(1)).zip(a) {
+    fn add(&mut self, weight: f64, a: &[[f64; GROUP]], b: &[[f64; GROUP]]) {
+        for (sums, a) in self.values.chunks_exact_mut(b.len().max(1)).zip(a.as_flattened()) {
             let a = weight * a;
-            sums.iter_mut().zip(b).for_each(|(sum, b)| *sum += a * b);
+            for (sum, b) in sums.iter_mut().zip(b) {
+                (0..GROUP).for_each(|i| sum[i] += a * b[i]);
+            }
         }
     }
 
     fn matrix(&self) -> DMatrix<f64> {
-        DMatrix::from_row_slice(self.width, self.width, &self.values)
+        let groups = self.width.div_ceil(GROUP);
+        DMatrix::from_fn(self.width, self.width, |i, j| self.values[i * groups + j / GROUP][j % GROUP])
     }
 }
 
