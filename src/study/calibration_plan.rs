@@ -265,8 +265,8 @@ impl CalibrationPlan {
 
     /// Refuses changes of a curve in the case of a member that is none of these.
     pub fn check_members(&self, known: &[&String]) -> Result<(), InverseError> {
-        let named = self.more.iter().flat_map(|c| c.members.keys().map(|label| (&c.curve.name, label)));
-        for (curve, label) in named.filter(|(_, label)| !known.contains(label)) {
+        let mut named = self.more.iter().flat_map(|c| c.members.keys().map(|label| (&c.curve.name, label)));
+        if let Some((curve, label)) = named.find(|(_, label)| !known.contains(label)) {
             let fact = format!(
                 "no family of the variant has this member, in whose case curve {curve} is to be changed; {}",
                 hint(label, known)

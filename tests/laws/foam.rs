@@ -257,7 +257,8 @@ fn a_press_that_is_read_as_tension_is_doubted() {
         let audit = fitted(request).audit;
         audit.of(AuditKind::Doubt).map(|entry| format!("{}\n", entry.message)).collect::<String>()
     };
-    let measured = fit(&request("sign-measured", rows(-1.0, true), None)).expect_err("the ratio is negative").to_string();
+    let measured =
+        fit(&request("sign-measured", rows(-1.0, true), None)).expect_err("the ratio is negative").to_string();
     assert!(
         measured.contains("grows with the axial one") && measured.contains("pass --positive compression"),
         "{measured}"

@@ -320,7 +320,7 @@ fn an_input_acts_by_the_keys_of_each_scene() {
         own.inputs.iter().find(|(input, _)| *input == 0).expect("the density").1.clone()
     };
     let (density, load) = (("effect.gravity.density".to_string(), 30.0), ("effect.load.traction.to".to_string(), 3.0));
-    assert_eq!(acting("none"), [density.clone()]);
+    assert_eq!(acting("none"), std::slice::from_ref(&density));
     assert_eq!(acting("light"), [density, load]);
     let why = crate::beam::plan(folder.path(), &text.replace(keys, &keys.replace("density", "densty")));
     let why = why.expect_err("a misspelt key");

@@ -19,7 +19,7 @@ pub(super) fn geometry_sha256(home: &Path, body: &str) -> Option<String> {
     has_python.then(|| sha256(format!("{:?}", all.keys().collect::<BTreeSet<_>>())))
 }
 
-/// The files that [`geometry_sha256`] is the digest of.
+/// The files that `geometry_sha256` is the digest of.
 pub fn geometry_files(home: &Path, body: &str) -> impl Iterator<Item = PathBuf> {
     files(home, body).into_values()
 }

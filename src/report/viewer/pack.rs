@@ -153,7 +153,8 @@ fn curves(block: &mut Block, model: &Model) -> Value {
     let stride = curves.rows.len().div_ceil(ROWS).max(1);
     let last = curves.rows.len().saturating_sub(1);
     let of_states: HashSet<u64> = model.times.iter().map(|t| t.to_bits()).collect();
-    let is_kept = |k: usize, row: &[f64]| k % stride == 0 || k == last || of_states.contains(&row[0].to_bits());
+    let is_kept =
+        |k: usize, row: &[f64]| k.is_multiple_of(stride) || k == last || of_states.contains(&row[0].to_bits());
     let rows: Vec<&Vec<f64>> =
         curves.rows.iter().enumerate().filter(|(k, row)| is_kept(*k, row)).map(|(_, row)| row).collect();
     let column = |k: usize| rows.iter().map(move |row| row[k]);

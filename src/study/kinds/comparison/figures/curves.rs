@@ -169,11 +169,11 @@ fn panel(
     let near = |look: &Look| q.members.iter().any(|c| c.member == look.member && c.largest <= FAR);
     let difference = |g: &Curve, c: &Curve| {
         let t = c.common(g);
-        let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect();
+        let d = t.iter().map(|t| c.at(*t) - g.at(*t)).collect::<Vec<f64>>();
         (t, d)
     };
     let reference = of(&a.reference);
-    let off: Vec<(&Look, (Vec<f64>, Vec<f64>))> = (curves.iter().filter(|(look, _)| near(look)))
+    let off: Vec<_> = (curves.iter().filter(|(look, _)| near(look)))
         .filter_map(|(look, c)| Some((*look, difference(reference.as_ref()?, c))))
         .collect();
     // The reference alone has no difference that an axis could be for

@@ -126,7 +126,7 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         text(area, &format!("{}₁ [–]", italic("λ")), at, At::Left, LABEL, INK);
         color_bar(area, wide + 5.0, span, &Axis::exact(1.0, top, ""));
     });
-    let clipped = above(skin, &value, top).map_or(String::new(), |(share, largest)| {
+    let clipped = above(skin, value, top).map_or(String::new(), |(share, largest)| {
         format!(" ({} of the surface is above {top:.2}, up to {largest:.2})", percent(share))
     });
     let cables = match skin.cables.len() {
