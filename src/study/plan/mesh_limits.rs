@@ -10,7 +10,7 @@
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::reference::{self, Reference};
-use crate::study::estimate::richardson::{LEAST_ORDER, correction};
+use crate::study::estimate::richardson::{LEAST_ORDER, bound_of_pair, correction};
 use crate::study::locking;
 use crate::study::plan::model::LEAST_PILOTS;
 use crate::study::plan::pilots::Pilots;
@@ -21,9 +21,6 @@ use std::collections::BTreeMap;
 
 /// Column → f_h and U(f_h)/|f_h|.
 pub type MeshLimits = BTreeMap<String, (f64, f64)>;
-
-/// Safety factor of an estimate from two meshes \[–\].
-const OF_TWO: f64 = 3.0;
 
 /// An element whose two pilots contradict a limit that the other elements do not know to the tolerance.
 #[derive(Serialize, Clone, Debug, PartialEq)]
@@ -50,12 +47,12 @@ pub fn contradiction(
         if [coarse, fine].iter().any(|case| locking::alarm(&case.record).is_some()) {
             return None;
         }
-        let further = coarse.record.mesh.h_m / fine.record.mesh.h_m - 1.0;
+        let r = coarse.record.mesh.h_m / fine.record.mesh.h_m;
         limits.iter().filter(|(_, (_, known))| *known > tolerance).find_map(|(quantity, (limit, _))| {
             let finer = peak(fine, quantity)?;
             let (change, distance) = ((peak(coarse, quantity)? / finer - 1.0).abs(), (limit / finer - 1.0).abs());
             let (formulation, quantity) = (choice.name.clone(), quantity.clone());
-            (further * distance > OF_TWO * change).then_some(Contradiction { formulation, quantity, change, distance })
+            (distance > bound_of_pair(change, r)).then_some(Contradiction { formulation, quantity, change, distance })
         })
     };
     let all = choices.iter().zip(&pilots.of).filter_map(by_element);
