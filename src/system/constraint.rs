@@ -7,6 +7,7 @@
 use super::{BlockValues, Blocks, EvalError, Means};
 use crate::material::Want;
 use crate::math::signal::Clock;
+use crate::math::statistics::larger;
 use std::sync::Arc;
 
 /// One exact condition g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), whose multiplier λ is an unknown (cable: tension).
@@ -150,7 +151,7 @@ impl LawPiece {
     /// Residual of this piece, relative to the scales.
     pub fn error(&self) -> f64 {
         let violated = self.inequalities.iter().filter(|(f, _)| f.value < 0.0);
-        violated.map(|(f, _)| f.error()).fold(self.equation.error(), f64::max)
+        violated.map(|(f, _)| f.error()).fold(self.equation.error(), larger)
     }
 }
 

@@ -272,7 +272,7 @@ impl RawMesh {
         if mesh.order == Order::Quadratic {
             for c in 0..count {
                 let min_det = validate::min_det(mesh, c);
-                if min_det <= 0.0 {
+                if min_det.is_nan() || min_det <= 0.0 {
                     return Err(MeshError::FoldedCell { file: self.file.clone(), cell: self.cells[c].tag, min_det });
                 }
             }

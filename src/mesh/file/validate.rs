@@ -1,5 +1,6 @@
 //! Search for defects of a mesh: nodes at one place, cells that fold over.
 
+use crate::math::statistics::smaller;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::element::CELL_NODES;
 use crate::mesh::{Order, TetMesh, geometry};
@@ -46,12 +47,12 @@ pub fn min_det(mesh: &TetMesh, c: usize) -> f64 {
 
 /// Bound over a sub-tetrahedron with the Jacobians `j` at its corners; ∂X/∂ξ is linear on tet10.
 fn min_det_in(j: &[Mat3; 4], depth: usize) -> f64 {
-    let corners = j.iter().map(Mat3::determinant).fold(f64::INFINITY, f64::min);
+    let corners = j.iter().map(Mat3::determinant).fold(f64::INFINITY, smaller);
     let bound = min_bernstein(j);
     if corners <= 0.0 || bound > 0.0 || depth == 0 {
-        return bound.min(corners);
+        return smaller(bound, corners);
     }
-    split(j, |a, b| (a + b) * 0.5).iter().map(|sub| min_det_in(sub, depth - 1)).fold(f64::INFINITY, f64::min)
+    split(j, |a, b| (a + b) * 0.5).iter().map(|sub| min_det_in(sub, depth - 1)).fold(f64::INFINITY, smaller)
 }
 
 /// Smallest of the 20 Bernstein coefficients of the cubic det(Σ λ_i J_i).
@@ -63,7 +64,7 @@ fn min_bernstein(j: &[Mat3; 4]) -> f64 {
             for c in b..4 {
                 let sum =
                     mixed(a, b, c) + mixed(a, c, b) + mixed(b, a, c) + mixed(b, c, a) + mixed(c, a, b) + mixed(c, b, a);
-                least = least.min(sum / 6.0);
+                least = smaller(least, sum / 6.0);
             }
         }
     }

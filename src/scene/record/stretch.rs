@@ -1,6 +1,7 @@
 //! Stretches of a deformed body.
 
 use crate::effect::CellPoints;
+use crate::math::statistics::smaller;
 use crate::math::tensor::Mat3;
 use crate::math::threads;
 use rustc_hash::FxHashSet;
@@ -50,7 +51,7 @@ fn points_of(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let points = points(elastic, x);
-    let min_j = points.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
+    let min_j = points.iter().map(|point| point.j).fold(f64::INFINITY, smaller);
     let mut all: Vec<(f64, f64)> = points.iter().map(|point| (point.largest, point.weight)).collect();
     // Whole by a sort that merges what is sorted
     let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0);

@@ -2,7 +2,7 @@
 
 use super::tangent;
 use crate::math::linear::{Factor, LinearError};
-use crate::math::statistics::larger;
+use crate::math::statistics::{larger, smaller};
 use crate::math::vector::dot;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, System, constraint_law};
 
@@ -107,7 +107,7 @@ pub(in crate::solve) fn error(system: &System, rows: &ConstraintValues) -> f64 {
         constraint_law(system.constraints[c].as_ref(), c, rows)
             .iter()
             .map(LawPiece::error)
-            .fold(f64::INFINITY, f64::min)
+            .fold(f64::INFINITY, smaller)
     };
     let finite = |c: usize| rows.g[c].is_finite() && rows.lambda[c].is_finite();
     let error = |c: usize| if finite(c) { of_row(c) } else { f64::NAN };
