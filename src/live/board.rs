@@ -6,6 +6,7 @@ use crate::math::threads::locked;
 use crate::math::units::within;
 use crate::report::viewer::film::Film;
 use crate::report::viewer::frame::Frame;
+use crate::report::viewer::limits::ROWS;
 use crate::scene::Scene;
 use crate::solve::IterationReport;
 use crate::system::State;
@@ -15,8 +16,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Rows that are kept; a screen has fewer points.
-const ROWS: usize = 4000;
 /// Iterations that are kept for a client that is slow.
 const ITERATIONS: usize = 256;
 /// Time after which a run that is paused goes on where no page is open any more.

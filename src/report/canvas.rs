@@ -21,6 +21,8 @@ pub const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
 pub const PALE: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
+/// Remainder of a bar of which only some parts are named.
+pub const REMAINDER: RGBColor = RGBColor(0xd0, 0xd0, 0xd0);
 /// Okabe & Ito 2008: blue, vermilion, bluish green, reddish purple, orange, sky blue, black.
 pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x72, 0xb2),

@@ -2,6 +2,7 @@
 
 use crate::report::numbers::seconds;
 use crate::report::viewer::footage::{About, Footage, Quantity, hollow};
+use crate::report::viewer::limits::BYTES;
 use crate::report::viewer::model::Curves;
 use crate::report::viewer::pack::{Packed, pack};
 use crate::report::viewer::shape::{PartKind, Shape};
@@ -10,9 +11,6 @@ use crate::scene::{Run, Scene};
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::store::skin::Skin;
-
-/// Most bytes of the packed cases of a study.
-const BYTES: usize = 3_500_000;
 
 /// Title, facts, limits and curves of a run.
 pub fn about(scene: &Scene, run: &Run, record: &CaseRecord) -> About {

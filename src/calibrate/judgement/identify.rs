@@ -7,6 +7,7 @@
 //!
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
+use super::directions::BLIND;
 use super::errors::Errors;
 use super::estimate::{Direction, Estimate};
 use crate::calibrate::model::unit;
@@ -17,8 +18,6 @@ use crate::math::svd::svd;
 use crate::math::units::Dimension;
 use nalgebra::{DMatrix, DVector};
 
-/// Sensitivities below this part of the largest are rounding \[–\]
-const BLIND: f64 = 1e-10;
 /// A part of a direction below this one is none \[–\]
 const PART: f64 = 1e-6;
 /// Half-width of the 95 % interval along a direction, relative to the constants, from which on the data do not determine it \[–\]

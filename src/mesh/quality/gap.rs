@@ -3,6 +3,7 @@
 //! From the middle of every facet the nearest one is looked for that faces it within 45°. Facets of one part, as of solids of which only some facets
 //! are common, count where they lie on each other: a slit may be narrow on purpose. Curved facets count as flat triangles.
 
+use super::OPPOSITE;
 use crate::math::boxes::{aabb, hierarchy};
 use crate::math::nearest::to_triangle;
 use crate::math::tensor::Vec3;
@@ -17,8 +18,6 @@ use std::collections::BTreeSet;
 const NARROW: f64 = 0.05;
 /// The same of two facets of one part, beyond the rounding of coordinates in files \[–\].
 const COINCIDENT: f64 = 1e-4;
-/// Cosine between outward normals of two facets that face each other is below this.
-const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Facets that one thread looks at at a time.
 const FACETS: usize = 256;
 

@@ -12,6 +12,8 @@ use crate::math::tensor::Vec3;
 use crate::math::threads;
 use std::ops::Range;
 
+/// Cosine between the outward normals of two facets that face each other across a wall or a gap is below this.
+const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Cells that one thread looks at at a time.
 const CELLS: usize = 1024;
 

@@ -8,6 +8,7 @@
 //! Facets held in the direction of their normal (planes of symmetry, plane strain, clamped faces) are no sides of a wall. Notches, a small share of the surface
 //! with sides that do not face the opposite one, are in [`super::notch`].
 
+use super::OPPOSITE;
 use crate::math::boxes::to_parry;
 use crate::math::tensor::Vec3;
 use crate::math::threads;
@@ -20,8 +21,6 @@ use parry3d_f64::shape::TriMesh;
 pub(crate) const SHARE: f64 = 0.05;
 /// Thickness of a facet that belongs to the thinnest wall, over that of the wall \[–\].
 pub(crate) const ABOUT: f64 = 1.25;
-/// Cosine between outward normals of two sides of one wall is below this.
-const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Cells across a wall below which a mesh does not show how it bends.
 pub const LEAST_CELLS: f64 = 2.0;
 /// Facets at which layers are counted, evenly spread over those of the wall.

@@ -2,6 +2,7 @@
 
 use super::footage::{About, Footage, Quantity};
 use super::frame::Frame;
+use super::limits::{STATES, VALUES};
 use super::model::{Arrows, Field, Model};
 use super::modes::Modes;
 use super::of_scene;
@@ -12,10 +13,6 @@ use crate::scene::output::FieldSpec;
 use crate::system::State;
 use std::sync::Arc;
 
-/// Most states of a page.
-const STATES: usize = 240;
-/// Most numbers that are kept during a run: 160 MB.
-const NUMBERS: usize = 40 << 20;
 /// Friction is not among them.
 const FORCES: &str = "normal contact forces";
 
@@ -69,7 +66,7 @@ impl Film {
         self.last = None;
         self.frames.push(Arc::new(self.frame(scene, state)));
         let size = self.frames[0].size();
-        if self.frames.len() > STATES.min((NUMBERS / size.max(1)).max(2)) {
+        if self.frames.len() > STATES.min((VALUES / size.max(1)).max(2)) {
             let mut number = 0..;
             self.frames.retain(|_| number.next().is_some_and(|k: usize| k.is_multiple_of(2)));
             self.stride *= 2;

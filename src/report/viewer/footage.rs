@@ -1,12 +1,11 @@
 //! Histories of a case, turned into the data of a page of bounded size.
 
+use super::limits::BYTES;
 use super::model::{Arrows, Curves, Field, Model};
 use super::modes::{History, Modes};
 use super::pack::{Packed, pack};
 use super::shape::Shape;
 
-/// Most bytes of a packed case; with base64 and the program of the page it is below 5 MB.
-const BYTES: usize = 3_500_000;
 /// Tolerance of displacements, as a share of the largest extent: a tenth of a pixel of a picture of 2000 pixels.
 const OF_EXTENT: f64 = 5e-5;
 /// The same as a share of the largest displacement, for stiff bodies.

@@ -12,6 +12,7 @@ mod coarsen;
 pub mod film;
 pub mod footage;
 pub mod frame;
+pub mod limits;
 pub mod model;
 pub mod modes;
 pub mod of_grid;

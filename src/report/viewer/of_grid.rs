@@ -1,6 +1,7 @@
 //! Grids of VTU and PVD files as histories: the displacement, and every other field that they hold.
 
 use super::footage::{Footage, Quantity};
+use super::limits::{STATES, VALUES};
 use super::modes::without_values;
 use super::shape::{Limits, Shape};
 use crate::math::tensor::Vec3;
@@ -16,10 +17,6 @@ const DISPLACEMENTS: [&str; 6] = ["displacement_m", "displacement", "Displacemen
 const MOTION: f64 = 1e-6;
 /// Most fields of a page.
 const FIELDS: usize = 12;
-/// Most states of a page.
-const STATES: usize = 240;
-/// Most numbers that are kept.
-const NUMBERS: usize = 40 << 20;
 
 /// The grids of some times \[s\], all with the same cells, and notes on what is left out; `unit_m` is the unit of their lengths.
 pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result<(Footage, Vec<String>), MeshError> {
@@ -31,7 +28,7 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
     let moving = grid.data.iter().find(|d| is_displacement(d)).map(|d| d.name.clone());
     out.quantities = quantities(&grid, moving.as_deref(), &mut notes);
     let each = out.shape.points.len() * (6 + out.quantities.iter().map(|q| q.components).sum::<usize>());
-    let most = STATES.min(NUMBERS / each.max(1)).max(1);
+    let most = STATES.min(VALUES / each.max(1)).max(1);
     let stride = files.len().div_ceil(most);
     if stride > 1 {
         notes.push(format!("Every {stride}th of the {} states is shown.", files.len()));

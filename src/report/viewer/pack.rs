@@ -3,6 +3,7 @@
 //! The block is compressed as a whole by zlib. Before that, whole numbers are replaced by their differences and numbers of several bytes are stored byte by
 //! byte, the first bytes of all numbers before the second ones, which makes it shorter. `viewer/src/data.js` reads it.
 
+use super::limits::ROWS;
 use super::model::{Arrows, Field, Model};
 use super::modes::Modes;
 use crate::scene::column;
@@ -65,9 +66,6 @@ impl Packed {
         self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
     }
 }
-
-/// Rows of curves on a page; a screen has fewer points.
-const ROWS: usize = 4000;
 
 /// Packs a model.
 pub fn pack(model: &Model) -> Packed {

@@ -104,10 +104,7 @@ fn softest_link(s: &[f64], kinds: &[ConstraintKind]) -> f64 {
 /// Largest departure of the constraints from their laws, as a share of the scales.
 pub(in crate::solve) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     let of_row = |c: usize| {
-        constraint_law(system.constraints[c].as_ref(), c, rows)
-            .iter()
-            .map(LawPiece::error)
-            .fold(f64::INFINITY, smaller)
+        constraint_law(system.constraints[c].as_ref(), c, rows).iter().map(LawPiece::error).fold(f64::INFINITY, smaller)
     };
     let finite = |c: usize| rows.g[c].is_finite() && rows.lambda[c].is_finite();
     let error = |c: usize| if finite(c) { of_row(c) } else { f64::NAN };

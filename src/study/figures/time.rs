@@ -1,6 +1,8 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{AREAS, Area, At, INK, RGB, SMALL, block, figure, mm, page_height, page_width, text};
+use crate::report::canvas::{
+    AREAS, Area, At, INK, REMAINDER, RGB, SMALL, block, figure, mm, page_height, page_width, text,
+};
 use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, family_label, legend, numbered};
 use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
@@ -11,7 +13,6 @@ use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::study::store::results::Results;
 use crate::wording::count;
 
-const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const PHASES: [&str; 3] = ["assembly", "factorisation", "solve"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
@@ -60,10 +61,10 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
 fn legends(effects: &[&str]) -> [Vec<(String, RGB)>; 2] {
     let coloured = |names: &[&str]| names.iter().map(ToString::to_string).zip(AREAS).collect::<Vec<_>>();
     let [mut of_phases, mut of_effects] = [coloured(&PHASES), coloured(effects)];
-    of_phases.push(("rest".into(), REST));
+    of_phases.push(("rest".into(), REMAINDER));
     let others = effects.len() - of_effects.len();
     if others > 0 {
-        of_effects.push((count(others, "other effect"), REST));
+        of_effects.push((count(others, "other effect"), REMAINDER));
     }
     [of_phases, of_effects]
 }
@@ -91,14 +92,14 @@ fn sheet(
             let p = &r.phases;
             let parts = [p.assembly_s, p.factorisation_s, p.solve_s];
             let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(AREAS).collect();
-            out.push(((r.wall_s - parts.iter().sum::<f64>()).max(0.0), REST));
+            out.push(((r.wall_s - parts.iter().sum::<f64>()).max(0.0), REMAINDER));
             out
         };
         let effect = |r: &CaseRecord| {
             let of = |name: &&str| r.effects.iter().filter(|e| e.name == **name).map(|e| e.wall_s).sum::<f64>();
             let (named, others) = effects.split_at(effects.len().min(AREAS.len()));
             let mut out: Vec<(f64, RGB)> = named.iter().map(of).zip(AREAS).collect();
-            out.push((others.iter().map(of).sum(), REST));
+            out.push((others.iter().map(of).sum(), REMAINDER));
             out
         };
         let place = |k: usize| panels.frame(k, (TOP, step), tall);
@@ -178,8 +179,8 @@ mod tests {
             let [_, entries] = legends(&names[..count].iter().map(String::as_str).collect::<Vec<_>>());
             entries
         };
-        assert!(of(AREAS.len()).iter().all(|(_, color)| *color != REST));
-        assert_eq!(of(AREAS.len() + 2).last(), Some(&("2 other effects".to_string(), REST)));
+        assert!(of(AREAS.len()).iter().all(|(_, color)| *color != REMAINDER));
+        assert_eq!(of(AREAS.len() + 2).last(), Some(&("2 other effects".to_string(), REMAINDER)));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Cost of a step with effects added one by one.
 
-use crate::report::canvas::{AREAS, At, INK, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{AREAS, At, INK, REMAINDER, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::panels::{Panels, letter};
@@ -9,7 +9,6 @@ use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds
 use crate::study::store::record::StudyRecord;
 use crate::wording::count;
 
-const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 7.0;
 const TOP: f64 = 6.0;
 
@@ -26,15 +25,15 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     }
     // Effects beyond the colours share one
     let color =
-        |name: &str| effects.iter().position(|e| *e == name).and_then(|k| AREAS.get(k)).copied().unwrap_or(REST);
+        |name: &str| effects.iter().position(|e| *e == name).and_then(|k| AREAS.get(k)).copied().unwrap_or(REMAINDER);
     let (named, others) = effects.split_at(effects.len().min(AREAS.len()));
-    let others = (!others.is_empty()).then(|| (Sample::Block(REST), count(others.len(), "other effect")));
+    let others = (!others.is_empty()).then(|| (Sample::Block(REMAINDER), count(others.len(), "other effect")));
     let evaluations = |r: &Addition| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
     let whole = |r: &Addition| {
         let all: f64 = r.evaluation_s.iter().map(|e| e.1).sum();
         let parts = [all, r.factorisation_s, r.solve_s];
         let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(AREAS).collect();
-        out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REST));
+        out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REMAINDER));
         out
     };
     // The number behind the longest bar has room on the right
@@ -84,7 +83,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         };
         let parts = ["evaluations", "factorisation", "solve"].iter().zip(AREAS);
         let parts = parts.map(|(n, c)| (Sample::Block(c), n.to_string()));
-        put(0, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
+        put(0, parts.chain([(Sample::Block(REMAINDER), "rest".into())]).collect());
         let named = named.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " ")));
         put(1, named.chain(others).collect());
     });
