@@ -115,7 +115,9 @@ impl Scene {
 
     /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
     fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
-        durometer::scene::check_scalar(&self.build(py, None)?.scene).map_err(refused)
+        let built = self.build(py, None)?;
+        let checked = apart(py, None, |link| built.during(link, durometer::scene::check_scalar))?;
+        checked.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
     /// Names of the columns that have derivatives by these keys; InputError where there are none by one of them.
