@@ -11,8 +11,9 @@ pub fn refused<E: Into<Box<dyn Error>>>(error: E) -> PyErr {
     if let Some(SceneError::Content { file, place, fact, remedy }) = error.downcast_ref() {
         return input(&format!("{}: {place}: {fact}", file.display()), remedy);
     }
-    // The recorder of derivatives is a method here
+    // The recorder of derivatives is a method here, and the folder of the results an argument
     let message = error.to_string().replace("SensitivityRecorder", "Scene.sensitivities");
+    let message = message.replace("with --out", "as `out`");
     let (fact, remedy) = split(&message);
     input(fact, remedy)
 }

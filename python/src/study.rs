@@ -12,6 +12,7 @@ use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
 use durometer::study::run::growing::run;
 use durometer::study::run::only::Only;
+use durometer::study::run::other_study;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use durometer_commands::files::find;
@@ -76,8 +77,9 @@ impl Study {
         &self.study.file
     }
 
-    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report. Ctrl-C keeps what is
-    /// finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
+    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report: also the cases that
+    /// `durometer run --extend` has added there, and those that a run before has asked for. InputError where the folder holds results of another study or
+    /// command. Ctrl-C keeps what is finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
     ///
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
     /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
@@ -97,7 +99,9 @@ impl Study {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let follower = crate::run::follower(py, progress)?;
+        let is_usual = out.is_none();
         let dir = out.unwrap_or_else(|| PathBuf::from("reports").join(&self.study.name));
+        other_study::check_folder(&dir, &self.study.file, is_usual).map_err(refused)?;
         let isolation = match isolation {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
             "processes" | "threads" if is_alone() => {
@@ -153,7 +157,7 @@ enum Done {
 }
 
 impl Study {
-    /// Runs the cases and writes the report.
+    /// Runs the cases, with those that were added to the results or have followed from them, and writes the report.
     fn work(
         &self,
         dir: &Path,
@@ -162,11 +166,13 @@ impl Study {
         isolation: Isolation,
         (link, raised): (&Arc<Link>, &Arc<Raised>),
     ) -> Result<Done, Failed> {
+        let study = self.study.again(dir)?;
+        other_study::check(&study, dir)?;
         let stop = link.stop.clone();
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
-        let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
+        let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
-        let records = run(&self.study, dir, &options, &watch)?;
+        let records = run(&study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
         }

@@ -8,7 +8,6 @@ use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
 use durometer::report::ReportError;
-use durometer::storage::results::held;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::{ADD, AddedMeshes};
@@ -16,10 +15,9 @@ use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
-use durometer::study::run::other_study;
+use durometer::study::run::other_study::{HeldError, check, check_folder};
 use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
-use durometer::study::store::origin;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use std::path::{Path, PathBuf};
@@ -149,32 +147,15 @@ impl How {
 
     /// The same of the study of this file. A folder is refused where it holds the results of another command, the usual one also where they are of another study of the
     /// same name.
-    pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, String> {
+    pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, HeldError> {
         let dir = self.dir(study);
-        if let Some(own) = held(&dir) {
-            return Err(format!("{}: holds {own}; choose another folder with --out", dir.display()));
-        }
-        match origin::other(&dir, file).filter(|_| self.out.is_none()) {
-            Some(other) => Err(format!(
-                "{}: it holds results of {}, which has the same name; choose another folder with --out, rename one of the two, or remove this folder",
-                dir.display(),
-                other.display()
-            )),
-            None => Ok(dir),
-        }
+        check_folder(&dir, file, self.out.is_none())?;
+        Ok(dir)
     }
 
     /// Refuses a folder with results of another study, which the run would replace.
-    pub fn check(&self, study: &Study) -> Result<(), String> {
-        let dir = self.dir(&study.name);
-        match other_study::held(study, &dir) {
-            Some(other) => Err(format!(
-                "{}: it holds results of {other}, which those of {} would replace; choose another folder with --out, or remove this one",
-                dir.display(),
-                study.file.display()
-            )),
-            None => Ok(()),
-        }
+    pub fn check(&self, study: &Study) -> Result<(), HeldError> {
+        check(study, &self.dir(&study.name))
     }
 
     /// The cases that are asked for, where not all of them are.
