@@ -322,7 +322,7 @@ impl Run {
     ) -> PyResult<Self> {
         let (Done { run, record }, scene) = (done, &*built.scene);
         let in_words = |(kind, limit): (&str, String)| if kind == WARNING { limit } else { format!("{kind}: {limit}") };
-        let warnings = limits_of_run(&record).into_iter().map(in_words).collect();
+        let warnings = limits_of_run(&record).into_iter().map(in_words).chain(built.missed.clone()).collect();
         let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());

@@ -161,7 +161,8 @@ impl Scene {
     /// `progress`: True, or a function that is called with the time that is done and the end `[s]`.
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
-    /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
+    /// `check`: raise `RunError` where the run does not complete, and where a mesh that was refined misses the tolerance of `mesh.refine` (`status` is
+    /// "ToleranceMissed"); otherwise `status` of the result says the one, and a warning the other. `result` of the exception is the run so
     /// far, also of one of your own functions, of KeyboardInterrupt, and of a warning that a filter makes an exception.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(

@@ -21,7 +21,7 @@ pub struct Wanted<'a, 'py> {
     pub keys: Vec<ParameterKey>,
 }
 
-/// Runs all stages. `check` raises an exception where the run does not complete. Any other exception that ends it has the run so far in `result`.
+/// Runs all stages. `check` raises an exception where the run does not complete, or its mesh was refined and misses the tolerance. Any other exception that ends it has the run so far in `result`.
 pub fn solve(
     py: Python<'_>,
     built: Built,
@@ -44,11 +44,16 @@ pub fn solve(
     };
     let (status, failure) = (done.run.status.clone(), done.run.failure.take());
     let sensitivities = done.run.sensitivities.take();
+    let missed = built.missed.clone();
     let outside = failure.map(|why| in_python(&why, &built.scene));
     let run = Py::new(py, Run::new(py, built, done, recorded, outside.clone())?)?;
     if check && status != Status::Converged {
         let (fact, remedy) = outside.unwrap_or_else(|| (in_words(&status), status.remedy().into()));
         return Err(incomplete(status.name(), &fact, &remedy, run.into_any()));
+    }
+    if let Some(missed) = missed.filter(|_| check) {
+        let (fact, remedy) = split(&missed);
+        return Err(incomplete("ToleranceMissed", fact, remedy, run.into_any()));
     }
     Ok((run, sensitivities))
 }

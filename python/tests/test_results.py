@@ -8,7 +8,7 @@ from pathlib import Path
 import durometer
 import numpy
 import pytest
-from conftest import BEAM, LOCKED, program
+from conftest import BEAM, LOCKED, REFINED, program
 
 
 def test_arrays_have_the_shapes_that_are_documented(beam: durometer.Scene) -> None:
@@ -205,3 +205,13 @@ obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 
 response = "penalty"
 friction = 0
 """
+
+
+def test_a_refinement_that_misses_its_tolerance_is_no_success() -> None:
+    scene = durometer.Scene.from_toml(REFINED)
+    with pytest.raises(durometer.RunError, match="the error bar is above the tolerance on every mesh") as missed:
+        scene.run()
+    run = missed.value.result
+    assert missed.value.status == "ToleranceMissed" and "more `meshes`" in missed.value.remedy and run.converged
+    with pytest.warns(UserWarning, match="the error bar is above the tolerance on every mesh"):
+        assert scene.run(check=False).warnings == run.warnings
