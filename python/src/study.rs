@@ -7,6 +7,7 @@ use crate::threads;
 use crate::value::{mapping, plain, toml_of};
 use durometer::catalogue::{Launch, host};
 use durometer::math::threads::{is_alone, locked};
+use durometer::report::ReportError;
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
@@ -84,7 +85,7 @@ impl Study {
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
     /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
     /// always computed again, since no result says which class it was. `check`: raise `RunError`
-    /// where a case does not complete, with the report as its `result`.
+    /// where a case does not complete, the study has no result or a stored file is damaged, with the report as its `result`.
     #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
     fn run<'py>(
         &self,
@@ -150,7 +151,7 @@ type Failed = Box<dyn std::error::Error + Send + Sync>;
 
 /// How the work on the cases has ended.
 enum Done {
-    /// The report is written; which cases are not complete, and the status of the first
+    /// The report is written; what is not complete, and the status of the first case that is not
     All(Option<(String, String)>),
     /// It was stopped, with these results
     Part(Vec<CaseRecord>),
@@ -176,10 +177,19 @@ impl Study {
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
         }
-        let summary = write(dir)?;
-        let failed = summary.failed(&records);
-        let fact = || format!("not complete: {}", failed.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
-        Ok(Done::All(failed.first().map(|first| (fact(), first.status.clone()))))
+        let (missing, failed) = match write(dir) {
+            Ok(summary) => {
+                let failed = summary.failed(&records).first().map(|first| first.status.clone());
+                ([summary.incomplete(&records), summary.damaged].concat(), failed)
+            }
+            Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => {
+                let fact = "no case has a result of the present inputs, and the report is an earlier one";
+                (vec![fact.into()], records.first().map(|first| first.status.clone()))
+            }
+            Err(why) => return Err(why.into()),
+        };
+        let status = failed.unwrap_or_else(|| "NotComplete".into());
+        Ok(Done::All((!missing.is_empty()).then(|| (format!("not complete: {}", missing.join("; ")), status))))
     }
 }
 

@@ -28,6 +28,29 @@ c4 = { "mesh.grid.divisions" = [4, 2, 2] }
 c8 = { "mesh.grid.divisions" = [8, 4, 4] }
 """
 
+#: A reduced model, which is the result of its study
+REDUCTION = """
+kind = "reduction"
+scene = "scene.toml"
+question = "How far does the beam sink under any gravity?"
+expectation = "Two modes are enough."
+tolerance = "1 %"
+training = 8
+held_back = 12
+modes = [2]
+
+[[input]]
+name = "gravity"
+key = "effect.gravity.acceleration"
+range = ["0 m/s^2", "10 m/s^2"]
+
+[[quantity]]
+name = "xmax_z_m"
+label = "height"
+symbol = "z"
+unit = "m"
+"""
+
 
 @pytest.fixture
 def study(tmp_path: Path) -> durometer.Study:
@@ -257,3 +280,14 @@ def test_a_run_keeps_the_meshes_that_were_added(study: durometer.Study, tmp_path
         report = study.run(out, isolation="threads")
         assert len(report.summary["cases"]) == len(study.cases) + 1
     assert any("c6" in case["id"] for case in report.summary["cases"])
+
+
+def test_a_study_without_a_result_is_not_complete(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM)
+    (tmp_path / "study.toml").write_text(REDUCTION)
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "models").write_text("in the way of the folder")
+    with pytest.raises(durometer.RunError, match="not complete: ") as caught:
+        durometer.Study.load(tmp_path).run(out, isolation="threads")
+    assert caught.value.result.summary["without_result"] in caught.value.fact

@@ -266,19 +266,20 @@ fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): 
 impl Done {
     /// Prints the verdict, or `summary.json`, and names the cases that are not complete. A command of the verdict is that of the study as it was given.
     pub fn tell(&self, how: &How, study: &Path) -> CommandResult {
-        let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
-        let text = match &self.end {
+        let failed = |only_broken: bool| -> Vec<String> {
+            let has_failed = |r: &&CaseRecord| if only_broken { r.broke() } else { !r.converged() };
+            self.records.iter().filter(has_failed).map(CaseRecord::end).collect()
+        };
+        let (text, missing) = match &self.end {
             End::Stopped => return Ok(Outcome::Interrupted),
             End::NoResult => {
                 let fact = "no case has a result of the present inputs; the report is an earlier one".to_string();
-                if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact }
+                let text = if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact };
+                (text, failed(false))
             }
             End::Part { part, waiting, searching, keep_refusals } => {
-                if *keep_refusals {
-                    failed.retain(|r| r.broke());
-                }
                 let (part, cases) = (part.to_string(), self.records.len());
-                match how.json {
+                let text = match how.json {
                     true => {
                         serde_json::json!({ "part": part, "cases": cases, "waiting": waiting, "searching": searching })
                             .to_string()
@@ -287,18 +288,19 @@ impl Done {
                         let search = if *searching { SEARCH_WAITS } else { "" };
                         format!("\n{part}: {cases} cases are done{}{search}", Self::words_of_waiting(*waiting))
                     }
-                }
+                };
+                (text, failed(*keep_refusals))
             }
             End::Report(summary) => {
-                failed = summary.failed(&self.records);
-                match how.json {
+                let text = match how.json {
                     true => serde_json::to_string_pretty(summary)?,
                     false => {
                         let add = ADD.replace("STUDY", &study.display().to_string());
                         let (verdict, page) = (summary.verdict.replace(ADD, &add), self.dir.join("index.html"));
                         format!("\n{verdict}\n\nreport: {}", page.display())
                     }
-                }
+                };
+                (text, summary.incomplete(&self.records))
             }
         };
         say!("{text}");
@@ -307,23 +309,12 @@ impl Done {
         {
             summary.warnings.iter().for_each(|warning| tell!("warning: {warning}"));
         }
-        for record in &failed {
-            let detail = record.status_detail.as_deref().unwrap_or("see the report");
-            tell!("not complete: {}: {}: {detail}", record.id, record.status);
-        }
-        let (unmade, sound, others) = match &self.end {
-            End::Report(summary) => {
-                (summary.without_result.as_ref(), soundness(summary), summary.others(&self.records))
-            }
-            _ => (None, Outcome::Complete, vec![]),
+        missing.iter().for_each(|why| tell!("not complete: {why}"));
+        let sound = match &self.end {
+            End::Report(summary) => soundness(summary),
+            _ => Outcome::Complete,
         };
-        for record in &others {
-            tell!("not complete: {}: the report is not made of the result of this run; run the study again", record.id);
-        }
-        if let Some(why) = unmade {
-            tell!("not complete: {why}");
-        }
-        Ok(if failed.is_empty() && unmade.is_none() && others.is_empty() { sound } else { Outcome::RunIncomplete })
+        Ok(if missing.is_empty() { sound } else { Outcome::RunIncomplete })
     }
 
     fn words_of_waiting(waiting: usize) -> String {

@@ -194,6 +194,11 @@ impl CaseRecord {
         self.status == Status::Converged.name()
     }
 
+    /// The case, its status, and the reason where it is known: `tet4-9300: Diverged: …`.
+    pub fn end(&self) -> String {
+        format!("{}: {}: {}", self.id, self.status, self.status_detail.as_deref().unwrap_or("see the report"))
+    }
+
     /// Iterations of Newton's method that the CPU time pays for, those of steps that were refused and cut included.
     pub fn all_iterations(&self) -> usize {
         self.newton_iterations + self.solver.lost_iterations
