@@ -8,7 +8,7 @@ use crate::sensitivities::Sensitivities;
 use crate::solution::{Wanted, solve};
 use crate::solve::apart;
 use crate::threads;
-use crate::value::{plain, toml_of};
+use crate::value::{object_of, toml_of};
 use durometer::material::{KnownLaws, LawSpecError};
 use durometer::math::threads::locked;
 use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, limits_of_scene, overrides, read_table};
@@ -99,7 +99,7 @@ impl Scene {
 
     /// The value of a key as the text has it.
     fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        plain(py, overrides::find(&self.table, key).map_err(refused)?)
+        object_of(py, overrides::find(&self.table, key).map_err(refused)?)
     }
 
     /// The same scene with the value of a number in its SI unit, an angle in radians: `set_si("laws.rubber.mu", 30e3)`.
