@@ -7,6 +7,7 @@ use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A scene on its mesh, and the exceptions of its laws in Python.
 #[derive(Clone)]
@@ -15,6 +16,8 @@ pub struct Built {
     pub raised: Arc<Raised>,
     /// Why the refined mesh is not within its tolerance, and the remedy
     pub missed: Option<String>,
+    /// Time that the assembly took \[s\]
+    pub build_s: f64,
 }
 
 /// Failure of work in the thread apart from Python.
@@ -26,8 +29,10 @@ pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Lin
     let _turn = raised.begin(link).map(Turn::with_ending_laws);
     let (spec, text) = changed_scene(file, text, &[], known_laws)?;
     let (body, missed) = body(file, &spec, &text, link)?;
+    let building = Instant::now();
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;
-    Ok(Built { scene: Arc::new(scene), raised: raised.clone(), missed })
+    let build_s = building.elapsed().as_secs_f64();
+    Ok(Built { scene: Arc::new(scene), raised: raised.clone(), missed, build_s })
 }
 
 impl Built {

@@ -5,7 +5,7 @@ use crate::controller::{Foreign, callable};
 use crate::error::{incomplete, input, refused, split, with_result};
 use crate::run::{Recorded, Run};
 use crate::solve::{Link, ended};
-use durometer::math::stopwatch::Stopwatch;
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
@@ -99,7 +99,10 @@ fn run(
         let stopwatch = Stopwatch::start();
         let run = scene.run_with(options);
         let spent = stopwatch.spent();
-        Ok(Done { record: outcome::record(scene, &run, spent).into(), run })
+        let elsewhere = recorded.spent + foreign.map_or(Spent::default(), |foreign| foreign.spent);
+        let mut record = outcome::record(scene, &run, run.own_time(spent, elsewhere));
+        record.phases.build_s = built.build_s;
+        Ok(Done { record: record.into(), run })
     })?
 }
 
