@@ -228,5 +228,5 @@ def test_the_cost_of_a_run_is_without_what_is_done_for_python() -> None:
     of_vectors = [f"{vector}.{k}" for vector in ("mesh.grid.size", "effect.gravity.direction") for k in range(3)]
     keys = ["laws.silicone.E", "laws.silicone.nu", "effect.gravity.density", "effect.gravity.acceleration", *of_vectors]
     alone = scene.run(threads=1).record
-    # The derivatives take several times as long as the run
+    # The derivatives take longer than the run
     assert scene.sensitivities(keys, threads=1).run.record["cpu_s"] < 2 * alone["cpu_s"]
