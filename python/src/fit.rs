@@ -36,7 +36,7 @@ pub struct Fit {
 
 #[pymethods]
 impl Fit {
-    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
+    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test; `data/…` names one that the program brings.
     ///
     /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable, nu, kappa,
     /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
@@ -56,6 +56,7 @@ impl Fit {
         threads::set(threads)?;
         let one = path.extract::<PathBuf>().map(|path| vec![path]);
         let files = one.or_else(|_| path.extract::<Vec<PathBuf>>())?;
+        let files = durometer_commands::files::all_brought(&files).map_err(refused)?;
         let Some((first, more)) = files.split_first() else {
             return Err(input("no table is given", "name a CSV file"));
         };

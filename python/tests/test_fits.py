@@ -316,3 +316,20 @@ def test_the_table_of_a_fit_has_numbers_that_are_infinite_and_names_options() ->
     assert not any("--" in value for value in values if isinstance(value, str)) and "--" not in str(fit)
     scene = durometer.Scene.from_toml(PULLED).set("laws.silicone", fit.table)
     assert scene.get("laws.silicone.J_m") == fit.constants["J_m"]
+
+
+def test_bounds_of_a_number_whose_unit_is_that_of_its_list() -> None:
+    points = '{ kind = "points", of = [[0, 0], [1, 2]], unit = "mm" }'
+    scene = durometer.Scene.from_toml(PULLED.replace('{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }', points))
+    key = "constraint.prescribed.displacement.of.1.1"
+    run = scene.run()
+    curve = durometer.Curve(scene.set_si(key, 1.5e-3), "t_s", run.times[1:], "xmin_reaction_x_N", run["xmin_reaction_x_N"][1:])
+    for ends in [(1e-3, 4e-3), ("1 mm", "4 mm")]:
+        found = durometer.Calibration.from_curves([curve], {key: ends}, check=False)
+        assert found.constants[key] == pytest.approx(2e-3, rel=1e-3)
+
+
+def test_data_of_the_program_are_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    fit = durometer.Fit.from_csv("data/treloar-1944/treloar-1944.csv", "neo_hookean", mode="uniaxial", range=(1.0, 1.6), nu=0.49)
+    assert fit.constants["mu"] > 0.0
