@@ -160,8 +160,8 @@ impl Summary {
         records.iter().filter(has_failed).collect()
     }
 
-    /// What a run with these records has left undone: cases that failed, those whose results are others than the summary was made of, and a result of the
-    /// study that is lacking. Stored files that are not sound are named by `damaged`.
+    /// The parts of the study that a run with these records has left undone: cases that failed, those whose results are others than the summary was
+    /// made of, and a result of the study that is lacking. Stored files that are not sound are named by `damaged`.
     pub fn incomplete(&self, records: &[CaseRecord]) -> Vec<String> {
         let failed = self.failed(records).into_iter().map(CaseRecord::end);
         let other =

@@ -126,7 +126,7 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// What is lacking where the error is not within the tolerance on any mesh, and the remedy after a semicolon.
+    /// The fact that the error is not within the tolerance on any mesh, and the remedy after a semicolon; none where it is.
     pub fn missed(&self) -> Option<String> {
         let last = self.steps.last().filter(|step| !step.is_within())?;
         let lacks = self.steps.iter().find_map(|step| step.error.lacks());
