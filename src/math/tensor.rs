@@ -8,10 +8,10 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3×3 tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
-/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`].
+/// A second-order tensor stored by rows, m\[3i+J\], in the order of the rows and columns of [`Mat9`].
 pub type Row9 = [f64; 9];
 
-/// Fourth-order tensor as a 9×9 array, `a[3 * i + J][3 * k + L]`.
+/// A fourth-order tensor as a 9×9 array, `a[3 * i + J][3 * k + L]`.
 pub type Mat9 = [[f64; 9]; 9];
 
 /// The zero fourth-order tensor.
