@@ -1,9 +1,9 @@
 //! Derivatives of functions of one variable by central differences of eighth order, with an estimate of their error.
 //!
-//! f′ ≈ Σ_k w_k (f(kh) − f(−kh))/h, k = 1 to 4, with a truncation of h⁸ f⁽⁹⁾/630 (Fornberg, *Math. Comp.* 51, 1988). The same values give a second
-//! derivative, one-sided and of sixth order: it adds the eighth difference, which is of order h⁷ for a smooth f and half the jump of f′ where f has a
-//! kink. The two differ by more than the truncation error of the first and, as a rule, by more than its rounding error, which is about 2ε/h of the
-//! values.
+//! f′ ≈ Σ_k w_k (f(kh) − f(−kh))/h, k = 1 to 4, with a truncation of h⁸ f⁽⁹⁾/630 (Fornberg, *Math. Comp.* 51, 1988). The same values give another
+//! estimate of f′, one-sided and of sixth order: it adds the eighth difference, which is of order h⁷ for a smooth f and half the jump of f′ where f
+//! has a kink. The two differ by more than the truncation error of the first and, as a rule, by more than its rounding error, which is about 2ε/h of
+//! the values.
 //!
 //! No step is right for every function: where f changes over a thousandth of its variable, like a contact over its penetration depth, only a small
 //! step resolves it; elsewhere a small step only adds rounding errors. Several steps are therefore tried, from the largest on, until the two

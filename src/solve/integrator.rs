@@ -16,8 +16,8 @@ pub enum Integrator {
     ImplicitEuler { linearised: bool },
     /// Implicit Euler with contact corrections, `corrected_steps`, for comparison: `integration_steps` steps in each step of the time grid
     FreeMotion { integration_steps: usize },
-    /// Backward differentiation of second order with variable steps, applied to x and to v. It is restarted with an implicit Euler step, with the
-    /// given accelerations of prescribed motions, at the start and at impacts of rigid bodies
+    /// Backward differentiation of second order with variable steps, applied to x and to v. The first step is implicit Euler, with the initial
+    /// accelerations of prescribed motions; at impacts of rigid bodies the rule is restarted by an implicit Euler step
     Bdf2,
     /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q, (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ +
     /// α_f aₙ, and equilibrium and constraints hold exactly at tₙ₊₁. Coefficients of Chung & Hulbert (1993) from the spectral radius ρ∞

@@ -31,9 +31,9 @@ impl SpanStart<'_> {
         self.before.is_some_and(|before| !before.integrator.is_static())
     }
 
-    /// \[2 × prescribed dofs\] initial rates of the prescribed motions of a system: velocities, relative to those that are kept, and accelerations.
-    /// After a dynamic span no velocity is kept, since implicit Euler lags behind by half a step. For an undamped rule a second-order term is added
-    /// ([`Integrator::offset`](super::Integrator)).
+    /// \[2 × prescribed dofs\] initial rates of the prescribed motions of a system: velocities, which are added to those of the state, and
+    /// accelerations. After a dynamic span the velocities replace those of the state, because with implicit Euler these lag behind by half a step.
+    /// For an undamped rule a second-order term is added ([`Integrator::offset`](super::Integrator)).
     pub(super) fn given_rates(&self, system: &System, now: Clock) -> Vec<f64> {
         let TimeSpan { integrator, dt, .. } = *self.span;
         // Zero for a formula that is not defined where its derivatives evaluate it
