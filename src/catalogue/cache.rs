@@ -64,7 +64,7 @@ fn unpack(archive: &Archive, cache: &Path, folder: &Path) -> Result<(), Catalogu
         other => other,
     })?;
     for _ in 0..3 {
-        // A damaged folder is moved away, and removed with the temporary one
+        // A damaged folder is moved into the temporary one, and removed with it
         if folder.exists() && !is_whole(archive, folder) {
             std::fs::rename(folder, &old).ok();
         }
@@ -98,7 +98,7 @@ pub fn altered(archive: &Archive, folder: &Path) -> Vec<&'static str> {
     archive.entries().filter(|entry| !is_same(entry)).map(|entry| entry.name).collect()
 }
 
-/// Folders with the files of other versions of the program.
+/// Folders with the bundled files of other versions of the program.
 pub fn others(archive: &Archive, cache: &Path) -> Vec<PathBuf> {
     let own = name_of(archive);
     let entries = std::fs::read_dir(cache).into_iter().flatten().flatten();

@@ -9,9 +9,9 @@
 //! step resolves it; elsewhere a small step only adds rounding errors. Several steps are therefore tried, from the largest on, until the two
 //! derivatives agree ([`by_best_step`]).
 
-/// w_k
+/// Weights w_k of the central difference of eighth order.
 pub const EIGHTH: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-/// w_k of sixth order
+/// Weights w_k of sixth order
 const SIXTH: [f64; 4] = [3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0];
 /// Eighth difference of f(kh) + f(−kh) − 2f(0), divided by the eighth difference of |k|, so that a kink contributes exactly half of its jump
 const ONE_SIDED: [f64; 4] = [56.0 / 40.0, -28.0 / 40.0, 8.0 / 40.0, -1.0 / 40.0];
@@ -29,8 +29,8 @@ const ROUNDED: f64 = 1e-7;
 /// Factor by which a smaller step must reduce the disagreement of the two derivatives to be preferred: rounding can make them agree by chance.
 const NEARER: f64 = 100.0;
 
-/// Returns f′(0) and its companion at the first of the [`STEPS`] whose error is at most [`ENOUGH`]; if there is none, each component at the step with
-/// the smallest error.
+/// Returns f′(0) and its companion. The [`STEPS`] are tried from the largest on until the error is at most [`ENOUGH`], or at the rounding level; a
+/// smaller step replaces a component only if the two derivatives of the component agree decidedly better there.
 ///
 /// `derive` computes both for the step of an index; it returns `None` if f is not defined that far from 0. `error` returns their relative
 /// disagreement. An error is returned if every step yields one, `None` if no step can be taken.

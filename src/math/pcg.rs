@@ -8,9 +8,9 @@ use super::vector::{dot, norm};
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// x
+    /// The residual is within the bound; the solution x
     Solved(Vec<f64>),
-    /// v·A v ≤ 0 for some v
+    /// A is not positive definite: v·A v ≤ 0 for some v
     Indefinite,
     /// The residual is still above the bound after the last iteration.
     Slow,
@@ -69,7 +69,7 @@ mod tests {
         let (outcome, iterations) = pcg(a, p, &b, 1e-12 * norm(&b), 50);
         let Outcome::Solved(x) = outcome else { panic!("{outcome:?}") };
         assert_eq!(iterations, 3);
-        // The bound on the residual, divided by the least eigenvalue, 1.
+        // The bound on the residual, divided by the smallest eigenvalue, 1
         assert!(x.iter().zip(&b).enumerate().all(|(i, (x, b))| (x - b / (1.0 + i as f64)).abs() < 1e-11));
     }
 

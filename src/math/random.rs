@@ -15,23 +15,23 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1), with 53 bits
+    /// A uniform number in [0, 1), with 53 random bits.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in [lower, upper)
+    /// A uniform number in [lower, upper).
     pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
-    /// Normal with mean 0 and variance 1 (Box & Muller, *Ann. Math. Stat.* 29, 1958).
+    /// A normal number with mean 0 and variance 1 (Box & Muller, *Ann. Math. Stat.* 29, 1958).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// Uniform among 0, 1, …, n − 1: the upper half of a 128-bit product, with a bias of at most n/2⁶⁴.
+    /// A uniform choice among 0, 1, …, n − 1: the upper half of a 128-bit product, with a bias of at most n/2⁶⁴.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }

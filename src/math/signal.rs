@@ -100,7 +100,7 @@ pub enum Signal {
 }
 
 impl Signal {
-    /// s(t)
+    /// The value s(t).
     pub fn at<'a>(&self, now: impl Into<Clock<'a>>) -> f64 {
         self.value(now.into())
     }

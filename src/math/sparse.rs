@@ -6,9 +6,9 @@ use std::ops::{AddAssign, Range};
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
     pub n: usize,
-    /// \[n + 1\]
+    /// \[n + 1\] start of each column in `row_idx`
     pub col_ptr: Vec<u32>,
-    /// \[nnz\]
+    /// \[nnz\] row of each stored entry
     pub row_idx: Vec<u32>,
 }
 

@@ -1,6 +1,6 @@
 //! Student's t distribution and the runs test, exact for any number of data points; mean, scatter and median of values.
 
-/// P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
+/// Returns P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
 ///
 /// Finite trigonometric series in θ = atan(t/√ν): Abramowitz & Stegun, Handbook of Mathematical Functions (1964),
 /// 26.7.3 (ν odd) and 26.7.4 (ν even).
@@ -20,7 +20,7 @@ pub fn t_probability(t: f64, nu: usize) -> f64 {
     if odd { std::f64::consts::FRAC_2_PI * (theta + sin * sum) } else { sin * sum }
 }
 
-/// t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last digit.
+/// Returns t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last digit.
 pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     let mut high = 1.0;
     while t_probability(high, nu) < confidence {

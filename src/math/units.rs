@@ -147,7 +147,7 @@ fn unknown(unit: &str) -> String {
 /// Largest length of a quantity \[bytes\].
 const LONGEST: usize = 256;
 
-/// (symbol, factor to SI, dimension)
+/// Known units: symbol, factor to SI, dimension.
 const UNITS: &[(&str, f64, Dimension)] = &[
     ("m", 1.0, Dimension::LENGTH),
     ("cm", 1e-2, Dimension::LENGTH),

@@ -24,7 +24,7 @@ pub(super) struct CutSteps {
     /// Start and end of the nominal step \[s\]
     origin: f64,
     goal: f64,
-    /// Time error of the last step, as a multiple of the allowed one
+    /// Time error of the last step relative to the allowed one
     excess: f64,
 }
 

@@ -9,7 +9,7 @@ const MAX_DEGREE: usize = 6;
 /// An accepted state that is used in the extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PastPoint {
-    /// \[s\]
+    /// Time \[s\]
     pub t: f64,
     pub x: Vec<f64>,
     pub lambda: Vec<f64>,

@@ -31,7 +31,7 @@ pub(super) struct SecondField {
     pub sums: Assembled,
     /// Equations of the field, ascending
     equations: Vec<usize>,
-    /// C
+    /// Values of C
     compliance: Vec<f64>,
     factor: Factor,
 }

@@ -27,7 +27,7 @@ pub enum Status {
         /// Whether a prescribed force, pressure or tension increases
         by_force: bool,
     },
-    /// A cell would invert and the law is not defined there
+    /// A cell would invert, where its law is not defined
     Inverted {
         t: f64,
         why: Failure,

@@ -50,7 +50,7 @@ impl Step<'_> {
         }
     }
 
-    /// \[3 × nodes\] the prescribed motion that remains from `state`; `None` if nothing remains.
+    /// \[unknowns\] the prescribed motion that remains from `state`; `None` if nothing remains.
     pub(super) fn remaining(&self, targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
         if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
             return None;

@@ -1,4 +1,4 @@
-//! A stretch of time with one integrator and one nominal step.
+//! A span of time with one integrator and one nominal step.
 
 use super::Integrator;
 
@@ -6,7 +6,7 @@ use super::Integrator;
 /// are [resolved](TimeSpan::is_resolved).
 const REMAINDER: f64 = 1e-3;
 
-/// A stretch of time with one integrator and one nominal step.
+/// A span of time with one integrator and one nominal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSpan {
     pub integrator: Integrator,

@@ -7,7 +7,7 @@ use std::ops::Range;
 /// Relative difference below which two unit factors are equal \[–\].
 const SAME: f64 = 1e-9;
 
-/// Why the columns of a text table were not read: the fact, the file with its lines, and the remedy.
+/// Reason why the columns of a text table could not be read: the fact, the file with its lines, and the remedy.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TableError {
     #[error("{file}: {what}, not a text table; export the data as CSV or as text with delimiters")]
@@ -202,7 +202,7 @@ impl Named {
         Ok(Self { file: file.into(), names: lines[at].clone(), units, rows, places, decimal })
     }
 
-    /// The name of a column in the table.
+    /// The name of a column as written in the table.
     pub fn name(&self, column: usize) -> &str {
         &self.names.cells[self.places[column]]
     }
@@ -296,7 +296,7 @@ fn places(cells: &[String], name: &str) -> Option<Vec<usize>> {
     exact.or_else(|| Some(all(&same)).filter(found)).or_else(|| Some(by_unit()).filter(|places| places.len() == 1))
 }
 
-/// The text of the last brackets of a name.
+/// The text in the brackets at the end of a name, if there are any.
 pub fn in_brackets(name: &str) -> Option<&str> {
     let inside = name.trim_end().strip_suffix([')', ']'])?;
     Some(inside[inside.rfind(['(', '['])? + 1..].trim())

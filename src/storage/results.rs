@@ -8,14 +8,14 @@ use std::io::{Error, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
-/// Name of the list.
+/// Name of the file with the list of results.
 pub const FILE: &str = "results.json";
 /// Beginning and end of the name of the temporary folder in which results are written.
 const PART: [&str; 2] = [".results-", ".part"];
 /// Age after which such a folder is taken to be left by a killed command.
 const LEFT: Duration = Duration::from_secs(3600);
 
-/// Why results could not be written.
+/// Reason why results could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// The folder holds results of another command or of different input
@@ -30,10 +30,10 @@ pub enum ResultsError {
         dir.display()
     )]
     Unlisted { dir: PathBuf, files: String, by: String },
-    /// An input that cannot be read
+    /// An input file cannot be read
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: Error },
-    /// Folder or file that cannot be written
+    /// A folder or a file cannot be written
     #[error("{}: cannot be written: {source}; choose another folder with --out, or make room", path.display())]
     Write { path: PathBuf, source: Error },
 }
@@ -45,7 +45,7 @@ struct Input {
     sha256: String,
 }
 
-/// The subject of results: the command, what it found, and the contents of its files.
+/// The subject of results: the command, the choice among its possible results, and the contents of its input files.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub struct Subject {
     command: String,
@@ -73,7 +73,7 @@ impl Subject {
         self.command == other.command && self.choice == other.choice && digests(self) == digests(other)
     }
 
-    /// `results of fit (Yeoh with 2 terms) of pull.csv`
+    /// A description such as `results of fit (Yeoh with 2 terms) of pull.csv`.
     fn words(&self) -> String {
         let choice = if self.choice.is_empty() { String::new() } else { format!(" ({})", self.choice) };
         let names: Vec<&str> = self.inputs.iter().map(|i| i.name.as_str()).collect();

@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// One line of a file.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Counted from 1
+    /// Number of the line in the file, counted from 1
     pub number: u64,
     pub cells: Vec<String>,
 }

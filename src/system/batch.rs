@@ -7,11 +7,11 @@ use std::ops::Range;
 
 /// Buffers for [`LANES`](crate::math::lanes::LANES) blocks of one size.
 pub struct Batch {
-    /// Π_e \[J\]
+    /// Energy Π_e \[J\]
     pub energy: Lanes,
-    /// \[n\] r_e \[N\]
+    /// \[n\] residual r_e \[N\]
     pub r: Vec<Lanes>,
-    /// \[n × n\] K_e \[N/m\] row by row; only entries with column ≤ row are read
+    /// \[n × n\] tangent K_e \[N/m\] row by row; only entries with column ≤ row are read
     pub k: Vec<Lanes>,
     /// Workspace for the responses at the points of the blocks
     pub responses: Vec<LaneResponse>,

@@ -84,12 +84,12 @@ impl ConstraintKind {
 #[derive(Clone, Copy)]
 pub struct ConstraintValues<'a> {
     pub now: Clock<'a>,
-    /// target + compliance λ − c
+    /// \[constraints\] g = target + compliance λ − c
     pub g: &'a [f64],
     pub lambda: &'a [f64],
-    /// g at the start of the step
+    /// \[constraints\] g at the start of the step
     pub old: &'a [f64],
-    /// Largest effect's Σ_e ‖r_e‖ \[N\], the scale of forces
+    /// Largest Σ_e ‖r_e‖ of any effect \[N\], the scale of forces
     pub force: f64,
 }
 
@@ -99,9 +99,9 @@ pub struct LinearFunction {
     pub value: f64,
     /// Magnitude with which |value| is compared
     pub scale: f64,
-    /// (constraint, ∂/∂g)
+    /// Pairs (constraint, derivative with respect to its g)
     pub g: Vec<(usize, f64)>,
-    /// (constraint, ∂/∂λ)
+    /// Pairs (constraint, derivative with respect to its λ)
     pub lambda: Vec<(usize, f64)>,
 }
 

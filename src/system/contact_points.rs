@@ -33,9 +33,9 @@ pub struct ContactPoint<'a> {
     pub spot: Vec<f64>,
     /// Weights s of the material point for the sliding over the step so far
     pub sliding: Vec<f64>,
-    /// d \[m\]
+    /// Distance d \[m\]
     pub gap: f64,
-    /// m = ∂d/∂x
+    /// Normal m = ∂d/∂x
     pub normal: Vec3,
     /// Normal force N at this state \[N\]
     pub force: f64,

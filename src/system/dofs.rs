@@ -8,9 +8,9 @@ use crate::math::sparse::SymPattern;
 /// A displacement component that follows a signal.
 #[derive(Clone, Debug)]
 pub struct Prescribed {
-    /// 3·node + component
+    /// Index 3·node + component
     pub dof: u32,
-    /// \[m\]
+    /// Displacement \[m\] over time
     pub signal: Signal,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct MeanGraph {
     pub count: usize,
     /// Pairs of means in one block
     pub pairs: Vec<(u32, u32)>,
-    /// (mean, node)
+    /// Pairs (mean, node)
     pub nodes: Vec<(u32, u32)>,
 }
 

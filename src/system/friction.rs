@@ -8,7 +8,7 @@
 /// of length at most 1.
 pub const HISTORY: usize = 3;
 
-/// f(|u|/ε)/|u| and ∂f/∂|u| at the sliding |u| = `size` \[1/m\].
+/// Returns f(|u|/ε)/|u| and ∂f/∂|u| at the sliding |u| = `size` \[1/m\].
 pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
     match size < epsilon {
         true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
@@ -19,7 +19,7 @@ pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
 /// The friction force against a sliding u that depends on the force itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance {
-    /// Force \[N\]
+    /// Magnitude of the force \[N\]
     pub force: f64,
     /// Derivative with respect to u, the sliding without friction \[N/m\]
     pub by_sliding: f64,

@@ -2,15 +2,15 @@
 
 use crate::math::signal::{Clock, Ramp};
 
-/// Everything that changes during a run, in SI units. A clone of it is a checkpoint of the mechanics.
+/// Everything that changes during a run, in SI units. A clone is a checkpoint of the mechanics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
     /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, scaled to lengths)
     pub x: Vec<f64>,
-    /// \[3 × nodes\] velocity \[m/s\]
+    /// \[3 × nodes + scalars\] velocity \[m/s\]
     pub v: Vec<f64>,
-    /// \[3 × nodes\] acceleration \[m/s²\]
+    /// \[3 × nodes + scalars\] acceleration \[m/s²\]
     pub a: Vec<f64>,
     /// \[constraints\] multipliers, in the unit that is conjugate to g (for a cable, the tension \[N\])
     pub lambda: Vec<f64>,
@@ -46,7 +46,7 @@ impl State {
         At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Rates::default() }
     }
 
-    /// Rest in the reference configuration.
+    /// A state at rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
         Self {

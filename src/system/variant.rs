@@ -1,5 +1,5 @@
-//! Variants of a system, with the same equations and other values, for residuals at other parameters. A variant shares numbering and pattern, but has
-//! no slots for other blocks of the tangent.
+//! Variants of a system, with the same equations and other values, for residuals at other parameters. A variant shares numbering, pattern and slots
+//! with the system, but lacks the effects that do not vary, so that its tangent has no meaning.
 
 use super::{
     At, BlockValues, Blocks, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Prescribed, System,

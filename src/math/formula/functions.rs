@@ -22,7 +22,7 @@ const fn kinked(name: &'static str, value: fn(f64) -> f64) -> Function {
     Function { name, value, derivative: None }
 }
 
-/// Functions of one argument.
+/// The known functions of one argument.
 pub static FUNCTIONS: [Function; 26] = [
     smooth("sin", f64::sin, f64::cos),
     smooth("cos", f64::cos, |a| -a.sin()),

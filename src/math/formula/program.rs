@@ -2,7 +2,7 @@
 
 use super::functions::{Function, Operation};
 
-/// One step.
+/// One step of a program.
 #[derive(Clone, Copy)]
 pub enum Step {
     /// Pushes a number
@@ -24,7 +24,7 @@ struct Dual {
     rate: f64,
 }
 
-/// Factor times rate; a zero rate stays zero whatever the factor, also for NaN.
+/// Factor times rate; a zero rate stays zero whatever the factor, even NaN.
 fn chain(factor: f64, rate: f64) -> f64 {
     if rate == 0.0 { 0.0 } else { factor * rate }
 }

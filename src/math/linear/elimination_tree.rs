@@ -22,7 +22,7 @@ const TASK_SHARE: f64 = 0.01;
 /// Smallest number of operations that is worth a task of its own.
 const TASK_LEAST: f64 = 1e6;
 
-/// Columns of L that share their rows.
+/// Consecutive columns of L with the same rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Supernode {
     pub columns: Range<usize>,
@@ -42,11 +42,11 @@ pub(super) struct Supernode {
 #[derive(Clone, Debug)]
 struct Task {
     supernodes: Range<usize>,
-    /// Disjoint, ascending
+    /// Disjoint parts, ascending
     parts: Vec<Task>,
 }
 
-/// The supernodes in postorder.
+/// The elimination tree: its supernodes in postorder.
 #[derive(Clone, Debug)]
 pub(super) struct EliminationTree {
     pub supernodes: Vec<Supernode>,

@@ -5,7 +5,7 @@ use super::method::MOST_ITERATIONS;
 /// The matrix has no usable factorisation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LinearError {
-    /// Zero or non-finite pivot: the matrix is singular to working precision.
+    /// A pivot is zero or not finite: the matrix is singular to working precision.
     #[error("the tangent matrix is singular to working precision")]
     Singular,
     /// ‖Ax − b‖/‖b‖ stayed above the bound, and above the rounding level, after refinement.

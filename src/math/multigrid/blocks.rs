@@ -18,7 +18,7 @@ pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
 pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
     /// Number of block columns
     pub columns: usize,
-    /// \[rows + 1\]
+    /// \[rows + 1\] start of each row in `col` and `values`
     pub row_ptr: Vec<u32>,
     /// \[blocks\]
     pub col: Vec<u32>,
@@ -29,7 +29,7 @@ pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
 /// The positions of the blocks of Aᵀ in A, row by row of Aᵀ.
 struct Transposition {
     row_ptr: Vec<u32>,
-    /// \[blocks\] row in A
+    /// \[blocks\] row of each block in A
     row: Vec<u32>,
     /// \[blocks\] index among the blocks of A
     slot: Vec<u32>,
@@ -61,7 +61,7 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
         R * C * self.values.len()
     }
 
-    /// Aᵀ
+    /// Returns Aᵀ.
     pub fn transposed(&self) -> BlockMatrix<C, R, T> {
         let Transposition { row_ptr, row, slot } = self.transposition();
         let values = slot.iter().map(|&k| transposed(&self.values[k as usize])).collect();
@@ -94,12 +94,12 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
         threads::map(self.parts(), |rows| rows.map(&f).collect::<Vec<Y>>()).concat()
     }
 
-    /// A x
+    /// Returns A x.
     pub fn product(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
         self.by_rows(|i| self.row_times(i, x))
     }
 
-    /// y_i of y = A x
+    /// Returns y_i of y = A x.
     pub fn row_times(&self, i: usize, x: &[[f64; C]]) -> [f64; R] {
         let mut y = [0.0; R];
         self.row(i).for_each(|(j, a)| add_product(&mut y, a, &x[j]));

@@ -4,10 +4,10 @@
 //! x = G⁻¹ r,  x += P (next level of) Pᵀ(r − A x),  x += G⁻ᵀ(r − A x),  G = the lower triangle of A within each part of the rows
 //! ```
 //!
-//! Block Gauss–Seidel within parts of the rows, which are distributed over threads, and block Jacobi between the parts. The smoother converges if G +
-//! Gᵀ − A is positive definite. This matrix consists of the diagonal blocks less the couplings with other parts: where the couplings have the larger
-//! sum of magnitudes, the difference is added to the diagonal of G (as in Baker, Falgout, Kolev & Yang, SIAM J. Sci. Comput. 33, 2011). The division
-//! into parts depends only on the size of the matrix; small levels have one part.
+//! Block Gauss–Seidel within parts of the rows, which are distributed over threads, and block Jacobi between the parts. For M to be positive
+//! definite, G + Gᵀ − A has to be. This matrix consists of the diagonal blocks less the couplings with other parts: where the couplings have the
+//! larger sum of magnitudes, the difference is added to the diagonal of G (as in Baker, Falgout, Kolev & Yang, SIAM J. Sci. Comput. 33, 2011). The
+//! division into parts depends only on the size of the matrix; small levels have one part.
 
 use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
 use crate::math::threads;
@@ -25,7 +25,7 @@ pub(super) struct Level<const B: usize> {
     /// \[rows\] inverses of the diagonal blocks with the added amount
     inverse: Vec<Block<B, B>>,
     p: BlockMatrix<B, 6, f32>,
-    /// Pᵀ
+    /// The transpose Pᵀ
     restriction: BlockMatrix<6, B, f32>,
 }
 
@@ -64,7 +64,7 @@ impl<const B: usize> Level<B> {
         self.backwards(r, &x)
     }
 
-    /// G⁻¹ r
+    /// Returns G⁻¹ r.
     fn forwards(&self, r: &[[f64; B]]) -> Vec<[f64; B]> {
         let sweep = |rows: std::ops::Range<usize>| {
             let mut x = vec![[0.0; B]; rows.len()];
@@ -79,7 +79,7 @@ impl<const B: usize> Level<B> {
         threads::map(self.a.parts(), sweep).concat()
     }
 
-    /// r − A x for x = G⁻¹ r: within a part G x = r, so that only the entries above the diagonal and those of other parts remain.
+    /// Returns r − A x for x = G⁻¹ r: within a part G x = r, so that only the entries above the diagonal and those of other parts remain.
     fn left(&self, x: &[[f64; B]]) -> Vec<[f64; B]> {
         let of_part = |rows: std::ops::Range<usize>| {
             let of_row = |i: usize| {
@@ -96,7 +96,7 @@ impl<const B: usize> Level<B> {
         threads::map(self.a.parts(), of_part).concat()
     }
 
-    /// x + G⁻ᵀ(r − A x)
+    /// Returns x + G⁻ᵀ(r − A x).
     fn backwards(&self, r: &[[f64; B]], x: &[[f64; B]]) -> Vec<[f64; B]> {
         let sweep = |rows: std::ops::Range<usize>| {
             let mut own = x[rows.clone()].to_vec();
@@ -126,7 +126,7 @@ impl<const B: usize> Level<B> {
     }
 }
 
-/// (D + `more`)⁻¹ for the diagonal blocks D.
+/// Returns (D + `more`)⁻¹ for the diagonal blocks D.
 pub(super) fn inverses<const B: usize>(
     a: &BlockMatrix<B, B>,
     more: &[[f64; B]],

@@ -8,7 +8,7 @@ use crate::math::sparse::{SymPattern, accumulate};
 
 /// The structure of the block matrix, built once for a pattern.
 pub struct Nodal {
-    /// \[equations\] block and component
+    /// \[equations\] block row and component of each equation
     component: Vec<(u32, u8)>,
     row_ptr: Vec<u32>,
     col: Vec<u32>,

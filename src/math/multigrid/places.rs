@@ -15,7 +15,7 @@ use crate::math::tensor::Vec3;
 pub struct Places {
     /// \[equations\] 3·node + component; those of a node are consecutive
     pub dofs: Vec<u32>,
-    /// \[nodes\] X \[m\]
+    /// \[nodes\] positions X at rest \[m\]
     pub points: Vec<Vec3>,
 }
 

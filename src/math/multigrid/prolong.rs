@@ -84,7 +84,7 @@ pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Bloc
     Some(largest)
 }
 
-/// (I − ω D⁻¹A) P₀
+/// Returns P = (I − ω D⁻¹A) P₀.
 pub fn smoothed<const B: usize>(
     a: &BlockMatrix<B, B>,
     inverse: &[Block<B, B>],

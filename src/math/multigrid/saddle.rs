@@ -23,7 +23,7 @@ pub(super) struct Pressures {
     row_ptr: Vec<u32>,
     /// \[entries of B\] index among the displacements
     col: Vec<u32>,
-    /// \[entries of B\]
+    /// \[entries of B\] values
     b: Vec<f32>,
     /// \[pressures\] 1/S
     inverse: Vec<f64>,

@@ -2,7 +2,7 @@
 //!
 //! Source: Lawson & Hanson, *Solving Least Squares Problems*, 1974, chapter 23, stopped as soon as the bound is met (Chapman, Avery, Collins &
 //! Farhat, Int. J. Numer. Meth. Eng. 109, 2017). Columns are scaled to unit length, so that the choice of a column does not depend on its length. The
-//! least-squares problem of the chosen columns is solved by the normal equations, so that residuals below about 1e-8 are out of reach.
+//! least-squares problem of the chosen columns is solved by the normal equations, which limits the accuracy to about eight digits.
 
 use crate::math::vector::{dot, norm};
 use faer::linalg::matmul::matmul;
@@ -12,16 +12,16 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 /// The nonzero weights of the columns, and the relative residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseWeights {
-    /// (column, weight), ascending
+    /// (column, weight) of the nonzero weights, ascending
     pub weights: Vec<(usize, f64)>,
-    /// ‖A w − b‖/‖b‖
+    /// Relative residual ‖A w − b‖/‖b‖
     pub residual: f64,
 }
 
 /// Smallest gradient of a column, relative to ‖b‖, that still reduces the residual.
 const LEAST: f64 = 1e-10;
 
-/// Finds w ≥ 0 with at most `most` nonzero entries and ‖A w − b‖ ≤ `tolerance` ‖b‖; if it finds none, it returns the last weights that it reached.
+/// Finds w ≥ 0 with at most `most` nonzero entries and ‖A w − b‖ ≤ `tolerance` ‖b‖; if there are none, it returns the best weights that it found.
 pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> SparseWeights {
     let column = |j: usize| a.col_as_slice(j);
     let sizes: Vec<f64> = (0..a.ncols()).map(|j| norm(column(j))).collect();
@@ -103,7 +103,7 @@ fn remove(k: usize, gram: &mut Vec<Vec<f64>>, rhs: &mut Vec<f64>, chosen: &mut V
     weights.remove(k);
 }
 
-/// Aᵀ v
+/// Computes Aᵀ v.
 fn multiply(a: &Mat<f64>, v: &[f64], out: &mut [f64]) {
     let (rows, columns) = (v.len(), out.len());
     let v = MatRef::from_column_major_slice(v, rows, 1);

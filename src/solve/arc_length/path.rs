@@ -37,9 +37,9 @@ const NEAR: f64 = 2.0;
 /// The condition that ends a step.
 #[derive(Clone, Copy, PartialEq)]
 enum PathStepEnd {
-    /// ‖Δx‖ \[m\]
+    /// The length ‖Δx‖ \[m\]
     Arc(f64),
-    /// t \[s\]
+    /// The time t \[s\]
     Time(f64),
 }
 
@@ -56,7 +56,7 @@ pub struct TurningPoint {
     pub inputs: Vec<Ramp>,
 }
 
-/// An accepted point of the path.
+/// A converged point of the path.
 pub(super) struct PathPoint {
     pub state: State,
     pub solution: Solution,
@@ -70,7 +70,7 @@ pub(super) struct PathTracer<'a> {
     end: f64,
     /// Displacement of the last step \[equations\]; empty at the start and after a corner
     last: Vec<f64>,
-    /// Sign of the time of the last step
+    /// Sign of the change of time in the last step
     forward: f64,
     /// Δs of the next step, of the first step, and of the longest step at the start \[m\]
     length: f64,

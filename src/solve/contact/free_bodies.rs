@@ -16,9 +16,9 @@ use nalgebra::{DMatrix, DVector};
 /// A free rigid body at its current position.
 pub(super) struct FreeBody {
     dofs: Vec<usize>,
-    /// R \[dofs × 6\]
+    /// Rigid motions R \[dofs × 6\]
     motions: DMatrix<f64>,
-    /// (RᵀMR)⁻¹ RᵀM \[6 × dofs\]
+    /// Projection (RᵀMR)⁻¹ RᵀM \[6 × dofs\]
     nearest: DMatrix<f64>,
 }
 

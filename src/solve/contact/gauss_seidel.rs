@@ -57,16 +57,16 @@ pub(super) struct Contacts<'a> {
     pub points: Vec<Pressed<'a>>,
     /// H as lists of (equation, entry)
     h: Vec<Vec<(usize, f64)>>,
-    /// \[equations\] K⁻¹ Hᵀ
+    /// Columns of K⁻¹ Hᵀ \[equations\]
     pub z: Vec<Vec<f64>>,
     /// g, or the sliding, without the effects of p and λ' − λ \[m\]
     free: Vec<f64>,
-    /// \[rows\] W
+    /// Rows of W
     w: Vec<Vec<f64>>,
     /// \[constraints\] ∂c/∂x K⁻¹ Hᵀ, and H K⁻¹ ∂c/∂x
     cross: Vec<Vec<f64>>,
     back: Vec<Vec<f64>>,
-    /// p \[N\]
+    /// Forces p \[N\]
     pub p: Vec<f64>,
     /// Time spent on the forces
     pub time: Duration,
@@ -98,7 +98,7 @@ impl Changes {
 
 /// The equations p − P(q(p)) = 0, evaluated at some forces p.
 struct Defect {
-    /// p − P(q(p)) \[N\]
+    /// Defect p − P(q(p)) \[N\]
     forces: DVector<f64>,
     /// Derivative with respect to p
     tangent: DMatrix<f64>,

@@ -221,9 +221,9 @@ impl<'p> Component<'p> {
 
 /// An impulse on a point in one direction.
 struct Impulse {
-    /// M⁻¹ Hᵀ
+    /// Response M⁻¹ Hᵀ
     response: Vec<f64>,
-    /// Δt p
+    /// Impulse times the step, Δt p
     size: f64,
     is_normal: bool,
 }

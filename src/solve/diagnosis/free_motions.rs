@@ -1,4 +1,4 @@
-//! Motions without resistance, in words.
+//! Search for motions without resistance, and their description in words.
 //!
 //! The rigid motions of a part are searched for first ([`super::rigid_motions`]). A motion of a mechanism, which is not rigid, is found by inverse
 //! iteration on K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
@@ -135,7 +135,7 @@ fn free(part: &Part, system: &System, sums: &Assembled, whole: bool) -> Vec<Moti
     motions
 }
 
-/// Unit vectors that span the columns \[3 × m\]: coordinate axes first.
+/// Unit vectors that span the same space as the columns \[3 × m\], coordinate axes first.
 fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
     let (mut rest, mut found) = (range(columns), Vec::new());
     for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
@@ -160,7 +160,7 @@ fn unit(v: Vec3) -> Option<Vec3> {
     v.try_normalize(f64::MIN_POSITIVE)
 }
 
-/// `nothing holds the body: it can translate in x and y and rotate about z`
+/// A sentence such as `nothing holds the body: it can translate in x and y and rotate about z`.
 pub(in crate::solve) fn sentence(motions: &[Motion]) -> String {
     let first = &motions[0];
     if first.kind == MotionKind::Mechanism {
@@ -191,7 +191,7 @@ pub(in crate::solve) fn sentence(motions: &[Motion]) -> String {
     format!("nothing holds {what}: it can {}", can.join(" and "))
 }
 
-/// `x`, or `(0.71, 0.71, 0.00)`.
+/// The name of a direction, `x`, or `(0.71, 0.71, 0.00)`.
 fn name(direction: &[f64; 3]) -> String {
     let axis = (0..3).find(|&i| direction[i].abs() >= 1.0 - NONE);
     match axis {

@@ -14,13 +14,13 @@ pub(in crate::solve) struct LinearProblem<'a> {
     pub step: &'a Step<'a>,
     pub equations: &'a Equations,
     pub state: &'a State,
-    /// \[3 × nodes\] the remaining prescribed motion, if any
+    /// \[unknowns\] the remaining prescribed motion, if any
     pub increment: Option<&'a [f64]>,
 }
 
 /// Solution of a [`LinearProblem`].
 pub(in crate::solve) struct NewtonDirection {
-    /// \[3 × nodes\]
+    /// \[unknowns\] change of the state
     pub x: Vec<f64>,
     /// \[constraints\] multipliers after the step
     pub lambda: Vec<f64>,
