@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Number of threads in use from now on; 0 until it has been set.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
-/// The process that has started the threads; 0 if there are none.
+/// The process that has started the threads; 0 as long as no process has.
 static OWNER: AtomicU32 = AtomicU32::new(0);
 
 thread_local! {

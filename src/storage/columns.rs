@@ -285,8 +285,8 @@ fn missing(file: &str, text: &str, wanted: &[&str]) -> TableError {
     TableError::Columns { file: file.into(), missing: absent.into_iter().map(String::from).collect(), known }
 }
 
-/// The columns with exactly this name, or else without regard to case, or else the only column with this name if units are left out; `None` if there
-/// is none.
+/// The columns with exactly this name, or else without regard to case, or else the only column with this name if units are left out; `None` if no
+/// column matches.
 fn places(cells: &[String], name: &str) -> Option<Vec<usize>> {
     let same = |cell: &str| cell.trim().eq_ignore_ascii_case(name.trim());
     let all = |is: &dyn Fn(&str) -> bool| (0..cells.len()).filter(|k| is(&cells[*k])).collect::<Vec<usize>>();

@@ -20,7 +20,7 @@ pub struct State {
     pub dt: f64,
     /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
-    /// The known part of the signals that are set during the run; empty if there are none
+    /// The known part of the signals that are set during the run; empty without such signals
     pub inputs: Vec<Ramp>,
 }
 

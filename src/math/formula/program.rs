@@ -103,7 +103,7 @@ impl Program {
         self.run(|k| variables[k])
     }
 
-    /// Derivative with respect to the first variable with the others fixed; NaN if there is none.
+    /// Derivative with respect to the first variable with the others fixed; NaN if it does not exist.
     pub fn derivative(&self, variables: &[f64]) -> f64 {
         self.run(|k| Dual { value: variables[k], rate: if k == 0 { 1.0 } else { 0.0 } }).rate
     }

@@ -21,7 +21,7 @@ pub struct SparseWeights {
 /// Smallest gradient of a column, relative to ‖b‖, that still reduces the residual.
 const LEAST: f64 = 1e-10;
 
-/// Finds w ≥ 0 with at most `most` nonzero entries and ‖A w − b‖ ≤ `tolerance` ‖b‖; if there are none, it returns the best weights that it found.
+/// Finds w ≥ 0 with at most `most` nonzero entries and ‖A w − b‖ ≤ `tolerance` ‖b‖; otherwise it returns the best weights that it found.
 pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> SparseWeights {
     let column = |j: usize| a.col_as_slice(j);
     let sizes: Vec<f64> = (0..a.ncols()).map(|j| norm(column(j))).collect();

@@ -28,7 +28,7 @@ pub(super) struct NodalRotations {
 }
 
 impl NodalRotations {
-    /// Computes the rotations from displacements `old` to `new` \[unknowns\] of nodes at `points`; there are none if no points are known.
+    /// Computes the rotations from displacements `old` to `new` \[unknowns\] of nodes at `points`; empty if no points are known.
     pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
         let small = |nodes: &&[u32]| (2..=MOST_NODES).contains(&nodes.len());
