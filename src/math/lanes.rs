@@ -15,7 +15,7 @@ pub struct Lanes(pub [f64; LANES]);
 
 /// Number type of a kernel: `f64` or [`Lanes`].
 pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign {
-    /// The same number in every lane.
+    /// Returns `x`, in every lane.
     fn of(x: f64) -> Self;
 }
 

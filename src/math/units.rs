@@ -379,7 +379,7 @@ fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
 mod tests {
     use super::*;
 
-    /// Of the lengths given in millimetres with one decimal, one in twenty is rounded to a number different from the same length given in metres.
+    /// One in twenty of the lengths with one decimal of a millimetre is rounded to a number different from the same length given in metres.
     #[test]
     fn the_end_of_a_range_is_within_it() {
         let metres = |text: &str| parse(text, Dimension::LENGTH).expect("a length");
