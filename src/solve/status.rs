@@ -1,4 +1,4 @@
-//! The end of a run: a value with the last good time, the fact, the culprit and the remedy.
+//! The end of a run, with the last good time, the fact, the culprit and the remedy.
 
 use super::{Failure, Motion};
 use crate::math::linear::LinearError;
@@ -16,35 +16,35 @@ pub enum Status {
         /// Time at which the loads were largest \[s\]
         limit: f64,
     },
-    /// The loads passed the largest ones that this path of equilibria carries, those of time `limit` \[s\]
+    /// The loads exceed the largest ones that this path of equilibria can carry, which are those of time `limit` \[s\]
     NoEquilibrium {
         t: f64,
         limit: f64,
         /// Node that moves most where the path turns
         node: u32,
-        /// Whether there is contact, with which no path is followed
+        /// Whether there is contact, with which no path can be followed
         in_contact: bool,
-        /// Whether a force, pressure or tension that is given grows
+        /// Whether a prescribed force, pressure or tension increases
         by_force: bool,
     },
-    /// A cell would invert and the law is not defined there
+    /// A cell would invert, where its law is not defined
     Inverted {
         t: f64,
         why: Failure,
-        /// Whether displacements that are given are there in full before the first step
+        /// Whether prescribed displacements act in full before the first step
         in_full: bool,
     },
     /// Nothing resists some motion of the body, or of a part of it
     Singular {
         t: f64,
-        /// The motions; none where the tangent has no factorisation and no motion dominates
+        /// The motions; empty if the tangent has no factorisation and no motion dominates
         motions: Vec<Motion>,
     },
-    /// The wall time that was allowed is over
+    /// The allowed wall time is used up
     TimeBudget {
         t: f64,
     },
-    /// Contact lets the body move no further
+    /// Contact does not let the body move further
     ContactJammed {
         t: f64,
         why: Failure,
@@ -54,14 +54,14 @@ pub enum Status {
         t: f64,
         why: Failure,
     },
-    /// No step however small converges
+    /// No step, however small, converges
     StepTooSmall {
         t: f64,
         why: Failure,
-        /// Whether a force, pressure or tension that is given changes in the step
+        /// Whether a prescribed force, pressure or tension changes in the step
         by_force: bool,
     },
-    /// A recorded column, a signal, or what is given at the end of a step has a value that is no finite number
+    /// A recorded column, a signal, or an input at the end of a step is not finite
     NotFinite {
         t: f64,
         column: String,
@@ -72,7 +72,7 @@ pub enum Status {
     },
 }
 
-/// The place of a failure.
+/// The location of a failure.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Culprit {
     pub effect: Option<String>,
@@ -82,14 +82,14 @@ pub struct Culprit {
     pub node: Option<u32>,
 }
 
-/// The remedy of forces that drive the body where motions could.
+/// The remedy if forces drive the body where motions could.
 macro_rules! by_motion {
     () => {
         "drive by length, volume or displacement what a force, a pressure or a tension drives"
     };
 }
 
-/// The remedy of a load that drives the body.
+/// The remedy if a load drives the body.
 macro_rules! too_large {
     () => {
         concat!(
@@ -100,7 +100,7 @@ macro_rules! too_large {
     };
 }
 
-/// The remedy of a motion that drives the body.
+/// The remedy if a motion drives the body.
 macro_rules! folds {
     () => {
         "the body may buckle or fold under the motion that is given, or meets something too fast: a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there may help"
@@ -122,7 +122,7 @@ impl Status {
         }
     }
 
-    /// Name as in `summary.json`.
+    /// Name of the status in `summary.json`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Converged => "Converged",
@@ -139,7 +139,7 @@ impl Status {
         }
     }
 
-    /// Time of the last good state \[s\]; none where all is done.
+    /// Time of the last good state \[s\]; `None` if the run was completed.
     pub fn t(&self) -> Option<f64> {
         match self {
             Self::Converged => None,
@@ -156,7 +156,7 @@ impl Status {
         }
     }
 
-    /// Time of the largest loads that the path carries \[s\], where it was found.
+    /// Time of the largest loads that the path can carry \[s\], if it was found.
     pub fn limit(&self) -> Option<f64> {
         match self {
             Self::LimitPoint { limit, .. } | Self::NoEquilibrium { limit, .. } => Some(*limit),
@@ -164,7 +164,7 @@ impl Status {
         }
     }
 
-    /// Effect, cell or node that failed.
+    /// The effect, cell or node at which the run failed.
     pub fn culprit(&self) -> Culprit {
         let node = |node| Culprit { node: Some(node), ..Culprit::default() };
         match self {
@@ -194,7 +194,7 @@ impl Status {
         }
     }
 
-    /// The fact, without the time.
+    /// The fact in a sentence, without the time.
     pub fn fact(&self) -> String {
         match self {
             Self::Converged => "converged".into(),
@@ -227,7 +227,7 @@ impl Status {
         }
     }
 
-    /// The remedy.
+    /// The remedy; empty if the run converged.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Converged => "",

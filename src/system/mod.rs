@@ -1,7 +1,6 @@
-//! The core interface of the program: effects and constraints give local contributions, and [`System`] sums them.
+//! The core interface of the program: effects and constraints provide local contributions, and [`System`] sums them.
 //!
-//! Nothing enters the sum unless it is in the list of effects and constraints: there are no fields or flags for gravity, damping or a time
-//! step here.
+//! Only effects and constraints in the lists of the system enter the sums: there are no fields or flags for gravity, damping or a time step here.
 
 mod assembled;
 mod assembly;
