@@ -12,9 +12,7 @@ pub enum CatalogueError {
     #[error("this program brings no studies and meshes; set DUROMETER_HOME to the folder of a project")]
     Empty,
     /// The system names no folder for caches.
-    #[error(
-        "this system names no folder for files that can be made again; set DUROMETER_CACHE to one that can be written"
-    )]
+    #[error("the system has no cache folder; set DUROMETER_CACHE to a writable folder")]
     NoCache,
     /// The files cannot be written.
     #[error(
@@ -27,7 +25,7 @@ pub enum CatalogueError {
     #[error("{}: there is no such file or folder, here or among the files of the program; {remedy}", path.display())]
     Unknown { path: PathBuf, remedy: String },
     /// An embedded file differs from the one that was packed.
-    #[error("{file} is damaged in the file of the program itself; install the program again")]
+    #[error("the embedded file {file} is damaged; reinstall the program")]
     Damaged { file: String },
 }
 

@@ -85,7 +85,7 @@ pub struct Culprit {
 /// The remedy if forces drive the body where motions could.
 macro_rules! by_motion {
     () => {
-        "drive by length, volume or displacement what a force, a pressure or a tension drives"
+        "prescribe a length, volume or displacement instead of a force, pressure or tension"
     };
 }
 
@@ -103,7 +103,7 @@ macro_rules! too_large {
 /// The remedy if a motion drives the body.
 macro_rules! folds {
     () => {
-        "the body may buckle or fold under the motion that is given, or meets something too fast: a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there may help"
+        "the body may buckle or fold under the prescribed motion, or hit something too fast: try a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there"
     };
 }
 
@@ -200,13 +200,13 @@ impl Status {
             Self::Converged => "converged".into(),
             Self::LimitPoint { limit, .. } => {
                 format!(
-                    "the path of equilibria turns at the loads of t = {:.6} s and had not come back to larger ones where it was left",
+                    "the path of equilibria turns back at the loads of t = {:.6} s and had not reached larger loads where it ended",
                     Decimals(*limit)
                 )
             }
             Self::NoEquilibrium { limit, .. } => {
                 format!(
-                    "the path of equilibria ends at a limit point: no larger loads than those of t = {:.6} s are carried",
+                    "the path of equilibria ends at a limit point: the body cannot carry larger loads than those of t = {:.6} s",
                     Decimals(*limit)
                 )
             }
@@ -216,7 +216,7 @@ impl Status {
                 "the tangent is singular: some part can move freely".into()
             }
             Self::Singular { motions, .. } => super::diagnosis::free_motions::sentence(motions),
-            Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
+            Self::TimeBudget { .. } => "the allowed wall time is used up".into(),
             Self::FactorTooLarge { why, .. }
             | Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded | Failure::Landing), .. } => {
                 why.to_string()
@@ -233,19 +233,19 @@ impl Status {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
             Self::NoEquilibrium { in_contact: true, by_force: true, .. } => {
-                concat!("stay below, take a dynamic stage, or ", by_motion!())
+                concat!("stay below these loads, use a dynamic stage, or ", by_motion!())
             }
-            Self::NoEquilibrium { in_contact: true, .. } => "stay below, or take a dynamic stage",
+            Self::NoEquilibrium { in_contact: true, .. } => "stay below these loads, or use a dynamic stage",
             Self::NoEquilibrium { by_force: true, .. } => {
-                concat!("stay below, go on with continuation = \"arc_length\", or ", by_motion!())
+                concat!("stay below these loads, use continuation = \"arc_length\", or ", by_motion!())
             }
             Self::NoEquilibrium { .. } => {
-                "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the mesh has no equilibrium beyond, although \
-                 the motion is given"
+                "stay below these loads, or use continuation = \"arc_length\" or a dynamic stage: beyond them the mesh has no \
+                 equilibrium under the prescribed motion"
             }
             Self::Inverted { in_full: true, .. } => {
-                "displacements that are there in full from the start cannot be taken in smaller steps, and before a dynamic stage they are in one layer of \
-                 cells: let them begin at 0, such as by displacement = { kind = \"ramp\", from = \"0 mm\", to = \"10 mm\", end = \"1 s\" }, in this stage or in a static one before it"
+                "prescribed displacements that act in full from the start cannot be divided into smaller steps, and before a dynamic stage they deform only one \
+                 layer of cells: let them begin at 0, such as by displacement = { kind = \"ramp\", from = \"0 mm\", to = \"10 mm\", end = \"1 s\" }, in this stage or in a static one before it"
             }
             Self::Inverted { .. } => {
                 "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"
@@ -259,7 +259,7 @@ impl Status {
             Self::TimeBudget { .. } => "raise time_budget, take a coarser mesh or larger steps",
             Self::StepTooSmall {
                 why: Failure::Eval(EvalError::Locked { .. } | EvalError::Undefined { .. }), ..
-            } => "reduce the load, or take a law without an end to its stretch",
+            } => "reduce the load, or use a law without a limiting stretch",
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }
@@ -271,13 +271,13 @@ impl Status {
                 "raise max_steps, or take a larger dt: it is the length of the first step"
             }
             Self::StepTooSmall { why: Failure::Unloaded, .. } => {
-                "let the signals of the loads change all over the stage and in one direction, or leave continuation away"
+                "let the signals of the loads change monotonically over the whole stage, or remove `continuation`"
             }
             Self::StepTooSmall { why: Failure::Landing, .. } => {
                 "end the data before the impact, or take bdf2 or implicit_euler"
             }
             Self::StepTooSmall { why: Failure::InFull { .. }, .. } => concat!(
-                "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
+                "loads that act in full from the start cannot be divided into smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
                  from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or ",
                 too_large!()
             ),

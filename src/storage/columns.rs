@@ -20,7 +20,7 @@ pub enum TableError {
     )]
     Quote { file: String, at: Vec<u64> },
     #[error(
-        "{file}: line {} has {cells} cells under {names} names{}: decimal commas in a table divided by commas cannot be told apart; \
+        "{file}: line {} has {cells} cells under {names} names{}: decimal commas cannot be distinguished from the commas between columns; \
          export it with ; or tab between the columns, or with decimal points",
         at[0], others(at)
     )]
@@ -78,7 +78,7 @@ fn have(at: &[u64]) -> String {
 
 fn not_numbers(cells: &[String]) -> String {
     match cells {
-        [one] => format!("{one} is no finite number; correct or remove the line"),
+        [one] => format!("{one} is not a finite number; correct or remove the line"),
         _ => format!("{} are no finite numbers; correct or remove the lines", first(cells)),
     }
 }

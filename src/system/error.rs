@@ -24,12 +24,16 @@ pub enum EvalError {
     #[error("{effect}: nodes {} and {} coincide", .nodes[0], .nodes[1])]
     Coincident { effect: String, nodes: [u32; 2] },
     /// A point of the surface is inside an obstacle, by −gap \[m\], or, if the gap is not negative, has passed through it
-    #[error("{effect}: the surface {} the obstacle at node {node}", place_of_crossing(*.gap))]
+    #[error("{effect}: the surface {} at node {node}", place_of_crossing(*.gap))]
     Crossed { effect: String, node: u32, gap: f64 },
 }
 
 fn place_of_crossing(gap: f64) -> String {
-    if gap < 0.0 { format!("is {:.3e} m inside of", -gap) } else { "passes within one step through".into() }
+    if gap < 0.0 {
+        format!("is {:.3e} m inside the obstacle", -gap)
+    } else {
+        "passes through the obstacle within one step".into()
+    }
 }
 
 impl EvalError {

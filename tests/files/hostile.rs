@@ -220,7 +220,7 @@ fn a_restart_keeps_the_stop_that_ended_the_run() {
     assert_eq!((&again.status, &again.rows), (&Status::Converged, &whole.rows));
 }
 
-/// A column that is no finite number ends the run with a status; no file holds it, and the study has its report.
+/// A column that is not a finite number ends the run with a status; no file holds it, and the study has its report.
 #[test]
 fn no_number_that_is_not_finite_is_stored() {
     let cable = "[[constraint]]\nkind = \"cable\"\npull_point = [\"1e200 mm\", \"10 mm\", \"10 mm\"]\n\

@@ -299,7 +299,7 @@ fn a_measured_value_is_a_finite_number() {
     for (value, said) in [("light = nan", "nan"), ("light = [5.0, -inf]", "-inf")] {
         let why = crate::beam::plan(folder.path(), &STUDY.replace("light = 5.0", value)).expect_err(value);
         let line = 1 + STUDY[..STUDY.find("light = 5.0").expect("a value")].matches('\n').count();
-        let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is no finite number; give one");
+        let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is not a finite number; give one");
         assert!(why.contains(&part), "{part} is missing in: {why}");
     }
 }

@@ -163,7 +163,7 @@ mod tests {
             ("2(t)", "between \"2\" and \"(\" there is no operator"),
             ("2 * (t", "a \"(\" has no \")\""),
             ("(t, 2)", "a \",\" is outside of the arguments of a function"),
-            ("t)", "a \")\" closes no bracket"),
+            ("t)", "a \")\" has no opening bracket"),
             ("{t", "a \"{\" has no \"}\""),
             ("1.2.3", "\"1.2.3\" is no number"),
             ("5 % t", "\"%\" has no meaning in it; operators are + - * / ^"),

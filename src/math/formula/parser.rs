@@ -43,7 +43,7 @@ pub fn parse(text: &str) -> Result<(Program, Vec<String>), String> {
     parser.sum()?;
     match parser.tokens.get(parser.at) {
         None => Ok((Program(parser.steps), parser.variables.into_iter().map(String::from).collect())),
-        Some(Token::Symbol(')')) => Err("a \")\" closes no bracket".into()),
+        Some(Token::Symbol(')')) => Err("a \")\" has no opening bracket".into()),
         Some(token) => {
             let before = parser.tokens[parser.at - 1].words();
             Err(format!("between {before} and {} there is no operator", token.words()))

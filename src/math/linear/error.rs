@@ -13,21 +13,21 @@ pub enum LinearError {
     Inaccurate { residual: f64 },
     /// The matrix has negative curvature, and its factor would take `gigabytes`, more than is allowed
     #[error(
-        "the tangent has negative curvature, which the iterative path cannot solve for, and its factor of {} is larger than \
+        "the tangent has negative curvature, which the iterative path cannot solve for, and its factor takes {}, more than \
          factor_memory",
         memory(*gigabytes)
     )]
     Indefinite { gigabytes: f64 },
     /// The Krylov method does not reach the accuracy of a solve, and the factor would take `gigabytes`, more than is allowed
     #[error(
-        "the iterative method does not solve for the tangent in {} iterations, and its factor of {} is larger than \
+        "the iterative method does not converge in {} iterations, and the factor of the tangent takes {}, more than \
          factor_memory",
         MOST_ITERATIONS, memory(*gigabytes)
     )]
     Slow { gigabytes: f64 },
     /// The factor would take `gigabytes`, more than is allowed, and the matrix is not suited for the iterative path
     #[error(
-        "the factor of the tangent takes {}, more than factor_memory, and the iterative path is not for this scene",
+        "the factor of the tangent takes {}, more than factor_memory, and the iterative path does not support this scene",
         memory(*gigabytes)
     )]
     TooLarge { gigabytes: f64 },

@@ -78,7 +78,7 @@ impl Recording {
             let record = record.map_err(|_| refuse("it has not as many values as the header"))?;
             let number = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
             let numbers: Option<Vec<f64>> = record.iter().map(number).collect();
-            let mut numbers = numbers.ok_or_else(|| refuse("a value is no finite number"))?;
+            let mut numbers = numbers.ok_or_else(|| refuse("a value is not a finite number"))?;
             let t = numbers.remove(0);
             if rows.last().is_some_and(|(past, _)| *past >= t) {
                 return Err(refuse("its time is not after that of the row before"));

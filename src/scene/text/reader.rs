@@ -146,7 +146,7 @@ fn float(text: &str) -> Result<f64> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ if text.contains("inf") || text.contains("nan") => {
-            Err(ReadError::custom(format!("{text} is no finite number; give one")))
+            Err(ReadError::custom(format!("{text} is not a finite number; give one")))
         }
         _ => Err(ReadError::custom(format!("{text} is beyond the numbers of double precision"))),
     }
@@ -316,11 +316,11 @@ mod tests {
                 "is beyond the whole numbers of 64 bits",
                 "99999999999999999999",
             ),
-            (format!("{rest}size = nan"), "nan is no finite number; give one", "nan"),
-            (format!("{rest}size = -inf"), "-inf is no finite number; give one", "-inf"),
+            (format!("{rest}size = nan"), "nan is not a finite number; give one", "nan"),
+            (format!("{rest}size = -inf"), "-inf is not a finite number; give one", "-inf"),
             (
                 "seed = 1\nsize = 1.0\nmade = \"\"\nrest = { a = [1.0, inf] }".into(),
-                "inf is no finite number; give one",
+                "inf is not a finite number; give one",
                 "inf",
             ),
             (format!("{rest}size = [1]"), "invalid type: sequence, expected f64", "[1]"),

@@ -66,7 +66,7 @@ impl fmt::Display for Failure {
             }
             Self::Inaccurate { node } => write!(
                 f,
-                "the forces balance, worst at node {node}, but the displacement does not come to rest, or to where it is prescribed"
+                "the forces balance, but the displacement still changes or has not reached its prescribed value, worst at node {node}"
             ),
             Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),
             Self::Jammed { effect, node, gap } => {
@@ -77,12 +77,12 @@ impl fmt::Display for Failure {
                 write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
             }
             Self::Landing => {
-                write!(f, "points hit their obstacle, and the jump of their velocities has no derivative here")
+                write!(f, "points hit their obstacle, and the jump of their velocities cannot be differentiated")
             }
             Self::NoArc => {
-                write!(f, "the path of equilibria has no point within a step of it that the equations lead to")
+                write!(f, "Newton's method finds no point of the path of equilibria within one step")
             }
-            Self::Unloaded => write!(f, "the loads do not change there, so no path goes on"),
+            Self::Unloaded => write!(f, "the loads do not change there, so that the path cannot be continued"),
             Self::NotFinite { input } => write!(f, "{input} is not a finite number"),
         }
     }
