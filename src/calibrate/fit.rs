@@ -59,7 +59,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let (experiment, slack) = without_slack(experiment, options, model)?;
     let choice = choose(&experiment, options)?;
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
-    let Choice { modes, range, fitted, stretch } = choice;
+    let ChosenData { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let mut answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
@@ -208,7 +208,7 @@ pub(super) fn without_slack<'a>(
     experiment: &'a Experiment,
     options: &FitOptions,
     model: Model,
-) -> Result<(Cow<'a, Experiment>, slack::Found), FitError> {
+) -> Result<(Cow<'a, Experiment>, slack::SlackFit), FitError> {
     let choice = choose(experiment, options)?;
     let setting = choice.setting(options, model)?;
     // A toe that was taken off is the slack
@@ -302,7 +302,7 @@ fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
 }
 
 /// The data points of a fit.
-pub(super) struct Choice {
+pub(super) struct ChosenData {
     pub modes: Vec<Mode>,
     pub range: StretchRange,
     pub fitted: Vec<Sample>,
@@ -311,17 +311,17 @@ pub(super) struct Choice {
 }
 
 /// Chooses modes and data points as requested; refuses too few of them.
-pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
+pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<ChosenData, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
     check_rows(experiment, &modes, range, &fitted)?;
     let stretch = extent(fitted.iter().map(|s| s.stretch));
-    Ok(Choice { modes, range, fitted, stretch })
+    Ok(ChosenData { modes, range, fitted, stretch })
 }
 
-impl Choice {
+impl ChosenData {
     pub(super) fn setting(&self, options: &FitOptions, model: Model) -> Result<LawSetting, FitError> {
         let noise = match options.weighting {
             Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,

@@ -166,9 +166,10 @@ fn every_law_is_found_again() {
         let measured = made(&truth, (1..=30).map(|k| 6e-3 * f64::from(k) / 30.0).collect());
         let start = moved(&law, &keys, 0.2);
         let c = found(&model(&bar(&start, "6 mm", 8), &keys, X, Y), &measured);
-        let off = |(f, u): (&durometer::calibrate::inverse::Found, &durometer::calibrate::inverse::Unknown)| {
-            (f.value / u.start - 1.0).abs()
-        };
+        let off =
+            |(f, u): (&durometer::calibrate::inverse::FittedConstant, &durometer::calibrate::inverse::Unknown)| {
+                (f.value / u.start - 1.0).abs()
+            };
         let worst = c.constants.iter().zip(&truth.unknown).map(off).fold(0.0, larger);
         println!(
             "{} {keys:?}: {worst:.1e} in {} solves, misfit {:.1e}",

@@ -6,7 +6,7 @@ use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
 use durometer::material::check::check_property;
 use durometer::material::isochoric::{self, InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
-use durometer::material::split::{Isochoric, Part, Split, fitted_parameters, law_parameters, required};
+use durometer::material::split::{Isochoric, IsochoricPart, Split, fitted_parameters, law_parameters, required};
 use durometer::material::volumetric::CHOICES;
 use durometer::material::{
     Chosen, FitForm, FitTerms, LaneResponse, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter,
@@ -117,7 +117,7 @@ const ENTRY: LawEntry = Split::<Demiray>::entry(KEYS, &[200e3, 30e3, 0.8]).with_
 #[derive(Clone, Copy, Debug)]
 struct Flawed(Demiray);
 
-impl Part for Flawed {
+impl IsochoricPart for Flawed {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
@@ -165,7 +165,7 @@ const STIFF: usize = 3;
 /// An entry of the tangents of several gradients is not a number
 const BLANK: usize = 4;
 
-impl<const MISTAKE: usize> Part for Mistaken<MISTAKE> {
+impl<const MISTAKE: usize> IsochoricPart for Mistaken<MISTAKE> {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {

@@ -13,7 +13,7 @@ use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
 use durometer::study::run::work::RepeatRecord;
 use durometer::study::store::record::{
-    CaseRecord, FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord,
+    CaseRecord, FamilyRecord, LockingRecord, Role, StoredCase, StudyQuantity, StudyRecord,
 };
 use durometer::study::store::results::Results;
 use std::collections::BTreeMap;
@@ -103,12 +103,12 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
             members: vec![],
         })
         .collect();
-    let tension = Quantity {
+    let tension = StudyQuantity {
         name: "cable_tension_N".into(),
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -255,12 +255,12 @@ fn twice_the_cells_take_no_less_than_was_measured() {
 #[test]
 fn a_quantity_that_no_mesh_changes_has_costs_and_no_panel() {
     let (mut study, stored) = study();
-    let angle = Quantity {
+    let angle = StudyQuantity {
         name: "bending_angle_deg".into(),
         label: "bending angle".into(),
         symbol: "θ".into(),
         unit: "°".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities.get_mut("length").expect("a variant").push(angle);
     let dir = tempfile::tempdir().expect("temporary folder");

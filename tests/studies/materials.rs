@@ -11,7 +11,7 @@ use durometer::study::expand::Study;
 use durometer::study::kinds::comparison::findings::{ComparedMember, ComparisonFindings, ComparisonRecord};
 use durometer::study::kinds::comparison::{analysis, finer};
 use durometer::study::report;
-use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
+use durometer::study::store::record::{FamilyRecord, Role, Series, StoredCase, StudyQuantity, StudyRecord};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -57,13 +57,13 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     study.details = serde_json::json!({ "reference": "base" });
     study.variants = vec!["length".into()];
     study.families = vec![family("laws", Role::Members), family("fine", Role::Finer)];
-    let q = |name: &str, against| Quantity {
+    let q = |name: &str, against| StudyQuantity {
         name: name.into(),
         label: name[..name.rfind('_').unwrap_or(0)].replace('_', " "),
         symbol: "q".into(),
         unit: "N".into(),
         against,
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     let length = q("cable_length_m", None);
     // The imposed length is the same under every law and is left out.
@@ -296,7 +296,7 @@ fn a_caption_of_curves_says_what_is_left_out() {
     }
     let quantities = study.quantities.get_mut("length").expect("quantities");
     let tension = quantities[0].clone();
-    quantities.extend(names.map(|name| Quantity { name: name.into(), against: None, ..tension.clone() }));
+    quantities.extend(names.map(|name| StudyQuantity { name: name.into(), against: None, ..tension.clone() }));
     let drawn = |stored: Vec<StoredCase>| {
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(study.clone(), stored));

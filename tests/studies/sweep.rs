@@ -11,7 +11,7 @@ use durometer::study::expand::Study;
 use durometer::study::kinds::comparison;
 use durometer::study::kinds::sweep::analysis::{self, Along, Judged, SweepFindings, SweepRecord, Trend};
 use durometer::study::report;
-use durometer::study::store::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::store::record::{EffectRecord, FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -69,12 +69,12 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
     }];
     let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points, judged: Judged::Peak };
     study.details = serde_json::to_value(sweep).expect("numbers and strings");
-    let tension = Quantity {
+    let tension = StudyQuantity {
         name: "cable_tension_N".into(),
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -388,7 +388,7 @@ fn an_axis_without_two_points_is_not_judged() {
 
     let (grid, mut stored) = self::study(&P, &Q, |p, q| p * q);
     let other =
-        Quantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
+        StudyQuantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
     study.quantities.get_mut("length").expect("quantities").push(other);
     for case in stored.iter_mut().filter(|c| c.record.member.starts_with("p1_")) {
         let probe = case.record.probes["cable_tension_N"].clone();
@@ -434,7 +434,7 @@ fn quantities_in_the_same_words_have_columns_of_their_own() {
         case.record.probes.insert("other_N".into(), probe);
     }
     let quantities = study.quantities.get_mut("length").expect("quantities");
-    let other = Quantity { name: "other_N".into(), ..quantities[0].clone() };
+    let other = StudyQuantity { name: "other_N".into(), ..quantities[0].clone() };
     quantities.push(other);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));

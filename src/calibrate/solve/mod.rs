@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use noise::ModeNoise;
 use offset::{OFFSET, Offset};
 use refit::{Held, Refit};
-use rows::Rows;
+use rows::WeightedRows;
 use separable::Minimum;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -172,7 +172,7 @@ fn weighted(
     near: Option<&LawFit>,
 ) -> Result<LawFit, FitError> {
     setting.goes_on()?;
-    let rows = Rows::new(samples, weight, setting.model.nu)?;
+    let rows = WeightedRows::new(samples, weight, setting.model.nu)?;
     let bare = |values, check, active, at| LawFit {
         values,
         identified: Identified::default(),

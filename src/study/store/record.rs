@@ -24,7 +24,7 @@ pub use crate::study::store::series::{Place, Series, StoredCase};
 pub use crate::study::store::status::{
     CRASHED, INPUTS_CHANGED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
 };
-pub use crate::study::store::study_record::{FamilyRecord, Member, Quantity, Role, StudyRecord, VariantMember};
+pub use crate::study::store::study_record::{FamilyRecord, Member, Role, StudyQuantity, StudyRecord, VariantMember};
 
 /// Version of the form of `cases/<id>.json` and `study.json`. It grows when a program of today could not read them any more; files of a later
 /// version are refused.
