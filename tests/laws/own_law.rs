@@ -2,7 +2,7 @@
 
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
-use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
+use durometer::calibrate::{FittableLaw, Mode, Sample, fit_experiment};
 use durometer::material::check::check_property;
 use durometer::material::isochoric::{self, InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
@@ -291,7 +291,7 @@ dt = "0.5 s"
     assert_eq!(run.status, Status::Converged);
 
     // A fit of exact data gives the constants
-    let model = Model::new("demiray", None).expect("it can be fitted");
+    let model = FittableLaw::new("demiray", None).expect("it can be fitted");
     let truth = [30e3, 0.8];
     let samples = (1..=20).map(|k| {
         let stretch = 1.0 + 0.05 * f64::from(k);

@@ -294,7 +294,7 @@ fn one(
     FittedConstant {
         key: key.into(),
         symbol: parameter.symbol.into(),
-        unit: super::model::unit(&parameter).into(),
+        unit: super::fittable_law::unit(&parameter).into(),
         start,
         value,
         std_error: estimate.map(|e| e.std_error),

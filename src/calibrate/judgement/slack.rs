@@ -21,7 +21,7 @@ use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
 use crate::calibrate::solve::{
     LawFit, LawSetting, ROUNDING, constants, fitted, jacobian, residual, solve, solve_untested,
 };
-use crate::calibrate::{FitError, Mode, Model, Sample};
+use crate::calibrate::{FitError, FittableLaw, Mode, Sample};
 use crate::math::statistics;
 use crate::math::svd::svd;
 use serde::Serialize;
@@ -160,7 +160,7 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
 }
 
 /// Whether the data points inside this offset show that they carry no stress.
-fn is_shown(model: Model, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
+fn is_shown(model: FittableLaw, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
     let strain = |s: &Sample| o.side * s.mode.strain(s.stretch);
     let up_to = |end: f64| rows.iter().filter(move |s| o.is_of(s) && strain(s) <= end * o.side * o.strain);
     let inside: Vec<&Sample> = up_to(1.0).filter(|s| strain(s) > 0.0).collect();

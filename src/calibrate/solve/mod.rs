@@ -13,7 +13,7 @@ pub(super) mod solver_check;
 pub use pattern::Pattern;
 
 use self::solver_check::SolverCheck;
-use crate::calibrate::Model;
+use crate::calibrate::FittableLaw;
 use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
 use crate::calibrate::judgement::misfit::sum_of_squares;
@@ -37,7 +37,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
 pub struct LawSetting {
-    pub model: Model,
+    pub model: FittableLaw,
     pub weighting: Weighting,
     /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
     pub noise: Vec<ModeNoise>,

@@ -15,7 +15,7 @@ use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::{ElementMeshes, Meshes};
 use crate::study::run::one_run::one_run;
-use crate::study::store::outcome::record;
+use crate::study::store::finished_run::record;
 use crate::study::store::record::{Series, StoredCase};
 use crate::system::State;
 use std::sync::Arc;

@@ -6,8 +6,8 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative, time};
+use crate::study::kinds::reduction::figures;
 use crate::study::kinds::reduction::record::{DerivedRecord, ReductionInputRecord, SearchStep};
-use crate::study::kinds::reduction::{figures, mesh_figure, search_figure};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, json};
@@ -20,10 +20,10 @@ pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
     analysis.insert("chosen".into(), json!(chosen));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let figures = [
-        drawn("meshes", || mesh_figure::meshes(a)),
+        drawn("meshes", || figures::meshes::meshes(a)),
         drawn("work-precision", || figures::precision(a)),
         drawn("bars", || figures::bars(a)),
-        drawn("search", || search_figure::search(a)),
+        drawn("search", || figures::search::search(a)),
         drawn("singular-values", || figures::decay(a)),
     ];
     Content {

@@ -5,9 +5,9 @@
 //! ```
 
 use crate::study::axis::AxisRecord;
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::curve::{peak, peak_words};
 use crate::study::kinds::robustness::record::MapRecord;
-use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
