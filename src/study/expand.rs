@@ -46,7 +46,7 @@ impl Study {
     ///
     /// Where the file, or the scene that it varies, cannot be read, has a mistake, or makes a case that is refused.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
-        Self::read_extent(file, changes, StudyScope::Whole)
+        Self::read_scope(file, changes, StudyScope::Whole)
     }
 
     /// Reads `study.toml` and expands it with the meshes that were added to its results in `dir`.
@@ -73,15 +73,15 @@ impl Study {
         Self::read_with_added(&self.file, &self.changes, dir)
     }
 
-    /// Reads as much of `study.toml` as `extent` says, and expands it.
-    pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: StudyScope) -> Result<Self, SceneError> {
-        Self::expand(file, changes, extent, |_, _| Ok(Added::default()))
+    /// Reads as much of `study.toml` as `scope` says, and expands it.
+    pub fn read_scope(file: &Path, changes: &[(String, toml::Value)], scope: StudyScope) -> Result<Self, SceneError> {
+        Self::expand(file, changes, scope, |_, _| Ok(Added::default()))
     }
 
     fn expand(
         file: &Path,
         changes: &[(String, toml::Value)],
-        extent: StudyScope,
+        scope: StudyScope,
         add: impl FnOnce(&mut StoredExpansion, &str) -> Result<Added, SceneError>,
     ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
@@ -89,7 +89,7 @@ impl Study {
             let (place, fact) = ("file".into(), "this is a scene, not a study".into());
             return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
         }
-        let (spec, mut expansion) = parse(file, &text, extent)?;
+        let (spec, mut expansion) = parse(file, &text, scope)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let scene = base.join(&spec.scene);
         read_table(&scene).map_err(|e| SceneError::Part {

@@ -70,9 +70,9 @@ impl<'de> Deserialize<'de> for KindName {
 }
 
 /// The text of a study file as its common keys and what its kind makes of the others.
-pub fn parse(file: &Path, text: &str, extent: StudyScope) -> Result<(StudySpec, StoredExpansion), SceneError> {
+pub fn parse(file: &Path, text: &str, scope: StudyScope) -> Result<(StudySpec, StoredExpansion), SceneError> {
     let spec: StudySpec = from_text(file, text, "")?;
     let kind = kinds::find(&spec.kind.0).expect("the name was read from the registry");
-    let expansion = (kind.expand)(file, text, extent)?;
+    let expansion = (kind.expand)(file, text, scope)?;
     Ok((spec, expansion))
 }

@@ -242,7 +242,7 @@ fn what_cannot_be_judged_is_refused() {
 #[test]
 fn a_part_of_the_shipped_study() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/coverage/study.toml");
-    let mut study = Study::read_extent(&file, &[], StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"));
+    let mut study = Study::read_scope(&file, &[], StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"));
     study.cases.retain(|c| c.variant == "nu0.45" && !c.family.ends_with("-b"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     run_study(&study, folder.path(), None);

@@ -27,7 +27,7 @@ fn file() -> PathBuf {
 
 fn quick(changes: &[(&str, Value)]) -> Study {
     let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
-    Study::read_extent(&file(), &changes, StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"))
+    Study::read_scope(&file(), &changes, StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn kept(study: &StudyRecord) -> RobustnessRecord {
