@@ -13,7 +13,7 @@ use std::sync::Arc;
 const LEAST_GAP: f64 = 1e-2;
 
 /// A parameter of a system, given by effects in closed form, by systems at other values of θ, or by both if θ enters in two ways.
-pub struct Parameter<'a> {
+pub struct SystemParameter<'a> {
     terms: Vec<ParameterDerivative>,
     difference: Option<SystemDifference<'a>>,
 }
@@ -62,7 +62,7 @@ fn ends(system: &System) -> [usize; 3] {
     [unknowns, unknowns + constraints, unknowns + 2 * constraints]
 }
 
-impl<'a> Parameter<'a> {
+impl<'a> SystemParameter<'a> {
     /// A parameter with ∂/∂θ of the effects in closed form.
     pub fn exact(terms: Vec<ParameterDerivative>) -> Self {
         Self { terms, difference: None }

@@ -6,7 +6,7 @@ use super::{At, BlockValues, Dofs, EvalError, System, Want, skew};
 
 /// Rows of a product that are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rows {
+pub enum WantedRows {
     /// Rows of the prescribed dofs, which give the change of the reactions
     Prescribed,
     /// Rows of the free dofs; the change is then one of prescribed dofs
@@ -18,7 +18,7 @@ pub fn add_products(
     system: &System,
     at: &At,
     lambda: &[f64],
-    rows: Rows,
+    rows: WantedRows,
     changes: &[(&[f64], &[f64])],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {
@@ -70,7 +70,7 @@ fn is_fixed(system: &System, dof: u32) -> bool {
     system.dofs.equation[dof as usize] == Dofs::FIXED
 }
 
-impl Rows {
+impl WantedRows {
     fn have(self, system: &System, dof: u32) -> bool {
         is_fixed(system, dof) == (self == Self::Prescribed)
     }
@@ -81,7 +81,7 @@ fn add(
     system: &System,
     of: &Contribution,
     at: &At,
-    rows: Rows,
+    rows: WantedRows,
     changes: &[(&[f64], f64)],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {

@@ -3,7 +3,7 @@
 use crate::beam::{LOADS, SCENE, STUDY, by_formula, drop, found};
 use crate::common::program::durometer;
 use durometer::math::random::SplitMix;
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::COVERAGE;
 use durometer::study::kinds::validation::plan::ValidationPlan;
@@ -276,7 +276,7 @@ fn mistakes_are_named_together() {
         .replace("light = 5.0 }", "lihgt = 5.0 }")
         .replace("keys = [\"effect.load.traction.to\"]", "keys = [\"effect.load.pressure\"]")
         .replace("name = \"heavy\"", "name = \"heavy\"\nexperiment = \"light\"");
-    let why = durometer::study::study_file::parse(&folder.path().join("study.toml"), &text, Extent::Whole)
+    let why = durometer::study::study_file::parse(&folder.path().join("study.toml"), &text, StudyScope::Whole)
         .err()
         .expect("it is refused")
         .to_string();

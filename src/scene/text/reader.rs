@@ -10,7 +10,7 @@
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
 use super::changes;
-use super::kind::{Choice, Chosen};
+use super::kind::{Chosen, ExpectedKind};
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, Expected, MapAccess, SeqAccess, Unexpected, Visitor};
 use std::fmt::{self, Display};
@@ -123,7 +123,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         let chosen = match self.value {
             DeValue::String(name) => Chosen::alone(&name, kinds, Entries::of(DeTable::new())),
             DeValue::Table(table) => Chosen::of(Entries::of(table), kinds),
-            other => Err(wrong_type(&other, &Choice(kinds))),
+            other => Err(wrong_type(&other, &ExpectedKind(kinds))),
         };
         chosen.and_then(|chosen| visitor.visit_enum(chosen)).map_err(|e| e.at(self.span))
     }

@@ -8,7 +8,7 @@
 //! For v = M⁻¹Hᵀ this is the response of a rigid body, R (RᵀMR)⁻¹ RᵀHᵀ.
 
 use crate::math::tensor::Vec3;
-use crate::solve::diagnosis::rigid_motions::Part;
+use crate::solve::diagnosis::rigid_motions::RigidPartMotions;
 use crate::solve::start::Start;
 use crate::system::{Dofs, System};
 use nalgebra::{DMatrix, DVector};
@@ -28,10 +28,13 @@ impl FreeBody {
         if places.is_empty() {
             return Vec::new();
         }
-        system.turning_bodies().filter_map(|nodes| Self::new(system, mass, &Part::new(nodes, places, x))).collect()
+        system
+            .turning_bodies()
+            .filter_map(|nodes| Self::new(system, mass, &RigidPartMotions::new(nodes, places, x)))
+            .collect()
     }
 
-    fn new(system: &System, mass: &Start, part: &Part) -> Option<Self> {
+    fn new(system: &System, mass: &Start, part: &RigidPartMotions) -> Option<Self> {
         let dofs: Vec<usize> = part.nodes.iter().flat_map(|&node| 3 * node as usize..3 * node as usize + 3).collect();
         let equations: Vec<usize> = dofs.iter().map(|&dof| system.dofs.equation[dof] as usize).collect();
         if equations.contains(&(Dofs::FIXED as usize)) {

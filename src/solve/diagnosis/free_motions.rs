@@ -6,7 +6,7 @@
 //! Limits: a motion of several parts together that leaves a constraint unchanged is only found as a mechanism. K is that of the given state; at rest
 //! it is zero on every rigid motion, while under a load it may resist, as for a pendulum.
 
-use super::rigid_motions::{NONE, Part, ROUNDING, null_space, parts, right_vectors};
+use super::rigid_motions::{NONE, ROUNDING, RigidPartMotions, null_space, parts, right_vectors};
 use crate::math::linear::LinearError;
 use crate::math::tensor::Vec3;
 use crate::math::vector::{dot, norm};
@@ -43,7 +43,7 @@ pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, po
     let mut motions = Vec::new();
     let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
     for nodes in &parts {
-        let part = Part::new(nodes, points, &state.x);
+        let part = RigidPartMotions::new(nodes, points, &state.x);
         motions = free(&part, step.system, &solver.equations.sums, parts.len() == 1);
         if !motions.is_empty() {
             break;
@@ -116,7 +116,7 @@ pub(in crate::solve) fn pushes(solver: &mut NonlinearSolver, step: &Step, state:
 }
 
 /// The free motions of a part, by kind.
-fn free(part: &Part, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
+fn free(part: &RigidPartMotions, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
     let basis = part.unresisted(system, sums, 0.0);
     let turns = basis.rows(3, 3).into_owned();
     let mut motions = Vec::new();

@@ -44,7 +44,7 @@ pub(in crate::solve) fn hold(system: &System, sums: &mut Assembled, points: &[Ve
     let unbalanced = norm(&system.restrict(&sums.r));
     let mut held = Vec::new();
     for nodes in parts(system, points.len()) {
-        let part = Part::new(&nodes, points, x);
+        let part = RigidPartMotions::new(&nodes, points, x);
         held.extend(part.equations(system, &part.unresisted(system, sums, unbalanced)));
     }
     let largest = sums.pattern.diagonal(&sums.k).iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -55,13 +55,13 @@ pub(in crate::solve) fn hold(system: &System, sums: &mut Assembled, points: &[Ve
 }
 
 /// The six rigid motions of a part: \[nodes\] positions relative to its centre, divided by its size \[m\].
-pub(in crate::solve) struct Part<'a> {
+pub(in crate::solve) struct RigidPartMotions<'a> {
     pub nodes: &'a [u32],
     arms: Vec<Vec3>,
     size: f64,
 }
 
-impl<'a> Part<'a> {
+impl<'a> RigidPartMotions<'a> {
     pub fn new(nodes: &'a [u32], points: &[Vec3], x: &[f64]) -> Self {
         let at = |k: &u32| points[*k as usize] + Vec3::from_column_slice(&x[3 * *k as usize..][..3]);
         let middle = nodes.iter().map(at).sum::<Vec3>() / nodes.len() as f64;

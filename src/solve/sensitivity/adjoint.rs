@@ -19,7 +19,7 @@ use crate::math::vector::dot;
 use crate::solve::linear::multipliers::Schur;
 use crate::solve::{Failure, Step};
 use crate::system::{
-    ConstraintKind, Dofs, EquationChange, Gradient, Rows, State, Want, add_products, constraint_changes,
+    ConstraintKind, Dofs, EquationChange, Gradient, State, Want, WantedRows, add_products, constraint_changes,
     keep_prescribed,
 };
 
@@ -51,7 +51,7 @@ impl Adjoint {
         let motions: Vec<&[f64]> = own.iter().map(|change| &change.motion[..]).collect();
         let directions: Vec<(&[f64], &[f64])> = motions.iter().zip(&limits).map(|(m, l)| (*m, &l[..])).collect();
         let mut rho: Vec<Vec<f64>> = own.iter().map(|change| change.residual.clone()).collect();
-        for rows in [Rows::Free, Rows::Prescribed] {
+        for rows in [WantedRows::Free, WantedRows::Prescribed] {
             add_products(system, &at, &state.lambda, rows, &directions, &mut rho).map_err(Failure::Eval)?;
         }
         let gaps = constraint_changes(system, &at, &motions).map_err(Failure::Eval)?;

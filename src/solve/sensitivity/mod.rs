@@ -24,8 +24,8 @@ use super::{Failure, SpanStart, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
 use crate::system::{
-    Assembled, At, ConstraintKind, EquationChange, Parameter, Perturbation, Rates, Rows, State, System, Want,
-    add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
+    Assembled, At, ConstraintKind, EquationChange, Perturbation, Rates, State, System, SystemParameter, Want,
+    WantedRows, add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
 };
 
 /// Size, relative to the largest velocity, above which a jump of velocities is not rounding \[–\].
@@ -34,10 +34,10 @@ const VISIBLE: f64 = 1e-9;
 /// Computes derivatives of the states of a run, with a factorisation and sums separate from those of the run.
 ///
 /// A parameter by differences has two derivatives, the second of which shows the error of the first; they are consecutive in `changes`
-/// ([`Parameter::derivatives`]).
+/// ([`SystemParameter::derivatives`]).
 pub struct Differentiator<'a> {
     system: &'a System,
-    parameters: Vec<Parameter<'a>>,
+    parameters: Vec<SystemParameter<'a>>,
     pub factor: Factor,
     method: Method,
     sums: Assembled,
@@ -52,7 +52,7 @@ pub struct Differentiator<'a> {
 impl<'a> Differentiator<'a> {
     /// Builds a differentiator that starts with the derivatives `changes` of the first state. `method` chooses between direct and iterative linear
     /// solvers.
-    pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter<'a>>, changes: Vec<State>) -> Self {
+    pub fn new(method: Method, system: &'a System, parameters: Vec<SystemParameter<'a>>, changes: Vec<State>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.definiteness());
         let residuals = vec![vec![0.0; system.dofs.equation.len()]; changes.len()];
         Self { system, parameters, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }
@@ -177,7 +177,7 @@ impl<'a> Differentiator<'a> {
     pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
         let mut reactions = self.residuals.clone();
         let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
-        add_products(self.system, &step.at(next), &next.lambda, Rows::Prescribed, &directions, &mut reactions)
+        add_products(self.system, &step.at(next), &next.lambda, WantedRows::Prescribed, &directions, &mut reactions)
             .map_err(Failure::Eval)?;
         reactions.iter_mut().for_each(|r| keep_prescribed(self.system, r));
         Ok(reactions)
@@ -197,7 +197,7 @@ fn landed(step: &Step, next: &State) -> bool {
 
 /// The changes of the equations due to all parameters, one for each derivative.
 fn equation_changes(
-    parameters: &mut [Parameter],
+    parameters: &mut [SystemParameter],
     system: &System,
     at: &At,
     lambda: &[f64],
@@ -224,7 +224,7 @@ fn change_of_residual(
     let held = held(system, x);
     let along = [(&held[..], &vec![0.0; rates.len()][..])];
     let mut of_held = [residual];
-    add_products(system, at, lambda, Rows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
+    add_products(system, at, lambda, WantedRows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
     let [residual] = of_held;
     let free = system.restrict(x);
     let mut sum = vec![0.0; free.len()];
@@ -333,7 +333,7 @@ fn by_motion(
         return Ok([forces, gaps]);
     }
     let directions: Vec<(&[f64], &[f64])> = motions.iter().map(|motion| (*motion, &constraints[..])).collect();
-    add_products(system, at, &next.lambda, Rows::Free, &directions, &mut forces).map_err(Failure::Eval)?;
+    add_products(system, at, &next.lambda, WantedRows::Free, &directions, &mut forces).map_err(Failure::Eval)?;
     if !constraints.is_empty() {
         gaps = constraint_changes(system, at, &motions).map_err(Failure::Eval)?;
     }

@@ -296,7 +296,7 @@ fn in_scene(scene: &toml::Table, path: &str) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::study::store::record::{CaseRecord, Series};
-    use crate::study::store::solver::StopRecord;
+    use crate::study::store::solver_record::StopRecord;
 
     /// A case of these rows of x, after two steps.
     fn case(x: &[f64]) -> StoredCase {
