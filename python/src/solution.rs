@@ -9,7 +9,7 @@ use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
-use durometer::study::store::outcome;
+use durometer::study::store::finished_run;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -100,7 +100,7 @@ fn run(
         let run = scene.run_with(options);
         let spent = stopwatch.spent();
         let elsewhere = recorded.spent + foreign.map_or(Spent::default(), |foreign| foreign.spent);
-        let mut record = outcome::record(scene, &run, run.own_time(spent, elsewhere));
+        let mut record = finished_run::record(scene, &run, run.own_time(spent, elsewhere));
         record.phases.build_s = built.build_s;
         Ok(Done { record: record.into(), run })
     })?

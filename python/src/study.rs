@@ -10,8 +10,8 @@ use durometer::math::threads::{is_alone, locked};
 use durometer::report::ReportError;
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
-use durometer::study::report::write;
-use durometer::study::run::growing::run;
+use durometer::study::report::write_report;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::only::Only;
 use durometer::study::run::other_study;
 use durometer::study::run::runner::{Isolation, Options, Watch};
@@ -173,11 +173,11 @@ impl Study {
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
-        let records = run(&study, dir, &options, &watch)?;
+        let records = run_study(&study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
         }
-        let (missing, failed) = match write(dir) {
+        let (missing, failed) = match write_report(dir) {
             Ok(summary) => {
                 let failed = summary.failed(&records).first().map(|first| first.status.clone());
                 ([summary.incomplete(&records), summary.damaged].concat(), failed)
