@@ -1,4 +1,4 @@
-/* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation, but for laws whose constants change.
+/* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation, except where the constants of a law change.
  *
  * Numbers are in SI units, in the order of the names. A model is used by one thread at a time; several models are independent.
  * Strings and arrays that a function returns belong to the model and are valid until it is closed; values change with each step. Arrays that are

@@ -124,7 +124,7 @@ class EndValues:
         return found
 
     def _computed(self, numbers: numpy.ndarray) -> Any:
-        """The same anew. The keys are those of the scene: what it refuses now it refuses because of the numbers, and they are a design without an answer."""
+        """Runs the scene again. The keys are known to exist, so that a refusal is due to the numbers: they are a design without an answer."""
         scene = self.scene
         try:
             if not numpy.isfinite(numbers).all():

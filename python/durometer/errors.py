@@ -73,19 +73,19 @@ BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}
 
 
 def warn_of_limits(limits: list[str]) -> None:
-    """A warning of each limit on the use of the numbers of a run, at the line that asked for the run."""
+    """Issues a warning for each limit on the use of the numbers of a run, at the line that asked for the run."""
     for limit in limits:
         warnings.warn(limit, UserWarning, stacklevel=level_of_user())
 
 
 def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
-    """One warning for all of them, at the line that asked for the derivatives; none where there are none."""
+    """Issues one warning for all doubtful derivatives, at the line that asked for them; no warning if there are none."""
     if doubtful:
         warnings.warn(DoubtfulDerivative(doubtful), stacklevel=level_of_user())
 
 
 def level_of_user() -> int:
-    """How many calls above the caller the code of the user is; 2, the next one, where a thread of JAX calls and there is none."""
+    """Number of calls from the caller up to the code of the user; 2, the next call, in a thread of JAX, where there is no such code."""
     frame, level = sys._getframe(1), 1
     while is_between(frame):
         if frame.f_back is None:

@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Formats and parses numbers with units.
 
 const PREFIXES = {
   m: [[1e-6, "µm", 1e6], [1e-3, "mm", 1e3], [1, "mm", 1e3], [Infinity, "m", 1]],
