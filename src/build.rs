@@ -1,15 +1,15 @@
-//! Names the build for the provenance of results: a digest of the sources of the library, and the compiler.
+//! Identifies the build for the provenance of results: a digest of the sources of the library, and the compiler.
 
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Parts of this folder that belong to other packages: neither the command line nor the files that the program brings compute anything.
+/// Parts of `src` that belong to other packages: neither the command line nor the bundled files compute anything.
 const OTHERS: [&str; 3] = ["src/main.rs", "src/cli/", "src/catalogue/files/"];
 
 fn main() {
     let package = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
-    // Of the library, or of its unit tests
+    // The package is the library or its unit tests
     let root =
         package.ancestors().find(|folder| folder.join("src/lib.rs").is_file()).expect("the folder of the workspace");
     let source = root.join("src");

@@ -54,13 +54,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`Scene::run_with`] takes a [`Controller`], a [`Checkpoint`] to go on from, and functions that follow the run
-//! ([`RunOptions`]). [`Scene::fields`] has the displacements, stresses and other fields of a state.
+//! [`Scene::run_with`] takes a [`Controller`], a [`Checkpoint`] to continue from, and functions that follow the run ([`RunOptions`]).
+//! [`Scene::fields`] has the displacements, stresses and other fields of a state.
 //!
 //! # Run a study
 //!
-//! A study is a folder with a `study.toml`: which scenes it makes from one, and what it decides. [`run_study`] stores a
-//! result per case, and [`write_report`] analyses what is stored, without solving anything.
+//! A study is a folder with a `study.toml`, which states the scenes that the study derives from one scene, and the question that it decides.
+//! [`run_study`] stores a result for each case, and [`write_report`] analyses the stored results without solving anything.
 //!
 //! ```no_run
 //! use durometer::prelude::*;
@@ -92,8 +92,8 @@
 //!
 //! # Add a law, an effect or a controller
 //!
-//! [`Law`], [`Effect`] and [`Controller`] are traits; what implements them outside of the library is used like what the
-//! library has. A law is made known by [`register`] and checked by [`check_law`].
+//! [`Law`], [`Effect`] and [`Controller`] are traits; implementations outside the library are used like those of the library. A law is made available
+//! by [`register`] and checked by [`check_law`].
 //!
 //! # Conventions
 //!

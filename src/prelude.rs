@@ -21,8 +21,8 @@ pub use crate::scene::{
 };
 pub use crate::solve::Status;
 pub use crate::study::expand::Study;
-pub use crate::study::report::write as write_report;
-pub use crate::study::run::growing::run as run_study;
+pub use crate::study::report::write_report;
+pub use crate::study::run::growing::run_study;
 pub use crate::study::run::runner::{Isolation, Options as StudyOptions, Watch};
 pub use crate::study::store::record::CaseRecord;
 pub use crate::study::summary::Summary;

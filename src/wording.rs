@@ -3,16 +3,16 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::Display;
 
-/// Entries of a list that [`first`] shows.
+/// Number of entries of a list that [`first`] shows.
 const SHOWN: usize = 8;
-/// Entries of a list that [`few`] names.
+/// Number of entries of a list that [`few`] names.
 pub const NAMED: usize = 3;
-/// Least likeness of a suggestion.
+/// Lowest similarity at which a known word is suggested.
 const LIKE: f64 = 0.7;
-/// Least likeness of a misspelt word: one edit of four letters.
+/// Lowest similarity at which a word counts as misspelt: one edit in four letters.
 const MISSPELT: f64 = 0.75;
 
-/// All entries: "1, 2, 3".
+/// All entries, separated by commas: "1, 2, 3".
 pub fn joined<T: Display>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
 }
@@ -45,7 +45,7 @@ pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     })
 }
 
-/// Names of which no two are equal: one that occurred before has the next number from 2 on after it with which it is none of the others.
+/// The names made unique: a name that has occurred before gets the next number, from 2 on, with which it equals no other name.
 pub fn numbered(names: &[String], between: &str) -> Vec<String> {
     let mut taken: HashSet<String> = names.iter().cloned().collect();
     let mut last: HashMap<&String, usize> = HashMap::new();
@@ -82,31 +82,31 @@ pub fn first<T: Display>(items: &[T]) -> String {
     }
 }
 
-/// A number of things: "1 marker", "3 markers".
+/// A count with its noun: "1 marker", "3 markers".
 pub fn count(n: usize, thing: &str) -> String {
     if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
 }
 
-/// Numbers of lines: "line 4", or "lines 4, 7 and 9 more".
+/// Line numbers in words: "line 4", "lines 4, 7", or the first of many and the number of the others.
 pub fn lines(numbers: &[u64]) -> String {
     format!("{} {}", if numbers.len() == 1 { "line" } else { "lines" }, first(numbers))
 }
 
-/// The known word that is most like this one; none where no word is like it.
+/// The known word that is most similar to this one; `None` if no word is similar enough.
 pub fn nearest<'a, T: AsRef<str>>(word: &str, known: &'a [T]) -> Option<&'a str> {
     let word = word.to_lowercase();
     let scored = known.iter().map(AsRef::as_ref).map(|k| (strsim::jaro_winkler(&word, &k.to_lowercase()), k));
     scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(likeness, _)| *likeness > LIKE).map(|(_, k)| k)
 }
 
-/// The known word that this one differs from by few letters, capitals or hyphens.
+/// The known word that this one equals except for a few letters, capitals or hyphens.
 pub fn misspelt<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let word = word.to_lowercase().replace(['-', ' '], "_");
     let is_like = |known: &&&str| strsim::normalized_damerau_levenshtein(&word, known) >= MISSPELT;
     known.iter().find(is_like).copied()
 }
 
-/// A suggestion with the list of what is known: "did you mean `size`? (known: cells, size)".
+/// A suggestion with the list of known words: "did you mean `size`? (known: cells, size)".
 pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
     let list = joined(&known.iter().map(AsRef::as_ref).collect::<Vec<&str>>());
     match nearest(word, known) {

@@ -179,7 +179,7 @@ impl Calibration {
     }
 
     fn __repr__(&self) -> String {
-        let one = |f: &durometer::calibrate::inverse::Found| format!("{} = {:.6e} {}", f.key, f.value, f.unit);
+        let one = |f: &durometer::calibrate::inverse::FittedConstant| format!("{} = {:.6e} {}", f.key, f.value, f.unit);
         format!("<Calibration {}>", self.found.constants.iter().map(one).collect::<Vec<_>>().join(", "))
     }
 }

@@ -8,5 +8,5 @@ use std::path::PathBuf;
 /// Analyses what a run has stored in a folder and writes its report; nothing is solved.
 #[pyfunction]
 pub fn write_report(py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-    apart(py, None, |_| durometer::study::report::write(&folder).map(|_| ()))?.map_err(refused)
+    apart(py, None, |_| durometer::study::report::write_report(&folder).map(|_| ()))?.map_err(refused)
 }

@@ -9,7 +9,7 @@ use durometer::math::stopwatch::Stopwatch;
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
-use durometer::study::store::outcome;
+use durometer::study::store::finished_run;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -94,7 +94,7 @@ fn run(
         let stopwatch = Stopwatch::start();
         let run = scene.run_with(options);
         let spent = stopwatch.spent();
-        Ok(Done { record: outcome::record(scene, &run, spent).into(), run })
+        Ok(Done { record: finished_run::record(scene, &run, spent).into(), run })
     })?
 }
 

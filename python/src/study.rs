@@ -9,8 +9,8 @@ use durometer::catalogue::{Launch, host};
 use durometer::math::threads::{is_alone, locked};
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
-use durometer::study::report::write;
-use durometer::study::run::growing::run;
+use durometer::study::report::write_report;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
@@ -166,11 +166,11 @@ impl Study {
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
-        let records = run(&self.study, dir, &options, &watch)?;
+        let records = run_study(&self.study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
         }
-        let summary = write(dir)?;
+        let summary = write_report(dir)?;
         let failed = summary.failed(&records);
         let fact = || format!("not complete: {}", failed.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
         Ok(Done::All(failed.first().map(|first| (fact(), first.status.clone()))))

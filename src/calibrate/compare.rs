@@ -15,7 +15,7 @@ use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
 use super::solve::{LawSetting, solve};
 use super::{
-    AuditKind, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, Slack, fittable_laws,
+    AuditKind, Experiment, FitError, FitOptions, FitRequest, FittableLaw, Misfit, Mode, Sample, Slack, fittable_laws,
 };
 use crate::storage;
 use serde::Serialize;
@@ -77,7 +77,7 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
     // Foams need Poisson's ratio, and predict other lateral stretches than those of the other laws
     for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
         for terms in law.fit.iter().flat_map(|f| f.term_counts) {
-            let model = Model::new(law.info.name, Some(*terms)).expect("a number of the list");
+            let model = FittableLaw::new(law.info.name, Some(*terms)).expect("a number of the list");
             laws.push(one(experiment, options, model)?);
         }
     }
@@ -95,7 +95,7 @@ fn doubts(experiment: &Experiment, laws: &[Compared]) -> Vec<String> {
     kinds.flat_map(|kind| experiment.audit.of(kind)).map(|entry| entry.message.clone()).collect()
 }
 
-fn one(experiment: &Experiment, options: &FitOptions, model: Model) -> Result<Compared, FitError> {
+fn one(experiment: &Experiment, options: &FitOptions, model: FittableLaw) -> Result<Compared, FitError> {
     let (experiment, slack) = without_slack(experiment, options, model)?;
     let choice = choose(&experiment, options)?;
     // The strains without slack are given to the predictions

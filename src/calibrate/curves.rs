@@ -1,6 +1,6 @@
 //! Data of a figure of a fit; drawing is done elsewhere.
 
-use super::{Mode, Model, Residual, Sample};
+use super::{FittableLaw, Mode, Residual, Sample};
 use serde::{Deserialize, Serialize};
 
 /// Points and curves of one mode: `[λ, P]` with λ \[–\], P \[Pa\].
@@ -51,7 +51,7 @@ fn stretches(all: [f64; 2], fitted: [f64; 2]) -> Vec<f64> {
 impl FitCurves {
     pub(super) fn new(
         title: String,
-        model: Model,
+        model: FittableLaw,
         values: &[f64],
         samples: &[Sample],
         all: &[Residual],

@@ -15,8 +15,8 @@ use super::result::interval_assumption;
 use super::solve::{LawFit, LawSetting, pattern_beyond, solve};
 use super::solve::{noise, offset};
 use super::{
-    AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
-    Mode, Model, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, FittableLaw,
+    Misfit, Mode, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::{extent, t_quantile};
 use nalgebra::DMatrix;
@@ -29,7 +29,7 @@ use std::borrow::Cow;
 /// Where the table cannot be read or holds too little, the law is unknown or has no form for fits, or an option does not suit the data.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
-    let model = Model::new(&request.options.law, request.options.terms)?;
+    let model = FittableLaw::new(&request.options.law, request.options.terms)?;
     let compressible = model.form.compressible;
     let ratio = match request.options.partner {
         Some(Partner::Nu(nu)) if compressible => Some(nu),
@@ -53,13 +53,13 @@ pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
 ///
 /// Those of [`fit`], apart from those of files.
 pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<FitResult, FitError> {
-    let (model, poisson) = poisson::of_options(options, Model::new(&options.law, options.terms)?)?;
+    let (model, poisson) = poisson::of_options(options, FittableLaw::new(&options.law, options.terms)?)?;
     let partner = options.partner.filter(|_| poisson.is_none()).map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
     let (experiment, slack) = without_slack(experiment, options, model)?;
     let choice = choose(&experiment, options)?;
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
-    let Choice { modes, range, fitted, stretch } = choice;
+    let ChosenData { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let mut answer = solve(&setting, &fitted, None)?;
     let groups = by_specimen(&fitted, experiment.specimens.len());
@@ -138,7 +138,7 @@ fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<S
 }
 
 /// The fit with the constants that the data leave open: those without a sign, and all others.
-fn with_open_constants(result: FitResult, answer: &LawFit, model: Model) -> FitResult {
+fn with_open_constants(result: FitResult, answer: &LawFit, model: FittableLaw) -> FitResult {
     let mut result = open_signs(result, answer, model);
     result.undetermined = undetermined(&result.parameters, &result.open_signs, answer, model);
     result
@@ -207,8 +207,8 @@ fn in_use(parameters: &[Estimate], answer: &LawFit) -> Vec<[f64; 2]> {
 pub(super) fn without_slack<'a>(
     experiment: &'a Experiment,
     options: &FitOptions,
-    model: Model,
-) -> Result<(Cow<'a, Experiment>, slack::Found), FitError> {
+    model: FittableLaw,
+) -> Result<(Cow<'a, Experiment>, slack::SlackFit), FitError> {
     let choice = choose(experiment, options)?;
     let setting = choice.setting(options, model)?;
     // A toe that was taken off is the slack
@@ -302,7 +302,7 @@ fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
 }
 
 /// The data points of a fit.
-pub(super) struct Choice {
+pub(super) struct ChosenData {
     pub modes: Vec<Mode>,
     pub range: StretchRange,
     pub fitted: Vec<Sample>,
@@ -311,18 +311,18 @@ pub(super) struct Choice {
 }
 
 /// Chooses modes and data points as requested; refuses too few of them.
-pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<Choice, FitError> {
+pub(super) fn choose(experiment: &Experiment, options: &FitOptions) -> Result<ChosenData, FitError> {
     let modes = choose_modes(experiment, &options.modes)?;
     let range = options.range.unwrap_or(StretchRange::ALL);
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.reach()) && s.is_informative();
     let fitted: Vec<Sample> = experiment.samples.iter().copied().filter(is_fitted).collect();
     check_rows(experiment, &modes, range, &fitted)?;
     let stretch = extent(fitted.iter().map(|s| s.stretch));
-    Ok(Choice { modes, range, fitted, stretch })
+    Ok(ChosenData { modes, range, fitted, stretch })
 }
 
-impl Choice {
-    pub(super) fn setting(&self, options: &FitOptions, model: Model) -> Result<LawSetting, FitError> {
+impl ChosenData {
+    pub(super) fn setting(&self, options: &FitOptions, model: FittableLaw) -> Result<LawSetting, FitError> {
         let noise = match options.weighting {
             Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,
             _ if options.noise.is_some() => return Err(FitError::IdleNoise),
@@ -380,7 +380,7 @@ fn check_strain(experiment: &Experiment, fitted: &[Sample]) -> Result<(), FitErr
     Err(FitError::TinyStrain { file: experiment.file.clone(), strain, least: LEAST_STRAIN })
 }
 
-fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
+fn check_volumetric(model: FittableLaw, option: &str) -> Result<String, FitError> {
     let refuse = |remedy| Err(FitError::Volumetric { option: option.into(), remedy });
     match model.law.info.choices.iter().find(|c| c.name == "volumetric") {
         None => refuse(format!("law {} has no choice of a volumetric part; omit it", model.name())),

@@ -5,9 +5,9 @@
 //! a fit have the stiffness and the volume change of their file. Ogden's constants are those of Ogden's convention, whatever the one of the file.
 
 use super::constant_format::{largest_stress, within_size};
+use super::fittable_law::unit;
 use super::judgement::certificate::{StableRange, certificate, ranges};
-use super::model::unit;
-use super::{FitError, Mode, Model, interval_of, provenance_pair, read_law_file};
+use super::{FitError, FittableLaw, Mode, interval_of, provenance_pair, read_law_file};
 use crate::material::registry::{self, Given};
 use crate::material::{LoadCase, Parameter};
 use crate::math::units::Dimension;
@@ -156,17 +156,17 @@ fn listed(path: &Path) -> Result<ListedLaw, String> {
 }
 
 /// The model and the constants of a law that has those of an incompressible fit.
-fn fitted((entry, values, _): &Given) -> Option<(Model, Vec<f64>)> {
+fn fitted((entry, values, _): &Given) -> Option<(FittableLaw, Vec<f64>)> {
     let form = entry.fit.filter(|form| !form.compressible)?;
     let given = form.parameters.iter().filter(|q| values.contains_key(q.name)).count();
-    let models = form.term_counts.iter().filter_map(|n| Model::new(entry.info.name, Some(*n)).ok());
+    let models = form.term_counts.iter().filter_map(|n| FittableLaw::new(entry.info.name, Some(*n)).ok());
     let model = models.into_iter().find(|m| m.parameters().len() == given)?;
     let constants = model.parameters().iter().map(|q| values.get(q.name).copied()).collect::<Option<_>>()?;
     Some((model, constants))
 }
 
 /// The law as an incompressible material.
-fn incompressible(model: Model, values: &[f64], reach: f64) -> Result<Described, String> {
+fn incompressible(model: FittableLaw, values: &[f64], reach: f64) -> Result<Described, String> {
     let shear_modulus = model.stress(values, Mode::Uniaxial, 1.0 + 1e-6) / 3e-6;
     let stability = certificate(model, values, shear_modulus, reach);
     if stability.is_empty() {

@@ -12,8 +12,8 @@ use super::intake::card::Card;
 use super::intake::columns::Lateral;
 use super::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
 use super::{
-    Bounded, ColumnError, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Poisson, Role,
-    Sample,
+    Bounded, ColumnError, Experiment, FitError, FitOptions, FitRequest, FitResult, FittableLaw, Mode, Partner, Poisson,
+    Role, Sample,
 };
 use crate::wording::all;
 
@@ -22,7 +22,11 @@ use crate::wording::all;
 /// # Errors
 ///
 /// Where neither is there, the lateral strain is not that of the data points of the `experiment`, or that of a material which keeps its volume.
-pub fn of_request(request: &FitRequest, model: Model, experiment: &Experiment) -> Result<Option<Poisson>, FitError> {
+pub fn of_request(
+    request: &FitRequest,
+    model: FittableLaw,
+    experiment: &Experiment,
+) -> Result<Option<Poisson>, FitError> {
     if !model.form.compressible || request.options.partner.is_some() {
         return Ok(of_options(&request.options, model)?.1);
     }
@@ -135,7 +139,7 @@ fn with_own_flags(message: String) -> String {
 }
 
 /// The model at its Poisson's ratio, and the ratio, for a table that was read already: found before, or given by the options.
-pub fn of_options(options: &FitOptions, model: Model) -> Result<(Model, Option<Poisson>), FitError> {
+pub fn of_options(options: &FitOptions, model: FittableLaw) -> Result<(FittableLaw, Option<Poisson>), FitError> {
     let stated = options.accuracy.0.get(&SharedError::Poisson).copied();
     if !model.form.compressible {
         return match stated {

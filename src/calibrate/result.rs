@@ -5,9 +5,9 @@ use super::judgement::compressibility::Written;
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
-    Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit,
-    Mode, Model, Partner, Poisson, Residual, Scatter, SharedError, Slack, SolverCheck, StableRange, StretchRange,
-    Treatment, Weighting,
+    Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, FittableLaw,
+    Loss, Misfit, Mode, Partner, Poisson, Residual, Scatter, SharedError, Slack, SolverCheck, StableRange,
+    StretchRange, Treatment, Weighting,
 };
 use crate::material::Choice;
 use crate::storage;
@@ -183,14 +183,14 @@ impl FitResult {
     }
 
     /// This fit as a law of scenes.
-    pub fn written(&self, model: Model) -> Written<'_> {
+    pub fn written(&self, model: FittableLaw) -> Written<'_> {
         let values = self.parameters.iter().map(|e| e.value).collect();
         Written { model, values, fitted: &self.residuals, volumetric: self.volumetric.as_deref() }
     }
 
     /// Lines that a scene adds to the law file that it includes, each with its other options: the data determine none of them.
     pub fn scene_lines(&self) -> Vec<String> {
-        let Ok(model) = Model::new(self.law, Some(self.terms)) else { return vec![] };
+        let Ok(model) = FittableLaw::new(self.law, Some(self.terms)) else { return vec![] };
         let partner = (!model.form.compressible && self.partner.is_none()).then(|| {
             let nu = self.written(model).enough().map_or("…".to_string(), |nu| nu.to_string());
             format!("nu = {nu} (or kappa)")

@@ -1,20 +1,20 @@
-//! Files of the catalogue that a user names by their paths in a project: `studies/…` and `data/…`.
+//! Catalogue files that a user names by their paths in a project: `studies/…` and `data/…`.
 
 use super::error::CatalogueError;
 use super::home::Home;
 use crate::wording::{first, nearest};
 use std::path::{Component, Path, PathBuf};
 
-/// Folders of the catalogue whose files a user names.
+/// Folders of the catalogue whose files a user can name.
 const FOLDERS: [&str; 2] = ["studies", "data"];
 
-/// Whether a path is that of a file of a project, `studies/…` or `data/…`, and does not leave it.
+/// Whether a path is `studies/…` or `data/…` as in a project, and does not leave these folders.
 pub fn is_of_catalogue(path: &Path) -> bool {
     let is_name = |part| matches!(part, Component::Normal(_));
     FOLDERS.iter().any(|folder| path.starts_with(folder)) && path.components().all(is_name)
 }
 
-/// The path of the user where it exists, else that of the file or folder of the catalogue which it names. Other paths stay as they are.
+/// The user's path if it exists, otherwise the path of the catalogue file or folder that it names. All other paths are returned unchanged.
 pub fn brought(path: &Path) -> Result<PathBuf, CatalogueError> {
     if path.exists() || !is_of_catalogue(path) {
         return Ok(path.into());
@@ -27,7 +27,8 @@ pub fn brought(path: &Path) -> Result<PathBuf, CatalogueError> {
     }
 }
 
-/// The command of a user, in which words that name files of the catalogue have the paths of these. Others may be files that it will write.
+/// The user's command, with words that name catalogue files replaced by the paths of these files. Other words may be files that the command will
+/// write.
 pub fn brought_command(command: &str) -> String {
     let words = shlex::split(command).unwrap_or_default();
     let known: Vec<String> = words
@@ -41,7 +42,7 @@ pub fn brought_command(command: &str) -> String {
     }
 }
 
-/// Names the entry of the catalogue that a path may mean, in its deepest folder that is there.
+/// Names the catalogue entry that a path may mean, in its deepest folder that exists.
 fn remedy(home: &Path, path: &Path) -> String {
     let folder = path.ancestors().skip(1).find(|folder| home.join(folder).is_dir()).unwrap_or(Path::new(""));
     let next = path.components().nth(folder.components().count());

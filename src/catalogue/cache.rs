@@ -1,4 +1,4 @@
-//! The user's cache: the files of the program, unpacked, next to the meshes that were made.
+//! The user's cache: the bundled files, unpacked, and the meshes that were made.
 
 use super::embedded::{Archive, Entry, archive, path_of};
 use super::error::CatalogueError;
@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// First part of the name of a folder with the files of one version.
+/// Prefix of the name of a folder with the bundled files of one version.
 const PREFIX: &str = "files-";
-/// First part of the name of a folder that is being written.
+/// Prefix of the name of a folder that is being written.
 const UNFINISHED: &str = ".files-";
-/// Age at which such a folder has no process any more.
+/// Age after which no process is still writing such a folder.
 const FORGOTTEN: Duration = Duration::from_secs(3600);
 
-/// The folder of the cache: DUROMETER_CACHE, else `durometer` in the folder that the system has for it.
+/// The cache folder: DUROMETER_CACHE, otherwise `durometer` in the system's folder for caches.
 pub fn folder() -> Result<PathBuf, CatalogueError> {
     if let Some(given) = std::env::var_os("DUROMETER_CACHE").filter(|given| !given.is_empty()) {
         return std::path::absolute(&given).map_err(|_| CatalogueError::NoCache);
@@ -24,8 +24,8 @@ pub fn folder() -> Result<PathBuf, CatalogueError> {
     Ok(system.cache_dir().join("durometer"))
 }
 
-/// The files of the program in a cache, unpacked if they are not there whole. The folder is named after its contents, so that several versions
-/// of the program share a cache.
+/// The folder of the bundled files in a cache; they are unpacked unless they are complete there. The folder is named after its contents, so that
+/// several versions of the program can share a cache.
 pub fn unpacked(cache: &Path) -> Result<PathBuf, CatalogueError> {
     static WHOLE: Mutex<Vec<PathBuf>> = Mutex::new(vec![]);
     let archive = archive()?;
@@ -46,13 +46,13 @@ fn name_of(archive: &Archive) -> String {
     format!("{PREFIX}{}", &archive.digest[..16])
 }
 
-/// Whether every file is there in its length: systems that tidy up remove single ones.
+/// Whether every file is there with its full length: systems that clean up may remove single files.
 fn is_whole(archive: &Archive, folder: &Path) -> bool {
     let is_there = |entry: Entry| path_of(folder, entry).metadata().is_ok_and(|found| found.len() == entry.bytes);
     folder.is_dir() && archive.entries().all(is_there)
 }
 
-/// Unpacks into a folder of another name, which takes its own when it is whole. Another process may be faster.
+/// Unpacks into a folder of a temporary name, which is renamed when it is complete. Another process may be faster.
 fn unpack(archive: &Archive, cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
     let io = |e: std::io::Error| archive.not_unpacked(cache, &e);
     std::fs::create_dir_all(cache).map_err(io)?;
@@ -64,7 +64,7 @@ fn unpack(archive: &Archive, cache: &Path, folder: &Path) -> Result<(), Catalogu
         other => other,
     })?;
     for _ in 0..3 {
-        // A damaged folder is moved away, and removed with the temporary one
+        // A damaged folder is moved into the temporary one, and removed with it
         if folder.exists() && !is_whole(archive, folder) {
             std::fs::rename(folder, &old).ok();
         }
@@ -76,7 +76,7 @@ fn unpack(archive: &Archive, cache: &Path, folder: &Path) -> Result<(), Catalogu
     std::fs::rename(&new, folder).map_err(io)
 }
 
-/// Removes what processes that were killed have left.
+/// Removes folders that killed processes have left.
 fn remove_left_over(cache: &Path) {
     let is_old = |path: &Path| {
         let changed = path.metadata().and_then(|found| found.modified());
@@ -90,7 +90,7 @@ fn remove_left_over(cache: &Path) {
     }
 }
 
-/// Files below a folder whose content is not what the program brings.
+/// Bundled files whose content below a folder is missing or differs from that of the program.
 pub fn altered(archive: &Archive, folder: &Path) -> Vec<&'static str> {
     let is_same = |entry: &Entry| {
         storage::read(&path_of(folder, *entry), entry.bytes).is_ok_and(|bytes| storage::sha256(bytes) == entry.sha256)
@@ -98,7 +98,7 @@ pub fn altered(archive: &Archive, folder: &Path) -> Vec<&'static str> {
     archive.entries().filter(|entry| !is_same(entry)).map(|entry| entry.name).collect()
 }
 
-/// Folders with the files of other versions of the program.
+/// Folders with the bundled files of other versions of the program.
 pub fn others(archive: &Archive, cache: &Path) -> Vec<PathBuf> {
     let own = name_of(archive);
     let entries = std::fs::read_dir(cache).into_iter().flatten().flatten();

@@ -1,4 +1,4 @@
-//! The files in the program itself: their list, and how they are unpacked.
+//! The files embedded in the program: their list, and how they are unpacked.
 
 use super::error::CatalogueError;
 use crate::storage::{self, DATA_LIMIT};
@@ -6,10 +6,10 @@ use flate2::read::GzDecoder;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// Files that a program brings, packed when it was built.
+/// Files that are bundled with a program, packed when it was built.
 #[derive(Clone, Copy, Debug)]
 pub struct Archive {
-    /// The files in the order of the list, as tar and gzip
+    /// The files in the order of the list, as a gzipped tar archive
     pub packed: &'static [u8],
     /// A line for each file: digest, length in bytes, and path below the root of a project
     pub list: &'static str,
@@ -19,18 +19,18 @@ pub struct Archive {
 
 static ARCHIVE: OnceLock<Archive> = OnceLock::new();
 
-/// States which files this program brings, before any is looked for; the first call decides. A program that brings none finds them in the checkout
-/// that it was built in, or where DUROMETER_HOME says.
+/// Registers the bundled files of this program, before any is looked up; only the first call has an effect. A program without bundled files finds
+/// them in the checkout that it was built in, or in the folder that DUROMETER_HOME names.
 pub fn bring(archive: Archive) {
     ARCHIVE.get_or_init(|| archive);
 }
 
-/// The files that this program brings.
+/// The bundled files of this program.
 pub fn archive() -> Result<Archive, CatalogueError> {
     ARCHIVE.get().copied().ok_or(CatalogueError::Empty)
 }
 
-/// A file that the program brings.
+/// A file that is bundled with the program.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Entry {
     /// Path below the root of a project, with slashes
@@ -49,12 +49,12 @@ impl Archive {
         })
     }
 
-    /// Length of all files, unpacked.
+    /// Total length of the unpacked files.
     pub(super) fn bytes(&self) -> u64 {
         self.entries().map(|entry| entry.bytes).sum()
     }
 
-    /// Writes all files below a folder. Each reaches the disk.
+    /// Writes all files below a folder and flushes each of them to the disk.
     pub(super) fn unpack(&self, folder: &Path) -> Result<(), CatalogueError> {
         let io = |e: std::io::Error| self.not_unpacked(folder, &e);
         let mut files = tar::Archive::new(GzDecoder::new(self.packed));
@@ -76,13 +76,13 @@ impl Archive {
         }
     }
 
-    /// The error of a folder that the files cannot be written into.
+    /// The error for a folder that the files cannot be written into.
     pub(super) fn not_unpacked(&self, folder: &Path, error: &std::io::Error) -> CatalogueError {
         CatalogueError::Unpack { folder: folder.to_path_buf(), bytes: self.bytes(), reason: error.to_string() }
     }
 }
 
-/// Where a file is below a folder.
+/// The path of a bundled file below a folder.
 pub(super) fn path_of(folder: &Path, entry: Entry) -> std::path::PathBuf {
     entry.name.split('/').fold(folder.to_path_buf(), |path, part| path.join(part))
 }

@@ -8,13 +8,11 @@ pub enum CatalogueError {
     /// DUROMETER_HOME names a folder without a mesher.
     #[error("DUROMETER_HOME names {}, which has no folder meshes/meshgen; name the folder of a project, or unset it", folder.display())]
     NoProject { folder: PathBuf },
-    /// A program that was built on the library brings no files of its own.
+    /// The program was built on the library and has no bundled files.
     #[error("this program brings no studies and meshes; set DUROMETER_HOME to the folder of a project")]
     Empty,
     /// The system names no folder for caches.
-    #[error(
-        "this system names no folder for files that can be made again; set DUROMETER_CACHE to one that can be written"
-    )]
+    #[error("the system has no cache folder; set DUROMETER_CACHE to a writable folder")]
     NoCache,
     /// The files cannot be written.
     #[error(
@@ -26,12 +24,12 @@ pub enum CatalogueError {
     /// Neither the current folder nor the catalogue has the file.
     #[error("{}: there is no such file or folder, here or among the files of the program; {remedy}", path.display())]
     Unknown { path: PathBuf, remedy: String },
-    /// A file in the program is not the one that was packed.
-    #[error("{file} is damaged in the file of the program itself; install the program again")]
+    /// An embedded file differs from the one that was packed.
+    #[error("the embedded file {file} is damaged; reinstall the program")]
     Damaged { file: String },
 }
 
-/// Rounded up.
+/// Converts bytes to megabytes, rounded up.
 fn megabytes(bytes: u64) -> u64 {
     bytes.div_ceil(1_000_000)
 }

@@ -1,4 +1,4 @@
-//! The folder of the catalogue: that of a project, or the one in which the program has unpacked its own files.
+//! The folder of the catalogue: a project, or the folder into which the program has unpacked its bundled files.
 
 use super::cache;
 use super::embedded::archive;
@@ -6,18 +6,18 @@ use super::error::CatalogueError;
 use crate::storage;
 use std::path::{Path, PathBuf};
 
-/// The folder with `studies`, `data` and `meshes`, and where files are kept that can be made again.
+/// The folder with `studies`, `data` and `meshes`, and the folders for files that can be made again.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Home {
     pub path: PathBuf,
-    /// Made meshes
+    /// Folder of generated meshes
     pub meshes: PathBuf,
     /// The Python environment of the mesher, which need not exist
     pub environment: PathBuf,
     pub origin: Origin,
 }
 
-/// Why this folder is taken.
+/// Reason why this folder is used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Origin {
     /// DUROMETER_HOME names it
@@ -29,8 +29,8 @@ pub enum Origin {
 }
 
 impl Home {
-    /// The folder that DUROMETER_HOME names, else the checkout in which the program was built, if it lies there, else the unpacked files of the
-    /// program itself.
+    /// The folder that DUROMETER_HOME names; otherwise the checkout in which the program was built, if the program is still in it; otherwise the
+    /// unpacked files of the program itself.
     pub fn find() -> Result<Self, CatalogueError> {
         if let Some(named) = std::env::var_os("DUROMETER_HOME") {
             let folder = PathBuf::from(named);
@@ -47,12 +47,12 @@ impl Home {
         }
     }
 
-    /// The folder of a project: what is made is kept in it.
+    /// The folder of a project, which also holds the generated files.
     pub fn project(path: PathBuf, origin: Origin) -> Self {
         Self { meshes: path.join("meshes/cache"), environment: path.join(".venv"), path, origin }
     }
 
-    /// The files of the program, unpacked in a cache. Made meshes and the environment of the mesher outlive a version of the program.
+    /// The bundled files, unpacked in a cache. Generated meshes and the environment of the mesher are kept when the program is updated.
     fn of_program(cache: &Path) -> Result<Self, CatalogueError> {
         let (archive, path) = (archive()?, cache::unpacked(cache)?);
         let required = archive.entries().find(|entry| entry.name == "meshes/meshgen/requirements.txt");
@@ -67,7 +67,7 @@ impl Home {
     }
 }
 
-/// The checkout that Cargo runs a program of, or in whose folder `target` the program lies.
+/// The checkout in which Cargo runs a program, or in whose folder `target` the program is.
 fn checkout() -> Option<PathBuf> {
     let of_cargo = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from).filter(|folder| is_checkout(folder));
     of_cargo.or_else(|| {
@@ -83,7 +83,7 @@ fn is_checkout(folder: &Path) -> bool {
     manifest.lines().any(|line| line == "name = \"durometer\"") && folder.join("meshes/meshgen").is_dir()
 }
 
-/// Whether program, folder and mesher belong to the same user: a folder for all users, such as `/tmp`, may hold what others have put there.
+/// Whether program, folder and mesher belong to the same user: a folder open to all users, such as `/tmp`, may hold files of others.
 #[cfg(unix)]
 fn is_of_one_owner(program: &Path, folder: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;

@@ -1,4 +1,4 @@
-//! How this program is started again, and the Python that it is a part of where that is so.
+//! How this program starts itself again, and the Python interpreter that has loaded it, if any.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -7,22 +7,23 @@ use std::sync::OnceLock;
 
 static PYTHON: OnceLock<PathBuf> = OnceLock::new();
 
-/// Says that this process is the interpreter `file` of Python, which has loaded the program as its package `durometer`. The first call counts.
+/// Declares that this process is the Python interpreter `file`, which has loaded the program as its package `durometer`. Only the first call has an
+/// effect.
 pub fn set_python(file: impl Into<PathBuf>) {
     PYTHON.get_or_init(|| file.into());
 }
 
-/// The interpreter that has loaded this program.
+/// The Python interpreter that has loaded this program, if any.
 pub fn python() -> Option<&'static Path> {
     PYTHON.get().map(PathBuf::as_path)
 }
 
-/// The command that makes new meshes possible, for messages.
+/// The command that installs what new meshes need, for messages.
 pub fn setup() -> &'static str {
     if python().is_some() { "pip install \"durometer[mesh]\"" } else { "durometer doctor --setup" }
 }
 
-/// The file of a program and its first arguments, which those of the user follow.
+/// The file of a program with its leading arguments, which precede those of the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Launch {
     pub file: PathBuf,
@@ -30,15 +31,15 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// This program for processes that it starts itself: the one that runs, also where its file has been replaced meanwhile.
+    /// This program, for processes that it starts itself: the running executable, even if its file has been replaced meanwhile.
     pub fn running() -> std::io::Result<Self> {
         let running = PathBuf::from("/proc/self/exe");
         let is_here = cfg!(target_os = "linux") && running.exists();
         if python().is_none() && is_here { Ok(running.into()) } else { Self::lasting() }
     }
 
-    /// This program for processes that start when it has ended, such as those of a scheduler. Where the system does not say which it is, as Linux
-    /// without `/proc`, it is the one that was called by a path.
+    /// This program, for processes that start after it has ended, such as those of a scheduler. Where the system does not report the executable, as
+    /// on Linux without `/proc`, it is found by the path that it was called with.
     pub fn lasting() -> std::io::Result<Self> {
         if let Some(file) = python() {
             return Ok(Self { file: file.into(), arguments: ["-P", "-m", "durometer"].map(Into::into).to_vec() });
@@ -48,7 +49,7 @@ impl Launch {
         found.map(Into::into)
     }
 
-    /// A command with these first arguments.
+    /// A command with these leading arguments.
     pub fn command(&self) -> Command {
         let mut command = Command::new(&self.file);
         command.args(&self.arguments);

@@ -1,7 +1,7 @@
-//! The catalogue: studies, data, bodies with their meshes, and the mesher, in the folder of a project or as the program brings them.
+//! The catalogue: studies, data, bodies with their meshes, and the mesher, in the folder of a project or as bundled with the program.
 //!
-//! Some of these files are programs in Python. They are taken from a folder that the user has named or in which the program was built, else
-//! from the program itself, and never from the current folder, which may be anyone's.
+//! Some of these files are Python programs. They are taken from a folder that the user has named or in which the program was built, otherwise from
+//! the program itself, and never from the current folder, which may belong to anyone.
 
 mod brought;
 pub mod cache;

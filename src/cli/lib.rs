@@ -6,7 +6,6 @@ mod stderr;
 mod stdout;
 
 pub mod arguments;
-mod bars;
 mod body_figure;
 mod bundle;
 mod cases;
@@ -28,6 +27,7 @@ mod motion_tables;
 mod new;
 mod outcome;
 mod plan;
+mod progress;
 mod prony;
 mod region_table;
 mod report;

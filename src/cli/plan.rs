@@ -2,7 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::results::ReplaceArgs;
-use super::{bars::Bars, files};
+use super::{files, progress::Bars};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
 use durometer::solve::Status;

@@ -95,7 +95,7 @@ pub fn main(args: Args) -> CommandResult {
     let undrawn = args.replace.check(&out, "prony", request.kind.name(), &csv)?.write(|folder| {
         fit.write_series(&folder.join("prony.toml"))?;
         fit.write_json(&folder.join("prony.json"))?;
-        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::summary::write(folder))?)
+        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::service_fit::write(folder))?)
     })?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&fit)?);

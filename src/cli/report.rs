@@ -44,7 +44,7 @@ fn redraw(args: Args) -> CommandResult {
         }
         return Ok(Outcome::Complete);
     }
-    let summary = durometer::study::report::write(&args.dir)?;
+    let summary = durometer::study::report::write_report(&args.dir)?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&summary)?);
     } else {
@@ -67,8 +67,8 @@ fn fit(dir: &Path) -> Result<Option<(PathBuf, String)>, Box<dyn std::error::Erro
         (dir.join("compare.json"), String::new())
     } else if report::fit::is_fit(dir) {
         (dir.join("fit.json"), format!("{}\n\n", report::fit::write(dir)?))
-    } else if let Some(file) = report::summary::result_of(dir) {
-        (file, format!("{}\n\n", report::summary::write(dir)?))
+    } else if let Some(file) = report::service_fit::result_of(dir) {
+        (file, format!("{}\n\n", report::service_fit::write(dir)?))
     } else {
         return Ok(None);
     };

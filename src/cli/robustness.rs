@@ -4,7 +4,7 @@ use super::files;
 use super::outcome::CommandResult;
 use super::run::{How, execute};
 use durometer::study::expand::Study;
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use std::path::{Path, PathBuf};
 
 /// Map where a scene holds: its answers over time step, load, Poisson's ratio, mesh and start
@@ -34,10 +34,10 @@ pub struct Args {
 
 pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
-    let extent = if args.quick { Extent::Quick } else { Extent::Whole };
+    let scope = if args.quick { StudyScope::Quick } else { StudyScope::Whole };
     let study = match &args.scene {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
-        None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
+        None => Study::read_scope(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, scope)?,
     };
     args.how.dir_of(&study.name, &study.file)?;
     args.how.check(&study)?;

@@ -3,7 +3,7 @@
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::report::soundness;
-use super::{bars::Bars, files};
+use super::{files, progress::Bars};
 use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
@@ -244,7 +244,7 @@ pub fn execute(
     let wants = move |id: &str| only.as_ref().is_none_or(|only| only.takes(id));
     let mut bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
     bars.relay = relay.cloned();
-    let records = growing::run(study, &dir, &options, &bars)?;
+    let records = growing::run_study(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         tell!("{}", words_of_stop(study, &dir, &options, (records.len(), wanted)));
         return Ok(Done { dir, end: End::Stopped, records });
@@ -254,7 +254,7 @@ pub fn execute(
             let (waiting, keep_refusals) = (wanted - records.len(), study.rules.keep_refusals);
             End::Part { part, waiting, searching: growing::is_open(study, &dir), keep_refusals }
         }
-        None => match report::write(&dir) {
+        None => match report::write_report(&dir) {
             Ok(summary) => End::Report(summary.into()),
             // No case has a result that counts: what has broken is said, with earlier results in its place
             Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => End::NoResult,

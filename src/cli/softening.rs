@@ -11,5 +11,5 @@ pub fn write(dir: &Path, fit: &SofteningFit) -> Result<Option<ReportError>, Box<
     files::make_folder(dir)?;
     fit.write_softening(&dir.join("mullins.toml"))?;
     fit.write_json(&dir.join("mullins.json"))?;
-    Ok(ReportError::of_figure(durometer::report::summary::write(dir))?)
+    Ok(ReportError::of_figure(durometer::report::service_fit::write(dir))?)
 }

@@ -64,7 +64,7 @@ pub fn main(args: Args) -> CommandResult {
     let undrawn = replace.check(&out, "volume", test.name(), &csv)?.write(|folder| {
         fit.write_keys(&folder.join("volume.toml"))?;
         fit.write_json(&folder.join("volume.json"))?;
-        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::summary::write(folder))?)
+        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::service_fit::write(folder))?)
     })?;
     if json {
         say!("{}", serde_json::to_string_pretty(&fit)?);

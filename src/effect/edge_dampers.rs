@@ -5,7 +5,7 @@
 //! under every integrator, as viscous damping is. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent. At the start of a stage, where
 //! no time has passed, it is the rate: there x is xₙ, and τ and l are those of xₙ.
 
-use super::damping::work;
+use super::damping_work::work;
 use super::edges::{Edges, add_force, longer};
 use crate::mesh::TetMesh;
 use crate::system::{

@@ -7,7 +7,7 @@
 //!
 //! Its derivative by xₙ needs ∂K/∂x, which is taken by differences of K of eighth order; each block copies the state for it.
 
-use super::damping::work;
+use super::damping_work::work;
 use crate::math::difference::EIGHTH;
 use crate::math::tensor::Vec3;
 use crate::system::{

@@ -1,6 +1,6 @@
 //! Requests of browsers, read within limits of size and time.
 
-use super::response::Answer;
+use super::response::HttpResponse;
 use std::io::Read;
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ pub(super) struct Request {
 
 impl Request {
     /// Reads a request. No request and no answer where the client has gone; an answer where it is refused.
-    pub fn read(stream: &mut TcpStream) -> Result<Option<Self>, Answer> {
+    pub fn read(stream: &mut TcpStream) -> Result<Option<Self>, HttpResponse> {
         let deadline = Instant::now() + PATIENCE;
         let (mut bytes, mut request, mut length) = (vec![], Self::default(), None);
         loop {
@@ -38,7 +38,7 @@ impl Request {
                 return Ok(Some(request));
             }
             let Some(left) = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) else {
-                return Err(Answer::refusal(408, "the request was not complete within 5 s"));
+                return Err(HttpResponse::refusal(408, "the request was not complete within 5 s"));
             };
             let mut part = [0; 4096];
             let read = stream.set_read_timeout(Some(left)).and_then(|()| stream.read(&mut part));
@@ -59,16 +59,16 @@ impl Request {
     }
 
     /// The request without its body, and where that begins; none while the headers are not complete.
-    fn head(bytes: &[u8]) -> Result<Option<(Self, usize)>, Answer> {
+    fn head(bytes: &[u8]) -> Result<Option<(Self, usize)>, HttpResponse> {
         let mut headers = [httparse::EMPTY_HEADER; HEADERS];
         let mut parsed = httparse::Request::new(&mut headers);
         let end = match parsed.parse(bytes) {
             Ok(httparse::Status::Complete(end)) if end <= HEAD => end,
             Ok(httparse::Status::Partial) if bytes.len() <= HEAD => return Ok(None),
             Ok(_) | Err(httparse::Error::TooManyHeaders) => {
-                return Err(Answer::refusal(431, "the headers are too long"));
+                return Err(HttpResponse::refusal(431, "the headers are too long"));
             }
-            Err(why) => return Err(Answer::refusal(400, &format!("this is no request of HTTP: {why}"))),
+            Err(why) => return Err(HttpResponse::refusal(400, &format!("this is no request of HTTP: {why}"))),
         };
         let (path, query) = parsed.path.unwrap_or_default().split_once('?').unwrap_or((parsed.path.unwrap_or(""), ""));
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_string();
@@ -83,16 +83,16 @@ impl Request {
     }
 
     /// Length of the body.
-    fn length(&self) -> Result<usize, Answer> {
+    fn length(&self) -> Result<usize, HttpResponse> {
         if self.all("transfer-encoding").next().is_some() {
-            return Err(Answer::refusal(411, "give the length of the body"));
+            return Err(HttpResponse::refusal(411, "give the length of the body"));
         }
         let mut lengths = self.all("content-length");
         let length = lengths.next().map_or(Ok(0), str::parse::<usize>);
         match length {
             Ok(length) if lengths.next().is_none() && length <= BODY => Ok(length),
-            Ok(length) if length > BODY => Err(Answer::refusal(413, "a command has at most 4096 bytes")),
-            _ => Err(Answer::refusal(400, "the length of the body is no number")),
+            Ok(length) if length > BODY => Err(HttpResponse::refusal(413, "a command has at most 4096 bytes")),
+            _ => Err(HttpResponse::refusal(400, "the length of the body is no number")),
         }
     }
 

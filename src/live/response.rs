@@ -16,13 +16,13 @@ const ALWAYS: &str = "Connection: close\r\nCache-Control: no-store\r\nX-Content-
 
 /// An answer.
 #[derive(Debug)]
-pub(super) struct Answer {
+pub(super) struct HttpResponse {
     status: u16,
     kind: &'static str,
     body: Vec<u8>,
 }
 
-impl Answer {
+impl HttpResponse {
     pub fn found(kind: &'static str, body: Vec<u8>) -> Self {
         Self { status: 200, kind, body }
     }

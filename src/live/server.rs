@@ -3,7 +3,7 @@
 use super::board::{Board, Command};
 use super::news::{Extent, Seen};
 use super::request::Request;
-use super::response::{Answer, begin_events, event};
+use super::response::{HttpResponse, begin_events, event};
 use crate::storage::{hexadecimal, sha256};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -210,7 +210,7 @@ impl Site {
         let own = site.clone();
         let serve = move || {
             let Some(_one) = own.admit() else {
-                Answer::refusal(503, "too many connections").send(&mut stream).ok();
+                HttpResponse::refusal(503, "too many connections").send(&mut stream).ok();
                 return;
             };
             // A client that has gone needs no answer
@@ -248,77 +248,77 @@ impl Site {
     }
 
     /// The answer to a request; none for the stream of events.
-    fn answer(&self, request: &Request) -> Option<Answer> {
+    fn answer(&self, request: &Request) -> Option<HttpResponse> {
         Some(match self.place(request) {
             Err(refusal) => refusal,
             Ok(place) => match (request.method.as_str(), place) {
-                ("GET", "") => Answer::found("text/html; charset=utf-8", self.board.page().as_bytes().to_vec()),
+                ("GET", "") => HttpResponse::found("text/html; charset=utf-8", self.board.page().as_bytes().to_vec()),
                 ("GET", "events") => return None,
                 ("GET", "rows") => self.rows(&request.query),
                 ("POST", "command") => self.command(request),
                 ("GET", place) => match place.strip_prefix("states/").map(str::parse) {
                     Some(Ok(number)) => self.state(number),
-                    _ => Answer::refusal(404, "there is no such page"),
+                    _ => HttpResponse::refusal(404, "there is no such page"),
                 },
-                ("POST", _) => Answer::refusal(404, "there is no such page"),
-                _ => Answer::refusal(405, "use GET or POST"),
+                ("POST", _) => HttpResponse::refusal(404, "there is no such page"),
+                _ => HttpResponse::refusal(405, "use GET or POST"),
             },
         })
     }
 
     /// The place below the token. Refused are names under which another site could reach this server, requests of the programs of other sites, and
     /// requests without the token.
-    fn place<'r>(&self, request: &'r Request) -> Result<&'r str, Answer> {
+    fn place<'r>(&self, request: &'r Request) -> Result<&'r str, HttpResponse> {
         let known = |name: &str| self.hosts.iter().any(|host| host == name);
         if !request.header("host").is_some_and(known) {
-            return Err(Answer::refusal(403, "this server answers under its own address alone"));
+            return Err(HttpResponse::refusal(403, "this server answers under its own address alone"));
         }
         let own_site = |origin: &str| origin.strip_prefix("http://").is_some_and(known);
         let other_origin = request.has("origin") && !request.header("origin").is_some_and(own_site);
         let other_site = request.header("sec-fetch-site").is_some_and(|site| !["same-origin", "none"].contains(&site));
         if other_origin || other_site {
-            return Err(Answer::refusal(403, "another page may not use this server"));
+            return Err(HttpResponse::refusal(403, "another page may not use this server"));
         }
         let (token, place) = request.path.trim_start_matches('/').split_once('/').unwrap_or_default();
         if sha256(token) != self.token {
-            return Err(Answer::refusal(403, "open the whole address that the run has printed, with its token"));
+            return Err(HttpResponse::refusal(403, "open the whole address that the run has printed, with its token"));
         }
         Ok(place)
     }
 
-    fn state(&self, number: usize) -> Answer {
+    fn state(&self, number: usize) -> HttpResponse {
         match self.board.frame(number) {
-            Some(frame) => Answer::found("application/octet-stream", frame.bytes()),
-            None => Answer::refusal(404, "this state is not kept"),
+            Some(frame) => HttpResponse::found("application/octet-stream", frame.bytes()),
+            None => HttpResponse::refusal(404, "this state is not kept"),
         }
     }
 
-    fn rows(&self, query: &str) -> Answer {
+    fn rows(&self, query: &str) -> HttpResponse {
         let first = query.strip_prefix("from=").and_then(|text| text.parse().ok()).unwrap_or(0);
         let (Extent { stride, count }, rows) = self.board.rows(first);
         let rows: Vec<_> = rows.iter().map(|(k, row)| json!([k, &row[..]])).collect();
         let answer = json!({ "stride": stride, "count": count, "rows": rows });
-        Answer::found("application/json", answer.to_string().into_bytes())
+        HttpResponse::found("application/json", answer.to_string().into_bytes())
     }
 
-    fn command(&self, request: &Request) -> Answer {
+    fn command(&self, request: &Request) -> HttpResponse {
         // A form of another page cannot have this type
         if request.header("content-type") != Some("application/json") {
-            return Answer::refusal(415, "send a command as application/json");
+            return HttpResponse::refusal(415, "send a command as application/json");
         }
         match serde_json::from_slice::<Command>(&request.body) {
             Ok(command) => match self.board.obey(command) {
-                Ok(()) => Answer::done(),
-                Err(why) => Answer::refusal(409, &why),
+                Ok(()) => HttpResponse::done(),
+                Err(why) => HttpResponse::refusal(409, &why),
             },
-            Err(why) => Answer::refusal(400, &format!("this is no command: {why}")),
+            Err(why) => HttpResponse::refusal(400, &format!("this is no command: {why}")),
         }
     }
 
     /// Sends events until the client has gone or takes none any more, or the server has closed.
     fn follow(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Some(_one) = Counted::below(&self.followers, FOLLOWERS) else {
-            return Answer::refusal(503, "too many pages are open").send(stream);
+            return HttpResponse::refusal(503, "too many pages are open").send(stream);
         };
         begin_events(stream)?;
         self.board.join();

@@ -22,7 +22,7 @@ use super::law::LawInfo;
 use super::parameter::{Choice, Chosen, LawSpecError, Parameter, Values};
 use super::response::{LawError, Response, Want};
 use super::spectral::{Sums, ValanisLandel, power_quotient};
-use super::split::{Part, Split, fitted_parameters, law_parameters, required};
+use super::split::{IsochoricPart, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::{CHOICE, Volumetric};
 use super::{moduli, spectral};
 use crate::math::tensor::Mat3;
@@ -169,7 +169,7 @@ impl Ogden {
     }
 }
 
-impl Part for Ogden {
+impl IsochoricPart for Ogden {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {

@@ -1,6 +1,6 @@
 //! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
 //!
-//! A law whose W is a function of Ī₁ and Ī₂ implements [`Isochoric`], another one [`Part`]; U(J), its constant from `kappa` or `nu`, and the
+//! A law whose W is a function of Ī₁ and Ī₂ implements [`Isochoric`], another one [`IsochoricPart`]; U(J), its constant from `kappa` or `nu`, and the
 //! trait [`Law`] are provided here.
 
 use super::entry::LawEntry;
@@ -24,7 +24,7 @@ pub const fn fitted_parameters(keys: &'static [Parameter]) -> &'static [Paramete
 }
 
 /// An isochoric part W with its constants.
-pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
+pub trait IsochoricPart: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
@@ -54,7 +54,7 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
 }
 
-/// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives of [`Parametric`] give the responses of [`Part`].
+/// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives of [`Parametric`] give the responses of [`IsochoricPart`].
 pub trait Isochoric: Parametric + Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
@@ -67,7 +67,7 @@ pub trait Isochoric: Parametric + Copy + Send + Sync + std::fmt::Debug + 'static
     fn shear(&self) -> f64;
 }
 
-impl<W: Isochoric> Part for W {
+impl<W: Isochoric> IsochoricPart for W {
     const INFO: &'static LawInfo = <W as Isochoric>::INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
@@ -109,7 +109,7 @@ pub struct Split<W> {
     hooke: Moduli,
 }
 
-impl<W: Part> Split<W> {
+impl<W: IsochoricPart> Split<W> {
     /// Refuses a shear modulus at F = I that is not positive.
     pub fn new(part: W, volumetric: Volumetric) -> Result<Self, LawSpecError> {
         let hooke = Moduli::from_pair(("mu", shear(&part)?), ("kappa", volumetric.kappa))?;
@@ -139,12 +139,12 @@ impl<W: Part> Split<W> {
     }
 }
 
-fn shear<W: Part>(part: &W) -> Result<f64, LawSpecError> {
+fn shear<W: IsochoricPart>(part: &W) -> Result<f64, LawSpecError> {
     let mu = part.shear();
     if mu > 0.0 && mu.is_finite() { Ok(mu) } else { Err(LawSpecError::NotStable { law: W::INFO.name, mu }) }
 }
 
-impl<W: Part> Law for Split<W> {
+impl<W: IsochoricPart> Law for Split<W> {
     fn info(&self) -> &'static LawInfo {
         W::INFO
     }
@@ -192,7 +192,7 @@ struct Along<W> {
     hooke: Moduli,
 }
 
-impl<W: Part> Along<W> {
+impl<W: IsochoricPart> Along<W> {
     /// ∂μ₀/∂θ \[Pa\]: without U the shear modulus is A₁₂₁₂ at F = I.
     fn shear(&self) -> f64 {
         let none = Volumetric { kappa: 0.0, ..self.volumetric };
@@ -201,7 +201,7 @@ impl<W: Part> Along<W> {
     }
 }
 
-impl<W: Part> Law for Along<W> {
+impl<W: IsochoricPart> Law for Along<W> {
     fn info(&self) -> &'static LawInfo {
         W::INFO
     }

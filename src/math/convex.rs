@@ -1,4 +1,4 @@
-//! Convex quadratic programs with constraints in cones, by clarabel.
+//! Convex quadratic programs with conic constraints, solved by clarabel.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus};
@@ -6,15 +6,15 @@ use nalgebra::{DMatrix, DVector};
 
 pub use clarabel::solver::{NonnegativeConeT, SecondOrderConeT, SupportedConeT};
 
-/// A program whose minimum was not found.
+/// The minimum of a program was not found.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("clarabel did not finish ({status}) on a problem with one minimum; please report it")]
 pub struct Unfinished {
     pub status: String,
 }
 
-/// The minimum of ½ xᵀPx + qᵀx with b − Ax in the cones, which take the rows one after the other. `tolerance` is that of the gap and of the
-/// constraints, the one of clarabel where none is given.
+/// Minimises ½ xᵀPx + qᵀx subject to b − Ax in the cones, which apply to consecutive rows. `tolerance` is the tolerance of the duality gap and of the
+/// constraints; the default is that of clarabel.
 pub fn minimum(
     (p, q): (&DMatrix<f64>, &DVector<f64>),
     (a, b): (&DMatrix<f64>, &DVector<f64>),

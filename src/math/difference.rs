@@ -1,37 +1,39 @@
 //! Derivatives of functions of one variable by central differences of eighth order, with an estimate of their error.
 //!
-//! f′ ≈ Σ_k w_k (f(kh) − f(−kh))/h, k = 1 to 4, with a truncation of h⁸ f⁽⁹⁾/630 (Fornberg, *Math. Comp.* 51, 1988). From the same
-//! values comes another derivative, of sixth order and one-sided: it has the eighth difference added, which is of order h⁷ for a smooth f and half
-//! of the jump of f′ where f has a kink. The two differ by more than the truncation of the first and,
-//! as a rule, by more than its rounding, which is about 2ε/h of the values.
+//! f′ ≈ Σ_k w_k (f(kh) − f(−kh))/h, k = 1 to 4, with a truncation of h⁸ f⁽⁹⁾/630 (Fornberg, *Math. Comp.* 51, 1988). The same values give another
+//! estimate of f′, one-sided and of sixth order: it adds the eighth difference, which is of order h⁷ for a smooth f and half the jump of f′ where f
+//! has a kink. The two differ by more than the truncation error of the first and, as a rule, by more than its rounding error, which is about 2ε/h of
+//! the values.
 //!
-//! No step is right for every function: where f changes over a thousandth of its variable, like a contact over the depth of its surfaces, only a small one
-//! is, and elsewhere its rounding is needless. So several are tried, from the largest, until the two derivatives agree ([`by_best_step`]).
+//! No step is right for every function: where f changes over a thousandth of its variable, like a contact over its penetration depth, only a small
+//! step resolves it; elsewhere a small step only adds rounding errors. Several steps are therefore tried, from the largest on, until the two
+//! derivatives agree ([`by_best_step`]).
 
-/// w_k
+/// Weights w_k of the central difference of eighth order.
 pub const EIGHTH: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-/// w_k of sixth order
+/// Weights w_k of sixth order
 const SIXTH: [f64; 4] = [3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0];
-/// Eighth difference of f(kh) + f(−kh) − 2f(0), divided by that of |k|: the share of a kink counts as it is
+/// Eighth difference of f(kh) + f(−kh) − 2f(0), divided by the eighth difference of |k|, so that a kink contributes exactly half of its jump
 const ONE_SIDED: [f64; 4] = [56.0 / 40.0, -28.0 / 40.0, 8.0 / 40.0, -1.0 / 40.0];
 
-/// Places of the values in units of h, in the order in which they are taken.
+/// Points of the function values in units of h, in the order of their evaluation.
 pub const PLACES: [i32; 9] = [0, 1, -1, 2, -2, 3, -3, 4, -4];
 
-/// Steps that are tried, as powers of two of the size of the variable: 1e-3, 3e-5, 1e-6, 3e-8, 1e-9. Rounding leaves about 2ε/h of the values: 5e-13,
-/// 1.5e-11, 5e-10, 1.5e-8, 5e-7.
+/// Steps that are tried, as exponents of two relative to the size of the variable: 1e-3, 3e-5, 1e-6, 3e-8, 1e-9. The rounding error is about 2ε/h of
+/// the values: 5e-13, 1.5e-11, 5e-10, 1.5e-8, 5e-7.
 pub const STEPS: [i32; 5] = [-10, -15, -20, -25, -30];
-/// Error of a derivative, relative, that is good enough.
+/// Relative error of a derivative that is small enough.
 pub const ENOUGH: f64 = 1e-9;
-/// Error below which it is left to rounding: a smaller step that does not lessen it is the last.
+/// Relative error below which rounding may dominate: a smaller step that does not reduce the error is then the last one.
 const ROUNDED: f64 = 1e-7;
-/// How many times nearer the two derivatives of a component have to be to each other for a smaller step to be taken: rounding makes them agree by chance.
+/// Factor by which a smaller step must reduce the disagreement of the two derivatives to be preferred: rounding can make them agree by chance.
 const NEARER: f64 = 100.0;
 
-/// f′(0) and its companion with the first of the [`STEPS`] whose error is [`ENOUGH`], or else each component with the step that leaves the least.
+/// Returns f′(0) and its companion. The [`STEPS`] are tried from the largest on until the error is at most [`ENOUGH`], or at the rounding level; a
+/// smaller step replaces a component only if the two derivatives of the component agree decidedly better there.
 ///
-/// `derive` computes the two with the step of an index, which is none where f is not defined about 0 so far, or an error. `error` says how far the two
-/// are from each other, relatively. An error is returned where every step has one, and none where no step can be taken.
+/// `derive` computes both for the step of an index; it returns `None` if f is not defined that far from 0. `error` returns their relative
+/// disagreement. An error is returned if every step yields one, `None` if no step can be taken.
 pub fn by_best_step<E>(
     mut derive: impl FnMut(usize) -> Option<Result<[Vec<f64>; 2], E>>,
     error: impl Fn(&[Vec<f64>; 2]) -> f64,
@@ -64,7 +66,7 @@ pub fn by_best_step<E>(
     best.map(Ok).or(refused.map(Err))
 }
 
-/// Takes the components of `found` whose two derivatives are decidedly nearer to each other.
+/// Takes the components of `found` whose two derivatives agree decidedly better.
 fn take_nearer([central, one_sided]: &mut [Vec<f64>; 2], found: &[Vec<f64>; 2]) {
     for i in 0..central.len() {
         let other = [found[0][i], found[1][i]];
@@ -75,7 +77,7 @@ fn take_nearer([central, one_sided]: &mut [Vec<f64>; 2], found: &[Vec<f64>; 2]) 
     }
 }
 
-/// Largest difference of two derivatives over the largest of their components; 0 where both are zero, infinite where one is not a number.
+/// Largest difference of two derivatives, relative to the largest of their components; 0 if both are zero, infinite if any component is NaN.
 pub fn disagreement(a: &[f64], b: &[f64]) -> f64 {
     if a.iter().chain(b).any(|v| v.is_nan()) {
         return f64::INFINITY;
@@ -85,7 +87,8 @@ pub fn disagreement(a: &[f64], b: &[f64]) -> f64 {
     if size > 0.0 { error / size } else { 0.0 }
 }
 
-/// f′(0) and its one-sided companion of a function with several components; `f` gets the index of a place. What does not change is exactly zero.
+/// Returns f′(0) and its one-sided companion for a function with several components. `f` takes an index into [`PLACES`]. Components that do not
+/// change have a derivative of exactly zero.
 pub fn derivatives<E>(h: f64, mut f: impl FnMut(usize) -> Result<Vec<f64>, E>) -> Result<[Vec<f64>; 2], E> {
     let middle = f(0)?;
     let (mut central, mut one_sided) = (vec![0.0; middle.len()], vec![0.0; middle.len()]);
@@ -123,7 +126,7 @@ mod tests {
         assert!((found / (-576.0 * 1e-8) - 1.0).abs() < 1e-6, "{found:e}");
     }
 
-    /// The companion sees truncation and kinks by more than the error; rounding of 1 + x leaves ε/h, twice of which is allowed.
+    /// The companion reveals truncation and kinks by more than the error; rounding of 1 + x leaves ε/h, and twice this is allowed.
     #[test]
     fn the_estimate_is_above_the_error() {
         for h in [1e-1, 1e-2, 1e-4, 1e-6] {
@@ -137,7 +140,8 @@ mod tests {
         assert_eq!(both(1e-3, |_| 0.1), (0.0, 0.0));
     }
 
-    /// Of a smooth component, of one that begins 3e-7 away and of one that is defined below 1e-4 only: each is right to the rounding of the step that it needs.
+    /// Derivatives of a smooth component, of one that begins 3e-7 away and of one that is defined only below 1e-4: each is accurate to the rounding
+    /// of the step that it needs.
     #[test]
     fn the_step_is_small_where_the_function_needs_it() {
         let f = |x: f64| vec![(1.0 + x).exp(), (x + 3e-7).max(0.0), (x + 2e-4).max(0.0).powi(2)];

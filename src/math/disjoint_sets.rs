@@ -1,6 +1,6 @@
-//! Disjoint sets of numbers (Tarjan, J. ACM 22, 1975): which numbers hang together by lists that name them.
+//! Disjoint sets of numbers (union–find; Tarjan, J. ACM 22, 1975): numbers that occur in one list are in one set.
 
-/// The numbers 0..n, each at first a set of its own.
+/// The numbers 0..n, each initially in a set of its own.
 pub struct DisjointSets {
     parent: Vec<u32>,
 }
@@ -10,7 +10,7 @@ impl DisjointSets {
         Self { parent: (0..n as u32).collect() }
     }
 
-    /// Makes one set of all that hold a number of the list.
+    /// Merges all sets that contain a number of the list.
     pub fn join(&mut self, list: &[u32]) {
         for &member in list {
             let (a, b) = (self.first(list[0]), self.first(member));
@@ -18,7 +18,7 @@ impl DisjointSets {
         }
     }
 
-    /// The smallest number of the set of `k`.
+    /// Returns the smallest number of the set that contains `k`.
     pub fn first(&mut self, mut k: u32) -> u32 {
         while self.parent[k as usize] != k {
             self.parent[k as usize] = self.parent[self.parent[k as usize] as usize];

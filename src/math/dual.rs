@@ -1,6 +1,6 @@
-//! Dual numbers: a value with its rate of change, which every operation carries on.
+//! Dual numbers: a value with its rate of change, which every operation propagates.
 //!
-//! Forward differentiation (Wengert, *Commun. ACM* 7 (1964) 463–464): exact to rounding. Dual numbers of dual numbers have second derivatives.
+//! Forward differentiation (Wengert, *Commun. ACM* 7 (1964) 463–464): exact to rounding. Dual numbers of dual numbers give second derivatives.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -124,7 +124,7 @@ impl<T: Number> Number for Dual<T> {
 mod tests {
     use super::*;
 
-    /// First and second derivatives of √(1 + x²)/x + atan2(x, 2 − x), by hand at x = 0.7.
+    /// First and second derivatives of √(1 + x²)/x + atan2(x, 2 − x), computed by hand at x = 0.7.
     #[test]
     fn derivatives_are_exact() {
         fn f<T: Number>(x: T) -> T {

@@ -1,17 +1,17 @@
-//! Flexible generalised minimal residuals without restarts: x with ‖b − A x‖ ≤ bound from products A v and approximate inverses P⁻¹ r.
+//! Flexible GMRES without restarts: x with ‖b − A x‖ ≤ bound from products A v and approximate inverses P⁻¹ r.
 //!
-//! Source: Saad, SIAM J. Sci. Comput. 14, 1993, algorithm 2.2: Arnoldi's basis of A P⁻¹ by modified Gram–Schmidt, the least squares by
-//! Givens rotations. Neither A nor P need be symmetric or definite. Limits: every direction is kept, so P has to be near A.
+//! Source: Saad, SIAM J. Sci. Comput. 14, 1993, algorithm 2.2: the Arnoldi basis of A P⁻¹ by modified Gram–Schmidt, the least-squares problem by
+//! Givens rotations. Neither A nor P need be symmetric or definite. Limits: all directions are stored, so that P has to be close to A.
 
 use super::linear::LinearError;
 use super::vector::{dot, norm};
 
-/// Solves A x = b in at most `most` products; returns x and how many it took.
+/// Solves A x = b with at most `most` products; returns x and the number of products that it took.
 ///
 /// # Errors
 ///
-/// [`LinearError::Inaccurate`] where the residual is still above the `bound`, [`LinearError::Singular`] where A P⁻¹ is singular, and those
-/// of `precondition`.
+/// [`LinearError::Inaccurate`] if the residual is still above the `bound`, [`LinearError::Singular`] if A P⁻¹ is singular, and the errors of
+/// `precondition`.
 pub fn gmres(
     mut multiply: impl FnMut(&[f64]) -> Vec<f64>,
     mut precondition: impl FnMut(&[f64]) -> Result<Vec<f64>, LinearError>,
@@ -24,10 +24,10 @@ pub fn gmres(
         return Ok((x, 0));
     }
     let mut basis: Vec<Vec<f64>> = vec![b.iter().map(|b| b / size).collect()];
-    // P⁻¹ of the basis, columns of R, the rotations (c, s) that made them, and the right side they turned
+    // P⁻¹ times the basis, the columns of R, the Givens rotations (c, s) that produced them, and the rotated right-hand side
     let (mut directions, mut r) = (Vec::<Vec<f64>>::new(), Vec::<Vec<f64>>::new());
     let (mut turns, mut rhs) = (Vec::<(f64, f64)>::new(), vec![size]);
-    // Not a number is not below the bound.
+    // NaN is not below the bound.
     while rhs[r.len()].abs() > bound || rhs[r.len()].is_nan() {
         let k = r.len();
         if k == most || !rhs[k].is_finite() {
@@ -56,7 +56,7 @@ pub fn gmres(
         rhs[k] *= c;
         turns.push((c, s));
         r.push(column);
-        // Where nothing is left of w the residual is zero, and the loop ends.
+        // If w vanishes, the residual is zero and the loop ends.
         basis.push(w.iter().map(|w| w / rest.max(f64::MIN_POSITIVE)).collect());
     }
     for i in (0..r.len()).rev() {
@@ -78,7 +78,7 @@ mod tests {
 
     const TOLERANCE: f64 = 1e-10;
 
-    /// D (I + a skew part of norm about 1) on 40 unknowns with a D of both signs, and D as P.
+    /// D (I + a skew part of norm about 1) on 40 unknowns, with a D of both signs that also serves as P.
     #[test]
     fn solves_to_its_bound() {
         let n = 40;
@@ -96,7 +96,7 @@ mod tests {
         let bound = TOLERANCE * norm(&b);
         let (x, products) = gmres(multiply, precondition, &b, bound, n).expect("regular");
         let left: Vec<f64> = multiply(&x).iter().zip(&b).map(|(a, b)| a - b).collect();
-        // The recurrence and the true residual differ by rounding: 1e-13
+        // The residual of the recurrence and the true residual differ by rounding: 1e-13
         assert!(norm(&left) <= 1.001 * bound && products < n, "{:e} {products}", norm(&left));
         let slow = gmres(multiply, precondition, &b, bound, products - 1);
         assert!(matches!(slow, Err(LinearError::Inaccurate { .. })), "{slow:?}");

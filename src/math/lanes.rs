@@ -1,21 +1,21 @@
-//! Numbers side by side: the same arithmetic on one number or on [`LANES`] of them, written once.
+//! Vectors of numbers: the same arithmetic on one number or on [`LANES`] of them, written once.
 //!
-//! A [`Lanes`] is an array; the compiler makes vector instructions of it. [`widest`] runs a kernel with those of the processor at
-//! use. No product and sum are fused, so one lane has the bits of the arithmetic on one number, whatever the processor.
+//! A [`Lanes`] is an array, which the compiler turns into vector instructions. [`widest`] runs a kernel with the vector instructions of the current
+//! processor. Products and sums are not fused, so that each lane is bit-identical to the arithmetic on one number, whatever the processor.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-/// Numbers in one [`Lanes`]: a vector register of AVX2, two of SSE2.
+/// Number of values in one [`Lanes`]: a vector register of AVX2, or two of SSE2.
 pub const LANES: usize = 4;
 
-/// A number for each of [`LANES`] places.
+/// A number in each of [`LANES`] lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes(pub [f64; LANES]);
 
 /// Number type of a kernel: `f64` or [`Lanes`].
 pub trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + AddAssign {
-    /// One number in every place.
+    /// Returns `x`, in every lane.
     fn of(x: f64) -> Self;
 }
 
@@ -61,7 +61,7 @@ impl AddAssign for Lanes {
     }
 }
 
-/// A piece of arithmetic without calls, marked `#[inline(always)]` all the way down.
+/// A piece of arithmetic without calls; everything in it is marked `#[inline(always)]`.
 pub trait Kernel {
     fn run(self);
 }
@@ -98,7 +98,7 @@ mod tests {
         }
     }
 
-    /// Fused products and sums would differ: 1 + 2⁻³⁰ squared has 60 digits after the point.
+    /// Fused products and sums would differ: the square of 1 + 2⁻³⁰ has 60 binary digits after the point.
     #[test]
     fn wide_vectors_and_plain_arithmetic_have_the_same_bits() {
         let digits = |k: usize| 1.0 + f64::powi(2.0, -30) * (k + 1) as f64;

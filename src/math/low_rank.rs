@@ -1,18 +1,18 @@
-//! Symmetric matrices K + B S Bᵀ: K sparse, S small, and B few columns of few entries (weighted means of unknowns). Written out, B S Bᵀ
-//! would be dense over all rows that a pair of columns has.
+//! Symmetric matrices K + B S Bᵀ: K sparse, S small, and B with few columns of few entries (weighted means of unknowns). Written out, B S Bᵀ would be
+//! dense over all rows in which a pair of coupled columns has entries.
 
 use super::parts::Parts;
 use super::sparse::SymPattern;
 use std::sync::Arc;
 
-/// Position of B S Bᵀ in the matrix, and B itself.
+/// The low-rank part B S Bᵀ: B, the pattern of S, and their position in the elimination order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LowRank {
     /// Per column of B: (row, entry), rows ascending
     pub columns: Vec<Vec<(u32, f64)>>,
     /// \[columns × columns\] pattern of S
     pub inner: Option<SymPattern>,
-    /// Per column: rows of K that are eliminated before it
+    /// Per column: number of rows of K that are eliminated before it
     pub after: Vec<u32>,
 }
 
@@ -21,7 +21,7 @@ impl LowRank {
         self.inner.as_ref().map_or(0, SymPattern::nnz)
     }
 
-    /// y += B S Bᵀ x, with S and B by a function of their entries
+    /// y += B S Bᵀ x, with `entry` applied to the entries of B
     fn add_product(&self, s: &[f64], x: &[f64], y: &mut [f64], entry: impl Fn(f64) -> f64) {
         let Some(inner) = &self.inner else { return };
         let mean = |column: &Vec<(u32, f64)>| column.iter().map(|&(i, b)| entry(b) * x[i as usize]).sum();
@@ -34,14 +34,14 @@ impl LowRank {
     }
 }
 
-/// Pattern of K + B S Bᵀ. Its values are those of K, then those of S.
+/// Pattern of K + B S Bᵀ. The values are those of K, followed by those of S.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pattern {
     /// Rows of K
     pub n: usize,
     pub sparse: Arc<SymPattern>,
     pub low_rank: Arc<LowRank>,
-    /// Of the products with K
+    /// Parts of the columns of K for products on several threads
     parts: Arc<Parts>,
 }
 
@@ -62,12 +62,12 @@ impl Pattern {
         Self { low_rank: Arc::new(low_rank), ..sparse.into() }
     }
 
-    /// The pattern with more pairs in K, in any order and with repeats.
+    /// Returns the pattern with additional pairs in K, given in any order and possibly repeated.
     pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         Self { low_rank: self.low_rank.clone(), ..self.sparse.with_pairs(pairs).into() }
     }
 
-    /// Where each value is in a pattern that holds all of this one.
+    /// Index of each value in a wider pattern that contains this one.
     pub fn slots_in(&self, wider: &Self) -> Vec<u32> {
         let (from, to) = (self.sparse.nnz(), wider.sparse.nnz() as u32);
         self.sparse.slots_in(&wider.sparse).into_iter().chain((0..(self.nnz() - from) as u32).map(|s| to + s)).collect()
@@ -101,7 +101,7 @@ impl Pattern {
         self.low_rank.add_product(s, x, y, |b| b);
     }
 
-    /// (|K| + |B||S||Bᵀ|) |x|, entry by entry: what the rounding of a product is measured by.
+    /// Returns (|K| + |B||S||Bᵀ|) |x| with entrywise absolute values: the scale of the rounding errors of a product.
     pub fn multiply_abs(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
         let (k, s) = values.split_at(self.sparse.nnz());
         let mut y = self.sparse.multiply_abs(k, x);

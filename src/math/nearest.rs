@@ -1,4 +1,4 @@
-//! Nearest places of a point and a triangle, and of two segments (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5, §5.1.9).
+//! Closest points of a point and a triangle, and of two segments (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5, §5.1.9).
 
 use super::tensor::Vec3;
 
@@ -6,12 +6,12 @@ use super::tensor::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Nearest {
     Corner(usize),
-    /// From this corner to the next
+    /// The side from this corner to the next
     Side(usize),
     Face,
 }
 
-/// The part of triangle abc that is nearest to p, with its weights at the corners.
+/// The part of triangle abc that is nearest to p, with the barycentric weights of the closest point at the corners.
 pub fn on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Nearest, [f64; 3]) {
     let (ab, ac) = (b - a, c - a);
     let (d1, d2) = (ab.dot(&(p - a)), ac.dot(&(p - a)));
@@ -45,14 +45,14 @@ pub fn on_triangle(p: &Vec3, [a, b, c]: &[Vec3; 3]) -> (Nearest, [f64; 3]) {
     (Nearest::Face, [va / sum, vb / sum, vc / sum])
 }
 
-/// Place on the segment ab nearest to p, 0 at a and 1 at b.
+/// Parameter of the point of the segment ab that is closest to p: 0 at a, 1 at b.
 pub fn on_segment(p: &Vec3, a: &Vec3, b: &Vec3) -> f64 {
     let along = b - a;
     let square = along.norm_squared();
     if square > 0.0 { (along.dot(&(p - a)) / square).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Nearest places on the segments ab and cd. An end is exactly 0 or 1.
+/// Parameters of the closest points of the segments ab and cd. At an end the parameter is exactly 0 or 1.
 pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(&v));
@@ -64,7 +64,7 @@ pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
             return [s, t];
         }
     }
-    // An end of one of the two is nearest to the other.
+    // An end of one of the two is closest to the other
     let ends = [
         [0.0, on_segment(a, c, d)],
         [1.0, on_segment(b, c, d)],
@@ -74,10 +74,10 @@ pub fn on_segments([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> [f64; 2] {
     ends.into_iter().min_by(|p, q| apart(p[0], p[1]).total_cmp(&apart(q[0], q[1]))).unwrap_or([0.0; 2])
 }
 
-/// sin² of the angle below which segments are parallel \[–\].
+/// sin² of the angle below which segments count as parallel \[–\].
 pub const PARALLEL: f64 = 1e-12;
 
-/// The point of a triangle that is nearest to a point.
+/// The point of a triangle that is closest to a point.
 pub fn closest_on_triangle(p: &Vec3, corners: &[Vec3; 3]) -> Vec3 {
     let (_, w) = on_triangle(p, corners);
     corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2]

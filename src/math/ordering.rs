@@ -1,7 +1,7 @@
-//! Orders of elimination that keep a factor small: approximate minimum degree (Amestoy, Davis & Duff 1996) and, for large
-//! graphs, nested dissection by METIS (Karypis & Kumar 1998). The one with fewer operations is taken, by counts.
+//! Fill-reducing elimination orders: approximate minimum degree (Amestoy, Davis & Duff 1996) and, for large graphs, nested dissection by METIS
+//! (Karypis & Kumar 1998). The order with fewer operations, by a symbolic count, is used.
 //!
-//! Limits: METIS draws from the random numbers of the C library, so it runs one at a time.
+//! Limits: METIS uses the random number generator of the C library, so that only one call runs at a time.
 
 use super::sparse::SymPattern;
 use super::threads;
@@ -13,9 +13,9 @@ use faer::sparse::linalg::cholesky::simplicial::{
 use faer::sparse::linalg::{amd, qr};
 use std::sync::Mutex;
 
-/// Vertices from which nested dissection is tried.
+/// Number of vertices from which nested dissection is tried.
 const LARGE: usize = 8_000;
-/// Vertices from which minimum degree is not tried: it had three to five times the operations there, and takes as long.
+/// Number of vertices from which minimum degree is no longer tried: it needed three to five times the operations there, and takes as long to compute.
 const VERY_LARGE: usize = 100_000;
 
 /// Fill-reducing order of a graph: `order[k]` is the vertex eliminated at step k.
@@ -32,7 +32,7 @@ pub fn fill_reducing(graph: &SymPattern) -> Vec<u32> {
     if by_degree <= by_dissection { orders[0].clone() } else { found[1].postordered(&orders[1]) }
 }
 
-/// Postordered by the tree that the algorithm has found.
+/// Returns an approximate minimum degree order, postordered by the elimination tree that the algorithm has found.
 pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
     let n = graph.n;
     let (mut order, mut inverse) = (vec![0u32; n], vec![0u32; n]);
@@ -43,12 +43,12 @@ pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
     order
 }
 
-/// An order of the same fill in which every subtree is contiguous.
+/// Returns an order with the same fill in which every subtree of the elimination tree is contiguous.
 pub fn postorder(graph: &SymPattern, order: &[u32]) -> Vec<u32> {
     analyse(graph, order).postordered(order)
 }
 
-/// Not postordered.
+/// Returns an order by nested dissection (METIS), not postordered.
 fn nested_dissection(graph: &SymPattern) -> Vec<u32> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let n = graph.n;
@@ -87,11 +87,11 @@ fn nested_dissection(graph: &SymPattern) -> Vec<u32> {
     order.into_iter().map(|v| v as u32).collect()
 }
 
-/// Results of the elimination tree of an order, and the cost of the factorisation.
+/// The postorder of the elimination tree of an order, and the cost of the factorisation.
 struct Analysis {
-    /// Steps so that every subtree is contiguous
+    /// The steps in an order that makes every subtree contiguous
     post: Vec<u32>,
-    /// Σ over the columns of the factor of the square of their length
+    /// Σ of the squared lengths of the columns of the factor
     operations: f64,
 }
 
@@ -134,8 +134,7 @@ mod tests {
         SymPattern::from_pairs((n * n * n) as usize, pairs)
     }
 
-    /// Elimination tree by the definition: the parent is the first step below the diagonal in the column of L, and takes over the
-    /// rest of it.
+    /// Elimination tree by its definition: the parent is the first step below the diagonal in the column of L, and inherits the rest of the column.
     fn parents(graph: &SymPattern, order: &[u32]) -> Vec<Option<usize>> {
         let mut step = vec![0; graph.n];
         order.iter().enumerate().for_each(|(k, &v)| step[v as usize] = k);
@@ -163,7 +162,7 @@ mod tests {
         assert!(sorted.into_iter().eq(0..graph.n as u32));
     }
 
-    /// A step is preceded by all the steps of its subtree, without others in between.
+    /// Each step is preceded by all the steps of its subtree, without others in between.
     fn check_postorder(graph: &SymPattern, order: &[u32]) {
         let parents = parents(graph, order);
         let mut first: Vec<usize> = (0..graph.n).collect();
@@ -189,8 +188,8 @@ mod tests {
         }
     }
 
-    /// On a cube of n³ vertices nested dissection has the best order, O(n⁶) operations (George 1973); it is taken, and is the same
-    /// when several threads ask at once.
+    /// On a cube of n³ vertices nested dissection has the best order, O(n⁶) operations (George 1973); it is chosen, and is the same when several
+    /// threads ask at once.
     #[test]
     fn dissection_is_taken_where_it_is_better() {
         let graph = grid(24);

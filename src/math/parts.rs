@@ -1,17 +1,17 @@
 //! Products with a symmetric matrix on several threads.
 //!
-//! The columns are divided into parts. Each adds into a vector of its own; rows beyond the part are those of few separators, because the
-//! unknowns are in their order of elimination. The sums are added in the order of the parts, so that results do not depend on threads.
+//! The columns are divided into parts. Each part adds into a vector of its own, which has few rows beyond the part: those of separators, because the
+//! unknowns are in their elimination order. The sums are added in the order of the parts, so that results do not depend on the number of threads.
 
 use super::sparse::SymPattern;
 use super::threads;
 use std::ops::Range;
 
-/// Entries of a part at least, and parts at most.
+/// Smallest number of entries in a part, and largest number of parts.
 const LEAST: usize = 100_000;
 const MOST: usize = 8;
 
-/// Ranges of columns, each with the rows below it that it reaches.
+/// Ranges of columns, each with the rows below the range in which its columns have entries.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Parts(Vec<(Range<usize>, Vec<u32>)>);
 
@@ -32,7 +32,7 @@ impl Parts {
         Self(if columns.len() < 2 { Vec::new() } else { columns.into_iter().map(part).collect() })
     }
 
-    /// y ← A x of the matrix with that pattern.
+    /// y ← A x for the matrix of this pattern.
     pub fn multiply(&self, pattern: &SymPattern, values: &[f64], x: &[f64], y: &mut [f64]) {
         if self.0.is_empty() {
             return pattern.multiply(values, x, y);
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::math::random::SplitMix;
 
-    /// Rows have some twenty entries below 1: rounding is below 1e-13. Bits are the same for all numbers of threads.
+    /// Rows have about twenty entries below 1, so that rounding is below 1e-13. Results are bit-identical for any number of threads.
     #[test]
     fn products_of_parts_are_those_of_the_whole() {
         let n = 40_000u32;

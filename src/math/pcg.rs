@@ -1,23 +1,22 @@
 //! Conjugate gradients with a preconditioner P: x with ‖b − A x‖ ≤ bound from products A v and P⁻¹ r.
 //!
-//! Source: Hestenes & Stiefel, J. Res. NBS 49, 1952; with a constraint preconditioner for bordered matrices Gould, Hribar &
-//! Nocedal, SIAM J. Sci. Comput. 23, 2001: A need be positive definite only where P⁻¹ leads to. Limits: it says so where A is not, and
-//! gives up where P is too far from A.
+//! Source: Hestenes & Stiefel, J. Res. NBS 49, 1952; for bordered matrices with a constraint preconditioner, Gould, Hribar & Nocedal, SIAM J. Sci.
+//! Comput. 23, 2001: A need be positive definite only on the range of P⁻¹. Limits: it reports an indefinite A, and gives up if P is too far from A.
 
 use super::vector::{dot, norm};
 
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// x
+    /// The residual is within the bound; the solution x
     Solved(Vec<f64>),
-    /// v·A v ≤ 0 for some v
+    /// A is not positive definite: v·A v ≤ 0 for some v
     Indefinite,
-    /// The residual is still above the bound after all iterations.
+    /// The residual is still above the bound after the last iteration.
     Slow,
 }
 
-/// Solves A x = b from x = 0 in at most `most` products; returns how many it took too.
+/// Solves A x = b from x = 0 with at most `most` products; also returns the number of products that it took.
 pub fn pcg(
     mut multiply: impl FnMut(&[f64]) -> Vec<f64>,
     mut precondition: impl FnMut(&[f64]) -> Vec<f64>,
@@ -59,7 +58,7 @@ pub fn pcg(
 mod tests {
     use super::*;
 
-    /// P⁻¹A has three different eigenvalues, so three iterations end it (Hestenes & Stiefel 1952, theorem 5:1 in exact arithmetic).
+    /// P⁻¹A has three distinct eigenvalues, so that three iterations suffice in exact arithmetic (Hestenes & Stiefel 1952, theorem 5:1).
     #[test]
     fn as_many_iterations_as_eigenvalues() {
         let a = |v: &[f64]| v.iter().enumerate().map(|(i, v)| (1.0 + i as f64) * v).collect::<Vec<_>>();
@@ -70,7 +69,7 @@ mod tests {
         let (outcome, iterations) = pcg(a, p, &b, 1e-12 * norm(&b), 50);
         let Outcome::Solved(x) = outcome else { panic!("{outcome:?}") };
         assert_eq!(iterations, 3);
-        // The bound on the residual, divided by the least eigenvalue, 1.
+        // The bound on the residual, divided by the smallest eigenvalue, 1
         assert!(x.iter().zip(&b).enumerate().all(|(i, (x, b))| (x - b / (1.0 + i as f64)).abs() < 1e-11));
     }
 

@@ -1,8 +1,8 @@
-//! Random numbers with a seed: the same ones on every machine.
+//! Seeded random numbers, identical on every machine.
 //!
-//! Source: Steele, Lea & Flood, Fast splittable pseudorandom number generators, OOPSLA 2014 (SplitMix64). Limits: not for secrets.
+//! Source: Steele, Lea & Flood, Fast splittable pseudorandom number generators, OOPSLA 2014 (SplitMix64). Limits: not suited for cryptography.
 
-/// A sequence of random numbers; the value is its seed.
+/// A random number generator; the value is its seed.
 #[derive(Clone, Debug)]
 pub struct SplitMix(pub u64);
 
@@ -15,23 +15,23 @@ impl SplitMix {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1), 53 bits
+    /// A uniform number in [0, 1), with 53 random bits.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in [lower, upper)
+    /// A uniform number in [lower, upper).
     pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
-    /// Normal with mean 0 and variance 1 (Box & Muller, *Ann. Math. Stat.* 29, 1958).
+    /// A normal number with mean 0 and variance 1 (Box & Muller, *Ann. Math. Stat.* 29, 1958).
     pub fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// One of 0, 1, …, n − 1: the upper half of a product of 128 bits, even to n/2⁶⁴.
+    /// A uniform choice among 0, 1, …, n − 1: the upper half of a 128-bit product, with a bias of at most n/2⁶⁴.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
@@ -41,7 +41,7 @@ impl SplitMix {
 mod tests {
     use super::*;
 
-    /// First numbers of the seed 1234567 as the reference implementation in C prints them (Vigna, prng.di.unimi.it/splitmix64.c).
+    /// The first numbers for the seed 1234567 as printed by the reference implementation in C (Vigna, prng.di.unimi.it/splitmix64.c).
     #[test]
     fn numbers_are_those_of_the_reference() {
         let mut r = SplitMix(1_234_567);
@@ -49,7 +49,7 @@ mod tests {
         assert_eq!(r.bits(), 3_203_168_211_198_807_973);
     }
 
-    /// Moments 0, 1, 0, 3 of 100 000 normal numbers within four standard errors: √(1, 2, 15, 96)/√n.
+    /// The moments 0, 1, 0, 3 of 100 000 normal numbers, within four standard errors: √(1, 2, 15, 96)/√n.
     #[test]
     fn normal_numbers_have_normal_moments() {
         let (mut r, n) = (SplitMix(7), 100_000);

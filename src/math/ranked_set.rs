@@ -1,8 +1,8 @@
-//! Sets of integers that know the rank of each member: a bit for every integer of the range, and counts by words. A rank takes constant
-//! time, where a search in a sorted list takes logarithmic time. Building takes constant time for each integer and for each 64 of the range,
-//! so that the range should not be many times as large as the set.
+//! Sets of integers with fast ranks: one bit for each integer of the range, and running counts by words. A rank takes constant time, whereas a search
+//! in a sorted list takes logarithmic time. Building takes time proportional to the number of integers plus 1/64 of the range, so that the range
+//! should not be many times as large as the set.
 
-/// Bits of a word.
+/// Number of bits of a word.
 const BITS: u32 = u64::BITS;
 
 /// A set of integers within a range.
@@ -10,12 +10,12 @@ pub struct RankedSet {
     /// Smallest member, rounded down to a multiple of the bits of a word
     start: u32,
     words: Vec<u64>,
-    /// \[words + 1\] members before each word
+    /// \[words + 1\] number of members before each word
     before: Vec<u32>,
 }
 
 impl RankedSet {
-    /// The set of these integers, in any order and with repeats.
+    /// Builds the set of these integers, given in any order and possibly repeated.
     pub fn new(members: impl Iterator<Item = u32> + Clone) -> Self {
         let (Some(least), Some(largest)) = (members.clone().min(), members.clone().max()) else {
             return Self { start: 0, words: Vec::new(), before: vec![0] };
@@ -34,7 +34,7 @@ impl RankedSet {
         self.before[self.words.len()] as usize
     }
 
-    /// Number of members that are smaller than this one, which has to be a member.
+    /// Number of members that are smaller than `member`, which has to be in the set.
     pub fn rank(&self, member: u32) -> usize {
         let at = ((member - self.start) / BITS) as usize;
         let smaller = self.words[at] & ((1 << (member % BITS)) - 1);
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
     use crate::math::random::SplitMix;
 
-    /// Against a sorted list and binary search, with a range that begins and ends within a word.
+    /// Compared with binary search in a sorted list, for a range that begins and ends within a word.
     #[test]
     fn ranks_are_positions_in_the_sorted_list() {
         let mut random = SplitMix(3);

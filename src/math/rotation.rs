@@ -4,10 +4,10 @@ use super::tensor::{Mat3, Vec3};
 use nalgebra::{Rotation3, UnitQuaternion};
 use std::f64::consts::TAU;
 
-/// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
+/// The rotation vector of R \[rad\], with the number of full turns that brings it nearest to the vector `before`.
 pub fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
     let base = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).scaled_axis();
-    // About what axis a whole rotation was, only the states before it know.
+    // Only the earlier states know the axis of a full turn.
     let axis = match base.norm() {
         angle if angle > 1e-9 => base / angle,
         _ => before.try_normalize(0.0).unwrap_or(Vec3::x()),
@@ -19,7 +19,7 @@ pub fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Rotations of 1 rad each about one axis add up, over any number of whole ones. Bound: rounding of the last angle.
+    /// Rotations by 1 rad about one axis add up over any number of full turns. Bound: rounding of the last angle.
     #[test]
     fn whole_rotations_are_counted() {
         let axis = Vec3::new(1.0, -2.0, 2.0) / 3.0;

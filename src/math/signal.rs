@@ -3,7 +3,7 @@
 use super::formula::Formula;
 use std::f64::consts::TAU;
 
-/// Linear from (start, from) to (end, to), constant outside: what is known of a signal at two points of the time grid.
+/// Linear from (start, from) to (end, to), constant outside: a signal known at two points of the time grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     pub start: f64,
@@ -27,21 +27,21 @@ impl Ramp {
     }
 }
 
-/// A time, and the inputs as they are known there.
+/// A time, and the inputs as known at it.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock<'a> {
     pub t: f64,
     pub inputs: &'a [Ramp],
 }
 
-/// A time in a world without inputs.
+/// A time without inputs.
 impl From<f64> for Clock<'_> {
     fn from(t: f64) -> Self {
         Self { t, inputs: &[] }
     }
 }
 
-/// A function of time. The unit of the value is the one of what it drives.
+/// A function of time. Its value has the unit of the quantity that it drives.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Signal {
     /// s(t) = value
@@ -77,8 +77,8 @@ pub enum Signal {
     /// Piecewise linear through (t, s), constant outside; t strictly ascending
     Table(Vec<(f64, f64)>),
     Product(Vec<Signal>),
-    /// The signal between two times, continued linearly outside with the slopes `before` and `after` \[1/s\]: loads of a path whose
-    /// time runs beyond its protocol
+    /// The signal between two times, continued linearly outside with the slopes `before` and `after` \[1/s\]: for loads of a path whose time runs
+    /// beyond its protocol
     Continued {
         signal: Box<Signal>,
         from: f64,
@@ -95,12 +95,12 @@ pub enum Signal {
     },
     /// A formula in t
     Formula(Formula),
-    /// Input of this number: what events, controllers and recorded columns decide
+    /// The input with this index, which events, controllers or recorded columns set
     Input(usize),
 }
 
 impl Signal {
-    /// s(t)
+    /// The value s(t).
     pub fn at<'a>(&self, now: impl Into<Clock<'a>>) -> f64 {
         self.value(now.into())
     }
@@ -138,8 +138,9 @@ impl Signal {
 }
 
 impl Signal {
-    /// The changes over a step with which forces at its start and at its end, half of each, do work: that of the signal, and of a turn, on whose circle
-    /// forces turn along, those along the tangents at both ends. By the chord work would be too small by cos(Δθ/2) sin(Δθ/2)/(Δθ/2).
+    /// The changes over a step by which the forces at its start and at its end, each weighted by ½, do work. They equal the change of the signal,
+    /// except for rotations: there they are taken along the tangents at both ends, because the forces rotate with the motion; with the chord the work
+    /// would be too small by the factor cos(Δθ/2) sin(Δθ/2)/(Δθ/2).
     pub fn increments(&self, [start, end]: [Clock; 2]) -> [f64; 2] {
         match self {
             Self::Sum(terms) => terms.iter().fold([0.0; 2], |[a, b], term| {
@@ -154,7 +155,7 @@ impl Signal {
         }
     }
 
-    /// Whether it is zero at all times, by its form: a formula is not known to be.
+    /// Whether the signal is zero at all times, as far as its form shows; formulas and inputs count as nonzero.
     pub fn is_zero(&self) -> bool {
         match self {
             Self::Constant(value) => *value == 0.0,
@@ -170,12 +171,12 @@ impl Signal {
         }
     }
 
-    /// Whether a part of it is decided during the run.
+    /// Whether the signal depends on an input, which is set during the run.
     pub fn has_inputs(&self) -> bool {
         self.has_input(&|_| true)
     }
 
-    /// Whether input `k` is a part of it.
+    /// Whether the signal depends on input `k`.
     pub fn reads(&self, k: usize) -> bool {
         self.has_input(&|input| input == k)
     }
@@ -206,7 +207,7 @@ fn interpolate(rows: &[(f64, f64)], t: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A knock that is over before half a second, and a turn that begins after a second.
+    /// A tap that is over before half a second, and a rotation that begins after a second.
     #[test]
     fn what_moves_at_any_time_is_not_zero() {
         let rest = Signal::Constant(0.0);

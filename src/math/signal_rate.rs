@@ -4,22 +4,23 @@ use super::formula::Formula;
 use super::signal::{Clock, Signal};
 use std::f64::consts::{PI, TAU};
 
-/// Distance in time for the rate of a formula without a derivative, and for the second derivative of one that has one: at least so long \[s\], and so much of the
-/// time.
+/// Length of the difference in time for the rate of a formula without a derivative, and for the second derivative of one with a derivative: its least
+/// value \[s\], and its share of the time.
 const DIFFERENCE: [f64; 2] = [1e-6, 1e-9];
-/// How many times longer it is for the second derivative of a formula without a first one, whose rounding grows with its inverse square.
+/// Factor on this length for the second derivative of a formula without a first one, whose rounding error grows with the inverse square of the
+/// length.
 const SECOND: f64 = 100.0;
 
-/// Shortest interval in which a kink of a formula is looked for, in these distances: an eighth of it is longer than they are.
+/// Shortest interval in which a kink of a formula is searched for, in multiples of this length: an eighth of it is still longer than the differences.
 const INTERVAL: f64 = 64.0;
 
-/// Rates that are compared, and the share of the largest one that is none, well above rounding.
+/// Number of rates that are compared, and the share of the largest one that counts as zero, well above rounding.
 const RATES: u32 = 64;
 const NO_RATE: f64 = 1e-6;
-/// Rounding of a rate by differences, in units of ε of the value over their length: about 8 from each side.
+/// Rounding error of a rate by differences, in units of ε times the value over the length of the difference: about 8 from each side.
 const ROUNDING: f64 = 16.0;
 
-/// Side of a time from which rates are looked at, where they jump.
+/// Side of a time on which a rate that jumps is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     Before,
@@ -27,7 +28,7 @@ enum Side {
 }
 
 impl Side {
-    /// Whether the corner lies before what is looked at.
+    /// Whether the corner lies before `t` as seen from this side.
     fn is_past(self, t: f64, corner: f64) -> bool {
         match self {
             Self::Before => t > corner,
@@ -35,7 +36,7 @@ impl Side {
         }
     }
 
-    /// A step of this length to this side.
+    /// A step of this length towards this side.
     fn step(self, length: f64) -> f64 {
         match self {
             Self::Before => -length,
@@ -50,17 +51,17 @@ fn product([a, da, dda]: [f64; 3], [b, db, ddb]: [f64; 3]) -> [f64; 3] {
 }
 
 impl Signal {
-    /// ds/dt from this time on, where the rate jumps.
+    /// ds/dt; where it jumps, its value from this time on.
     pub fn rate(&self, now: Clock) -> f64 {
         self.motion(now, Side::After)[1]
     }
 
-    /// ds/dt until this time, where the rate jumps.
+    /// ds/dt; where it jumps, its value until this time.
     pub fn rate_before(&self, now: Clock) -> f64 {
         self.motion(now, Side::Before)[1]
     }
 
-    /// d²s/dt² from this time on, where it jumps.
+    /// d²s/dt²; where it jumps, its value from this time on.
     pub fn acceleration(&self, now: Clock) -> f64 {
         self.motion(now, Side::After)[2]
     }
@@ -117,7 +118,7 @@ impl Signal {
         }
     }
 
-    /// The latest time at which a ramp of it ends, or at which a table has another value than before \[s\].
+    /// The latest time \[s\] at which a ramp ends or a table stops changing; `None` if the signal has neither.
     pub fn last_change(&self) -> Option<f64> {
         match self {
             Self::Ramp { from, to, end, .. } => (from != to).then_some(*end),
@@ -128,35 +129,35 @@ impl Signal {
         }
     }
 
-    /// Whether there is a rate at a time, against the largest one from then until another time.
+    /// Whether the rate at time `from` is nonzero compared with the largest one until time `to`.
     pub fn moves_at(&self, from: f64, to: f64) -> bool {
         self.rate(Clock::from(from)).abs() > NO_RATE * self.largest_rate(from, to)
     }
 
-    /// Whether the rate jumps at a time, against the largest one from then until another time.
+    /// Whether the rate jumps at time `from`, compared with the largest one until time `to`.
     pub fn jumps_at(&self, from: f64, to: f64) -> bool {
         let before = self.rate_before(Clock::from(from)).abs();
         self.jump(from) > self.rounding(from).max(NO_RATE * self.largest_rate(from, to).max(before))
     }
 
-    /// Of the rate at a time.
+    /// The jump of the rate at a time.
     fn jump(&self, t: f64) -> f64 {
         let now = Clock::from(t);
         (self.rate(now) - self.rate_before(now)).abs()
     }
 
-    /// Of rates by differences, at most.
+    /// An upper bound of the rounding error of rates by differences.
     fn rounding(&self, t: f64) -> f64 {
         ROUNDING * f64::EPSILON * self.at(Clock::from(t)).abs() / difference(t)
     }
 
-    /// Of the rates between two times, these not included.
+    /// The largest rate strictly between two times.
     fn largest_rate(&self, from: f64, to: f64) -> f64 {
         let rate = |k: u32| self.rate(Clock::from(from + f64::from(k) / f64::from(RATES + 1) * (to - from))).abs();
         (1..=RATES).map(rate).fold(0.0, f64::max)
     }
 
-    /// Whether the rate may jump between two times, these not included. Inputs are not taken for smooth, formulas where no kink is found.
+    /// Whether the rate may jump strictly between two times. Inputs never count as smooth; formulas do if no kink is found.
     pub fn has_corner(&self, from: f64, to: f64) -> bool {
         let inside = |t: f64| from < t && t < to;
         match self {
@@ -176,13 +177,14 @@ impl Signal {
     }
 }
 
-/// Length of the differences by which a formula has rates \[s\].
+/// Length of the differences for the rates of a formula \[s\].
 fn difference(t: f64) -> f64 {
     DIFFERENCE[0].max(DIFFERENCE[1] * t.abs())
 }
 
-/// Whether the rate of a formula jumps between two times, these not included: how far the secant of an interval is from the rates at its ends falls with the length of
-/// the interval where the formula is smooth, and does not where it has a kink. Each of several intervals is halved again and again to where that is largest.
+/// Whether the rate of a formula jumps strictly between two times. The deviation of the secant of an interval from the rates at its ends decreases
+/// with the length of the interval where the formula is smooth, but not where it has a kink. Each of several intervals is halved repeatedly towards
+/// the largest deviation.
 fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
     let shortest = INTERVAL * difference(to);
     if to - from < 2.0 * shortest || formula.rate(0.5 * (from + to)).is_some() {
@@ -217,7 +219,7 @@ fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
 /// ds/dt and d²s/dt² of a formula on one side of a time.
 fn of_formula(formula: &Formula, t: f64, side: Side) -> [f64; 2] {
     let step = side.step(difference(t));
-    // By differences from the value itself, which are exactly zero where nothing changes
+    // Differences are taken from the value itself, so that they are exactly zero where nothing changes
     let first = |[now, next, last]: [f64; 3]| (4.0 * (next - now) - (last - now)) / (2.0 * step);
     let places = [0.0, 1.0, 2.0].map(|k| t + k * step);
     if let [Some(now), Some(next), Some(last)] = places.map(|t| formula.rate(t)) {
@@ -235,7 +237,7 @@ mod tests {
     use super::super::signal::Ramp;
     use super::*;
 
-    /// Differences of second order at times without a corner, and the rate after each corner.
+    /// Second-order differences at times without a corner, and the rate after each corner.
     #[test]
     fn rates_are_the_derivatives() {
         let ramp = Signal::Ramp { from: 1.0, to: 3.0, start: 1.0, end: 2.0 };
@@ -277,7 +279,7 @@ mod tests {
         }
     }
 
-    /// With a kink there is no derivative in closed form, and differences to one side do not see the other.
+    /// With a kink there is no derivative in closed form, and one-sided differences do not see the other side.
     #[test]
     fn kinks_of_formulas_have_rates_on_both_sides() {
         let signal = Signal::Formula(Formula::new("3 * max(t - 1, 0)^2 + max(t - 1, 0)", 1.0).expect("a formula"));
@@ -328,7 +330,7 @@ mod tests {
             "max(t - 1.7, 0)^3",
             "max(t^2, -1)",
             "max(0.3, 0.4)",
-            // Held from the middle on, by smooth steps, at values whose multiples are rounded; a slow motion far from zero; a pulse
+            // Held from the middle on by smooth steps, at values whose multiples are rounded; a slow motion far from zero; a pulse
             "0.4 * min(t / 1.7, 1)^2 * (3 - 2 * min(t / 1.7, 1))",
             "0.001 * (1 - cos(PI * min(t / 1.7, 1)))",
             "max(50, 0) + 0.01 * t",

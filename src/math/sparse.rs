@@ -1,24 +1,25 @@
-//! Symmetric sparse matrices: the pattern is made once, the values change.
+//! Symmetric sparse matrices: the pattern is built once, only the values change.
 
 use std::ops::{AddAssign, Range};
 
-/// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
+/// Lower triangle of a symmetric n × n pattern in compressed columns; rows ascend, and the diagonal is always present.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
     pub n: usize,
-    /// \[n + 1\]
+    /// \[n + 1\] start of each column in `row_idx`
     pub col_ptr: Vec<u32>,
-    /// \[nnz\]
+    /// \[nnz\] row of each stored entry
     pub row_idx: Vec<u32>,
 }
 
 impl SymPattern {
-    /// The pattern of (row, column) pairs in any order and with repeats; the diagonal is added.
+    /// Builds the pattern of (row, column) pairs, given in any order and possibly repeated; the diagonal is added.
     pub fn from_pairs(n: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         Self::from_list(n, &pairs.map(|(i, j)| [i.min(j), i.max(j)]).collect::<Vec<_>>())
     }
 
-    /// From [column, row] in any order and with repeats, in linear time: dealt out by rows, then by columns, which keeps the order of the rows.
+    /// Builds the pattern from [column, row] in any order and possibly repeated, in linear time: a bucket sort by rows, then by columns, which keeps
+    /// the order of the rows.
     fn from_list(n: usize, pairs: &[[u32; 2]]) -> Self {
         let mut row_ptr = vec![0u32; n + 1];
         pairs.iter().for_each(|[_, i]| row_ptr[*i as usize + 1] += 1);
@@ -56,7 +57,7 @@ impl SymPattern {
         Self { n, col_ptr, row_idx }
     }
 
-    /// The pattern with more pairs, in any order and with repeats.
+    /// Returns the pattern with additional pairs, given in any order and possibly repeated.
     pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
         let known = (0..self.n as u32).flat_map(|j| {
             let column = self.col_ptr[j as usize] as usize..self.col_ptr[j as usize + 1] as usize;
@@ -65,7 +66,7 @@ impl SymPattern {
         Self::from_pairs(self.n, known.chain(pairs))
     }
 
-    /// Where each entry is in a pattern that holds them all.
+    /// Index of each entry in a wider pattern that contains all of them.
     pub fn slots_in(&self, wider: &Self) -> Vec<u32> {
         let mut out = Vec::with_capacity(self.nnz());
         for j in 0..self.n {
@@ -80,13 +81,13 @@ impl SymPattern {
         out
     }
 
-    /// (i, j) of the stored entries, in the order of the values.
+    /// Indices (i, j) of the stored entries, in the order of the values.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let column = |j: usize| self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize;
         (0..self.n).flat_map(move |j| self.row_idx[column(j)].iter().map(move |&i| (i as usize, j)))
     }
 
-    /// Stored entries (lower triangle with diagonal).
+    /// Number of stored entries (lower triangle with diagonal).
     pub fn nnz(&self) -> usize {
         self.row_idx.len()
     }
@@ -122,7 +123,7 @@ impl SymPattern {
         self.add_columns(0..self.n, values, x, |i, v| y[i] += v);
     }
 
-    /// Calls `add(i, v)` for what the stored entries of these columns add to each y_i of y = A x.
+    /// Calls `add(i, v)` for every contribution of the stored entries of these columns to y_i of y = A x.
     pub fn add_columns(&self, columns: Range<usize>, values: &[f64], x: &[f64], mut add: impl FnMut(usize, f64)) {
         for j in columns {
             let mut sum = 0.0;
@@ -138,7 +139,7 @@ impl SymPattern {
         }
     }
 
-    /// |A| |x|, entry by entry: what the rounding of A x is measured by.
+    /// Returns |A| |x| with entrywise absolute values: the scale of the rounding errors of A x.
     pub fn multiply_abs(&self, values: &[f64], x: &[f64]) -> Vec<f64> {
         let values: Vec<f64> = values.iter().map(|v| v.abs()).collect();
         let x: Vec<f64> = x.iter().map(|v| v.abs()).collect();
@@ -153,7 +154,7 @@ impl SymPattern {
     }
 }
 
-/// Makes offsets of counts, where \[i + 1\] holds the count of i.
+/// Turns counts into offsets in place: entry \[i + 1\] holds the count of i.
 pub fn accumulate<T: Copy + Default + AddAssign>(counts: &mut [T]) {
     let mut sum = T::default();
     counts.iter_mut().for_each(|count| {
@@ -162,7 +163,7 @@ pub fn accumulate<T: Copy + Default + AddAssign>(counts: &mut [T]) {
     });
 }
 
-/// Matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up.
+/// Matrix with few entries: (i, j, A_ij) in any order; repeated entries are summed.
 #[derive(Clone, Debug, Default)]
 pub struct FewEntries {
     pub entries: Vec<(u32, u32, f64)>,
@@ -179,7 +180,7 @@ impl FewEntries {
     }
 }
 
-/// Skew-symmetric matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up; A_ji = −A_ij.
+/// Skew-symmetric matrix with few entries: (i, j, A_ij) in any order; repeated entries are summed, and A_ji = −A_ij.
 #[derive(Clone, Debug, Default)]
 pub struct SkewMatrix {
     pub entries: Vec<(u32, u32, f64)>,

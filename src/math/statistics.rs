@@ -1,6 +1,6 @@
-//! Student's t and the runs test, exact for any number of data points; mean, scatter and middle of values.
+//! Student's t distribution and the runs test, exact for any number of data points; mean, scatter and median of values.
 
-/// P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
+/// Returns P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
 ///
 /// Finite trigonometric series in θ = atan(t/√ν): Abramowitz & Stegun, Handbook of Mathematical Functions (1964),
 /// 26.7.3 (ν odd) and 26.7.4 (ν even).
@@ -9,7 +9,7 @@ pub fn t_probability(t: f64, nu: usize) -> f64 {
     let theta = (t.abs() / (nu as f64).sqrt()).atan();
     let (sin, cos) = theta.sin_cos();
     let odd = nu % 2 == 1;
-    // Terms cos^(k) of k = 1, 3, … or 0, 2, … up to ν − 2, with the ratio k/(k+1) between neighbours
+    // Terms cos^k for k = 1, 3, … or 0, 2, … up to ν − 2, with the ratio k/(k+1) between neighbours
     let (mut term, mut k) = if odd { (cos, 1) } else { (1.0, 0) };
     let mut sum = 0.0;
     while k + 2 <= nu {
@@ -20,7 +20,7 @@ pub fn t_probability(t: f64, nu: usize) -> f64 {
     if odd { std::f64::consts::FRAC_2_PI * (theta + sin * sum) } else { sin * sum }
 }
 
-/// t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last digit.
+/// Returns t with P(|T| ≤ t) = `confidence` \[–\], by bisection to the last digit.
 pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     let mut high = 1.0;
     while t_probability(high, nu) < confidence {
@@ -36,7 +36,8 @@ pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     }
 }
 
-/// Like [`t_quantile`], for ν ≥ 1 that is not whole: ln t is straight in 1/ν between its neighbours, which is up to 3 % too large (ν = 1.5), and exact at whole ν.
+/// Quantile of Student's t for real ν ≥ 1: ln t is interpolated linearly in 1/ν between the neighbouring integers. It is up to 3 % too large (at ν =
+/// 1.5), and exact for integer ν.
 pub fn real_quantile(confidence: f64, nu: f64) -> f64 {
     let low = nu.floor().max(1.0);
     let [a, b] = [low, low + 1.0].map(|n| t_quantile(confidence, n as usize).ln());
@@ -44,8 +45,8 @@ pub fn real_quantile(confidence: f64, nu: f64) -> f64 {
     (a + part * (b - a)).exp()
 }
 
-/// Probability that signs in random order show as few runs as these or fewer (Wald & Wolfowitz, Ann. Math. Statist. 11
-/// (1940) 147–162), and the number of runs. `None` where all signs are equal: then there is nothing to order.
+/// The number of runs of these signs, and the probability that the same signs in random order have at most this number of runs (Wald & Wolfowitz,
+/// Ann. Math. Statist. 11 (1940) 147–162). `None` if all signs are equal, because then there is nothing to order.
 pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     let n = positive.len();
     let a = positive.iter().filter(|s| **s).count();
@@ -75,55 +76,55 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     Some((runs, (2..=runs).map(arrangements).sum::<f64>().min(1.0)))
 }
 
-/// Arithmetic mean; not a number where there are no values.
+/// Arithmetic mean; NaN without values.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Variance with n − 1.
+/// Sample variance, with n − 1 in the denominator.
 pub fn variance(values: &[f64]) -> f64 {
     let mean = mean(values);
     values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
 }
 
-/// Standard deviation with n − 1.
+/// Sample standard deviation, with n − 1 in the denominator.
 pub fn deviation(values: &[f64]) -> f64 {
     variance(values).sqrt()
 }
 
-/// Half width of the 95 % interval of one more value about the mean of all there are, by the scatter of n ≥ 2 of them: t_{n − 1} s.
+/// Half-width of the 95 % interval of a single value about the population mean, from the scatter of n ≥ 2 values: t_{n − 1} s.
 pub fn half_width_of_one(values: &[f64]) -> f64 {
     t_quantile(0.95, values.len() - 1) * deviation(values)
 }
 
-/// Smallest and largest of some values; \[∞, −∞\] of none, and not a number where one of them is none.
+/// Smallest and largest value; `[∞, −∞]` without values, NaN if any value is NaN.
 pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [smaller(a, s), larger(b, s)])
 }
 
-/// Largest less smallest of some values; 0 of none.
+/// Difference of the largest and the smallest value; 0 without values, NaN if any value is NaN.
 pub fn range(values: impl Iterator<Item = f64>) -> f64 {
     let [low, high] = extent(values);
     larger(high - low, 0.0)
 }
 
-/// √x of a variance or another sum of squares, which rounding may have made less than zero; not a number where it is none.
+/// The square root of a variance or another sum of squares that rounding may have made negative; NaN for NaN.
 pub fn root(square: f64) -> f64 {
     larger(square, 0.0).sqrt()
 }
 
-/// The larger of two values; not a number where one of them is none, which `f64::max` leaves out. So `values.fold(0.0, larger)` is within a bound only if every
-/// value is; of no values it is 0.
+/// The larger of two values; NaN if either is NaN, which `f64::max` ignores. `values.fold(0.0, larger)` is therefore below a bound only if every
+/// value is; without values it is 0.
 pub fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// The smaller of two values; not a number where one of them is none, as of [`larger`].
+/// The smaller of two values; NaN if either is NaN, which `f64::min` ignores.
 pub fn smaller(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }
 }
 
-/// The middle of the sorted values, or the mean of the two middle ones; not a number where there are no values.
+/// The median: the middle of the sorted values, or the mean of the two middle ones; NaN without values.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(half_width_of_one(&[1.0, 2.0, 6.0]), t_quantile(0.95, 2) * 7.0_f64.sqrt());
     }
 
-    /// Wherever it is among the values, also as the first one.
+    /// NaN is found wherever it is among the values, also in first position.
     #[test]
     fn what_is_not_a_number_is_not_left_out() {
         for place in 0..3 {
@@ -159,8 +160,8 @@ mod tests {
         assert_eq!([larger(f64::INFINITY, 1.0), smaller(1.0, f64::NEG_INFINITY)], [f64::INFINITY, f64::NEG_INFINITY]);
     }
 
-    /// Two-sided 95 % points of Student's t. ν = 1 and 2 have closed forms: tan(0.475π) and √(2·0.95²/(1 − 0.95²)); the
-    /// others are those of printed tables, to their three decimals.
+    /// Two-sided 95 % points of Student's t. ν = 1 and 2 have closed forms: tan(0.475π) and √(2·0.95²/(1 − 0.95²)); the others are from printed
+    /// tables, to their three decimals.
     #[test]
     fn quantiles_of_t() {
         let exact = [(1, (0.475 * std::f64::consts::PI).tan()), (2, (2.0_f64 * 0.9025 / 0.0975).sqrt())];
@@ -172,7 +173,7 @@ mod tests {
         }
     }
 
-    /// Of ν that is not whole, within 3 % of the integral of the density (scipy 1.14), and not below it.
+    /// For non-integer ν, within 3 % of the integral of the density (scipy 1.14), and not below it.
     #[test]
     fn real_quantiles_of_t() {
         for (nu, t) in
@@ -183,7 +184,7 @@ mod tests {
         }
     }
 
-    /// No value that is none is left out, as `f64::max` would.
+    /// NaN is not ignored as by `f64::max`.
     #[test]
     fn what_is_no_number_stays_so() {
         assert_eq!((range([2.0, -1.0, 0.5].into_iter()), range(std::iter::empty())), (3.0, 0.0));
@@ -194,7 +195,7 @@ mod tests {
         }
     }
 
-    /// By counting: 2 of 6 orders of ++−− have 2 runs; all orders of 3 and 3 signs.
+    /// By counting: 2 of the 6 orders of ++−− have 2 runs; the counts for 3 and 3 signs cover all orders.
     #[test]
     fn runs_are_counted_right() {
         assert_eq!(few_runs(&[true, true]), None);

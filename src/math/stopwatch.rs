@@ -1,4 +1,4 @@
-//! Times of computations: by the clock, and of the processor.
+//! Wall and CPU times of computations.
 
 use super::threads::owns_the_process;
 use cpu_time::{ProcessTime, ThreadTime};
@@ -34,8 +34,8 @@ impl Sub for Spent {
     }
 }
 
-/// Measures a computation from its start on. The CPU time is that of all threads where the process computes nothing else, otherwise of the thread that
-/// calls.
+/// Measures a computation from its start on. The CPU time includes all threads if the process computes nothing else, otherwise only the calling
+/// thread.
 #[derive(Clone, Copy, Debug)]
 pub struct Stopwatch {
     wall: Instant,
@@ -49,7 +49,7 @@ enum CpuClock {
 }
 
 impl Stopwatch {
-    /// Counts from now.
+    /// Starts the measurement.
     pub fn start() -> Self {
         let wall = Instant::now();
         let cpu = match owns_the_process() {

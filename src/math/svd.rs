@@ -1,12 +1,12 @@
-//! Singular value decompositions that come to an end, whatever the matrix.
+//! Singular value decompositions that terminate for every matrix.
 
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
-/// Sweeps that nalgebra's iteration gets for each singular value; a few are usual.
+/// Number of sweeps allowed to nalgebra's iteration for each singular value; it usually takes a few.
 const SWEEPS: usize = 100;
 
 /// The thin decomposition with singular values in descending order. nalgebra's iteration does not converge for some matrices with many equal rows;
-/// faer's divide and conquer takes those. Singular values of a matrix that is not finite are not a number.
+/// faer's divide and conquer handles those. The singular values of a matrix that is not finite are NaN.
 pub fn svd(matrix: DMatrix<f64>, u: bool, v: bool) -> SVD<f64, Dyn, Dyn> {
     if matrix.is_empty() {
         return nothing(&matrix);
@@ -35,7 +35,7 @@ fn by_faer(m: &DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     }
 }
 
-/// Of a matrix without entries, or whose singular values are not a number.
+/// The decomposition of an empty matrix, or of one whose singular values are NaN.
 fn nothing(m: &DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
     let k = m.nrows().min(m.ncols());
     SVD {
@@ -49,7 +49,7 @@ fn nothing(m: &DMatrix<f64>) -> SVD<f64, Dyn, Dyn> {
 mod tests {
     use super::*;
 
-    /// Both methods give the matrix back, with the same singular values, to rounding of the sums of a few dozen products.
+    /// Both methods reproduce the matrix, with the same singular values, up to the rounding of sums of a few dozen products.
     #[test]
     fn both_methods_agree() {
         for (n, p) in [(40, 3), (3, 3), (2, 5)] {

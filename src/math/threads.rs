@@ -1,7 +1,7 @@
-//! Threads within one case: how many there are, and the only loop that uses them.
+//! Threads within one case: their number, and the only loop that uses them.
 //!
-//! A program that owns its process says how many threads it may use ([`use_threads`]), at any time; a library user who says nothing has
-//! one. Results do not depend on the number: what a loop does, and the order of its results, follow from its items alone.
+//! A program that owns its process can set the number of threads at any time ([`use_threads`]); without such a call there is one thread. Results do
+//! not depend on the number: the work of a loop, and the order of its results, depend only on its items.
 
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -12,37 +12,38 @@ use std::process;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Threads in use from now on; 0 where nobody has said anything.
+/// Number of threads in use from now on; 0 until it has been set.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
 static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
-/// The process that has started the threads; 0 for none.
+/// The process that has started the threads; 0 as long as no process has.
 static OWNER: AtomicU32 = AtomicU32::new(0);
 
 thread_local! {
     static ALONE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Lets the loops of this process use `count` threads, at least one; the process computes nothing else.
+/// Lets the loops of this process use `count` threads, but at least one; the process must compute nothing else.
 pub fn use_threads(count: usize) {
     WANTED.store(count.max(1), Ordering::Relaxed);
 }
 
-/// Cores that this process may use.
+/// Number of cores that this process may use.
 pub fn available() -> usize {
     std::thread::available_parallelism().map_or(1, Into::into)
 }
 
-/// Threads in use.
+/// Number of threads in use.
 pub fn count() -> usize {
     WANTED.load(Ordering::Relaxed).max(1)
 }
 
-/// Whether a program has said how many threads it may use, and so owns its process.
+/// Whether the program has set the number of threads, and so owns its process.
 pub(super) fn owns_the_process() -> bool {
     WANTED.load(Ordering::Relaxed) > 0
 }
 
-/// Does work whose loops run in this thread alone. For what one of the threads waits for: the others may all wait for the like.
+/// Does work whose loops run in this thread alone. Use it for work that another thread waits for: all threads of the pool may be waiting in the same
+/// way.
 pub fn alone<R>(work: impl FnOnce() -> R) -> R {
     struct Before(bool);
     impl Drop for Before {
@@ -54,28 +55,28 @@ pub fn alone<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
-/// Whether this thread does such work.
+/// Whether this thread does work within [`alone`].
 pub fn is_alone() -> bool {
     ALONE.get()
 }
 
-/// Whether this process was forked when another one had started the threads: it has none of them, and its loops run in the thread that calls them.
+/// Whether this process was forked after another one had started the threads: it has none of them, and its loops run in the calling thread.
 pub fn are_left_behind() -> bool {
     let owner = OWNER.load(Ordering::Relaxed);
     owner != 0 && owner != process::id()
 }
 
-/// f of each item, in the order of the items, on as many threads as there are.
+/// Applies f to each item on the threads in use; the results are in the order of the items.
 pub fn map<T: Send, R: Send>(items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R> {
     let pool = if items.len() < 2 { None } else { pool(count()) };
     match pool {
-        // An item is worth a task of its own
+        // Each item is worth a task of its own
         Some(pool) => pool.install(|| items.into_par_iter().with_max_len(1).map(&f).collect()),
         None => items.into_iter().map(f).collect(),
     }
 }
 
-/// Runs f on one of the threads, where there are several: its loops begin at once, without waking another thread first.
+/// Runs f on one of the threads if there are several, so that its loops begin at once, without first waking another thread.
 pub fn inside<R: Send>(f: impl FnOnce() -> R + Send) -> R {
     match pool(count()) {
         Some(pool) => pool.install(f),
@@ -83,7 +84,8 @@ pub fn inside<R: Send>(f: impl FnOnce() -> R + Send) -> R {
     }
 }
 
-/// Ranges of about equal weight, of at least `least` and at most `most` in number; `ends[i + 1] − ends[i]` is the weight of item i.
+/// Ranges of items of about equal weight, which is at least `least` unless there is only one range; there are at most `most` of them. `ends[i + 1] −
+/// ends[i]` is the weight of item i.
 pub fn divide(ends: &[u32], least: usize, most: usize) -> Vec<Range<usize>> {
     let (items, total) = (ends.len() - 1, ends[ends.len() - 1] as usize);
     let parts = (total / least).clamp(1, most);
@@ -94,12 +96,13 @@ pub fn divide(ends: &[u32], least: usize, most: usize) -> Vec<Range<usize>> {
     (0..parts).map(|part| end(part)..end(part + 1)).collect()
 }
 
-/// The content of a mutex, also where a thread that held it has panicked.
+/// Locks a mutex, even if a thread that held it has panicked.
 pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// None for one thread, where the system gives no more, in a process that was forked without them, and in work that is done alone.
+/// The pool of this many threads; `None` for one thread, if the system refuses to start threads, in a process that was forked without them, and
+/// within [`alone`].
 fn pool(count: usize) -> Option<Arc<ThreadPool>> {
     if count < 2 || is_alone() || are_left_behind() {
         return None;
@@ -127,7 +130,7 @@ mod tests {
         assert!(parts[0].start == 0 && parts[4].end == 1000 && parts.windows(2).all(|w| w[0].end == w[1].start));
         assert!(divide(&ends, 5000, 5).into_iter().eq(std::iter::once(0..1000)));
         assert!(divide(&[0], 1, 5).into_iter().eq(std::iter::once(0..0)));
-        // One heavy item leaves parts without any.
+        // One heavy item leaves some parts empty
         let parts = divide(&[0, 0, 900, 901], 100, 4);
         assert_eq!(parts.iter().map(Range::len).sum::<usize>(), 3);
     }

@@ -1,4 +1,4 @@
-//! Quantities with units, as files give them: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
+//! Quantities with units, as written in files: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code everything is in SI units.
 
 use crate::wording;
 use std::fmt;
@@ -37,7 +37,7 @@ impl Dimension {
     pub const VELOCITY: Self = dim(1, 0, -1, 0);
     pub const ANGULAR_VELOCITY: Self = dim(0, 0, -1, 1);
 
-    /// A unit of this dimension that the reader will recognise, for messages.
+    /// A familiar unit of this dimension, for messages.
     pub fn example(self) -> &'static str {
         match self {
             Self::NONE => "a plain number",
@@ -62,7 +62,7 @@ impl Dimension {
         }
     }
 
-    /// The SI unit of this dimension; `1` of a number without one.
+    /// The SI unit of this dimension; `1` for a plain number.
     pub fn si_unit(self) -> &'static str {
         match self {
             Self::NONE => "1",
@@ -88,7 +88,7 @@ impl Dimension {
         }
     }
 
-    /// The dimension of this times `o` to the power n.
+    /// The dimension of this quantity times `o` to the power n.
     pub fn times(self, o: Self, n: i32) -> Self {
         dim(self.m + n * o.m, self.kg + n * o.kg, self.s + n * o.s, self.rad + n * o.rad)
     }
@@ -105,14 +105,14 @@ pub enum UnitError {
     Unknown { text: String, unit: String },
     #[error("\"{text}\" has the wrong dimension; a unit such as {} is needed", .wanted.example())]
     Wrong { text: String, wanted: Dimension },
-    /// In SI it is no finite number, or zero where the text is not
+    /// The value in SI overflows, or underflows to zero
     #[error("\"{text}\" is too large or too small for a number in SI units; check the exponent")]
     Range { text: String },
     #[error("a quantity of {length} characters; write a number and a unit, at most {} characters", LONGEST)]
     Long { length: usize },
 }
 
-/// A number with the SI unit of its dimension and with a usual one: the units that may be meant.
+/// The number with the SI unit of its dimension and with a familiar unit: the units that may be meant.
 fn with_unit(text: &str, wanted: Dimension) -> String {
     let (si, usual) = (wanted.si_unit(), wanted.example());
     match si == usual {
@@ -121,7 +121,7 @@ fn with_unit(text: &str, wanted: Dimension) -> String {
     }
 }
 
-/// Fact and remedy of a unit that is not known.
+/// Fact and remedy for an unknown unit.
 fn unknown(unit: &str) -> String {
     if let Some(rest) = unit.strip_prefix(',').filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
         let digits = rest.chars().take_while(char::is_ascii_digit).count();
@@ -144,10 +144,10 @@ fn unknown(unit: &str) -> String {
     }
 }
 
-/// Longest text of a quantity \[bytes\].
+/// Largest length of a quantity \[bytes\].
 const LONGEST: usize = 256;
 
-/// (symbol, factor to SI, dimension)
+/// Known units: symbol, factor to SI, dimension.
 const UNITS: &[(&str, f64, Dimension)] = &[
     ("m", 1.0, Dimension::LENGTH),
     ("cm", 1e-2, Dimension::LENGTH),
@@ -198,7 +198,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 ///
 /// # Errors
 ///
-/// Where the text is no number with a unit of this dimension, or is beyond the range of numbers.
+/// The text is not a number with a unit of this dimension, or its value in SI is out of range.
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     let owned = || text.trim().to_string();
     match quantity(text)? {
@@ -208,11 +208,11 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     }
 }
 
-/// The value in SI and what it is.
+/// Parses a quantity into its value in SI and its dimension.
 ///
 /// # Errors
 ///
-/// Where the text is no number with a known unit, or is beyond the range of numbers.
+/// The text is not a number with a known unit, or its value in SI is out of range.
 pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     let (value, unit) = split(text)?;
     let owned = || text.trim().to_string();
@@ -224,11 +224,11 @@ pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     Ok((si, dimension))
 }
 
-/// Number, unit, factor of the unit to SI, and dimension of a quantity.
+/// Splits a quantity into its number, its unit, the factor of the unit to SI, and its dimension.
 ///
 /// # Errors
 ///
-/// Where the text is no number with a known unit.
+/// The text is not a number with a known unit.
 pub fn parts(text: &str) -> Result<(f64, &str, f64, Dimension), UnitError> {
     let (number, unit) = split(text)?;
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
@@ -240,16 +240,17 @@ pub fn parts(text: &str) -> Result<(f64, &str, f64, Dimension), UnitError> {
 ///
 /// # Errors
 ///
-/// Where `unit` is unknown, or the text is no number with a unit of the same dimension.
+/// `unit` is unknown, or the text is not a number with a unit of the same dimension.
 pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
     let (factor, dimension) = parse_unit(unit).map_err(unknown)?;
     let (value, own) = split(text)?;
-    // The number of the text, not one that went to SI and back.
+    // The number as written, without rounding through SI
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 
-/// A unit as machines spell it, in the spelling of the program: `N/mm2`, `Mpa`, `inch`, `msec`. What may be two units is not changed: `mpa`.
+/// Converts the spellings of test machines, such as `N/mm2`, `Mpa`, `inch` and `msec`, to that of the program. Ambiguous spellings such as `mpa` are
+/// unchanged.
 pub fn spelled(unit: &str) -> String {
     let one = |part: &str| {
         let part = part.trim().trim_end_matches('.').replace("**", "^");
@@ -281,19 +282,19 @@ pub fn spelled(unit: &str) -> String {
     unit.split('/').map(one).collect::<Vec<_>>().join("/")
 }
 
-/// True of a unit that is known, also as machines spell it.
+/// Whether a unit is known, also in the spelling of test machines.
 pub fn is_unit(text: &str) -> bool {
     quantity(&format!("1 {}", spelled(text))).is_ok()
 }
 
-/// A unit over another one, as machines spell them; `None` where one of them is unknown, or they are of different dimensions.
+/// Quotient of two units, also in the spelling of test machines; `None` if one of them is unknown or their dimensions differ.
 pub fn ratio(unit: &str, other: &str) -> Option<f64> {
     let size = |unit: &str| quantity(&format!("1 {}", spelled(unit))).ok();
     let ((a, one), (b, two)) = (size(unit)?, size(other)?);
     (one == two).then_some(a / b)
 }
 
-/// A quantity with a blank between number and unit: `65mm` is `65 mm`; `None` where the text is no number with a unit.
+/// A quantity with a space between number and unit: `65mm` becomes `65 mm`; `None` if the text is not a number with a unit.
 pub fn spaced(text: &str) -> Option<String> {
     let (_, unit) = split(text).ok()?;
     parse_unit(unit).ok()?;
@@ -301,25 +302,26 @@ pub fn spaced(text: &str) -> Option<String> {
     (!unit.is_empty()).then(|| format!("{number} {unit}"))
 }
 
-/// Relative rounding of a number that was multiplied with the powers of a unit.
+/// Relative rounding error of a number that was multiplied by the powers of a unit.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Whether a number is within two others but for the rounding of their units: 0.0041 is not beyond 4.1 mm, which is 0.0040999999999999995 m.
+/// Whether a number is between two others up to the rounding of their units: 0.0041 is not beyond 4.1 mm, which is 0.0040999999999999995 m.
 pub fn within(value: f64, (low, high): (f64, f64)) -> bool {
     let rounding = ROUNDING * low.abs().max(high.abs());
     low - rounding <= value && value <= high + rounding
 }
 
-/// A number as it is shown, with nine significant digits: 0.93 g/cm^3 is 930 kg/m^3, where the product of the factors is 929.9999999999999.
+/// A number rounded for display, to nine significant digits: 0.93 g/cm^3 is 930 kg/m^3, although the product of the factors is 929.9999999999999.
 pub fn shown(x: f64) -> f64 {
     format!("{x:.8e}").parse().unwrap_or(x)
 }
 
-/// A number that is printed with the decimals of its format, or with four significant digits where these would be off by more than half a per cent.
+/// A number that is printed with the decimals of its format, or with four significant digits if the decimals would be off by more than half a per
+/// cent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decimals(pub f64);
 
-/// Largest error of the decimals, as a share of the number.
+/// Largest error of the decimals, relative to the number.
 const OFF: f64 = 0.005;
 
 impl fmt::Display for Decimals {
@@ -330,14 +332,15 @@ impl fmt::Display for Decimals {
     }
 }
 
-/// A regular expression (ECMA 262) of a number followed by a product of known units, or by none.
+/// A regular expression (ECMA 262) for a number that is followed by a product of known units, or by no unit.
 pub fn pattern() -> String {
     let names: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
     let factor = format!("(?:1|(?:{})(?:\\^-?[0-9]+|²|³)?)", names.join("|"));
     format!(r"^\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*(?:/?\s*{factor}(?:[ *·/]+{factor})*)?\s*$")
 }
 
-/// Number and unit. The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.
+/// Splits a text into number and unit. The number is the longest prefix that parses as one: in "5 m" it must not include the "m", and in "1e3 Pa" it
+/// must include the exponent.
 fn split(text: &str) -> Result<(f64, &str), UnitError> {
     let trimmed = text.trim();
     if trimmed.len() > LONGEST {
@@ -351,7 +354,7 @@ fn split(text: &str) -> Result<(f64, &str), UnitError> {
     Ok((value, trimmed[end..].trim()))
 }
 
-/// Product of powers: `g/cm^3`, `Pa s`, `Pa·s`, `m/s^2`. After a slash a factor divides.
+/// Parses a product of powers: `g/cm^3`, `Pa s`, `Pa·s`, `m/s^2`. Factors after a slash divide.
 fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
     let (mut factor, mut dimension) = (1.0, Dimension::NONE);
     for (k, part) in unit.split('/').enumerate() {
@@ -376,7 +379,7 @@ fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
 mod tests {
     use super::*;
 
-    /// Of the lengths with one decimal of a millimetre every twentieth is rounded to another number than the same length in metres.
+    /// One in twenty of the lengths with one decimal of a millimetre is rounded to a number different from the same length given in metres.
     #[test]
     fn the_end_of_a_range_is_within_it() {
         let metres = |text: &str| parse(text, Dimension::LENGTH).expect("a length");

@@ -1,4 +1,4 @@
-//! Products of vectors that are slices.
+//! Scalar product and norm of vectors in slices.
 
 /// Euclidean norm.
 pub fn norm(v: &[f64]) -> f64 {

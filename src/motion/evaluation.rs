@@ -1,5 +1,6 @@
 //! Evaluation of a record of motion: which state is held and which one is final, when the release is, how a body moved, and how it rings down.
 
+use super::audit_log;
 use super::body::{self, Pose};
 use super::curve::Curve;
 use super::curve_states::{EvaluatedCurve, with_states};
@@ -13,7 +14,6 @@ use super::ring_down::ring_down;
 use super::track::{ReadOptions, Track};
 use super::tracks::Tracks;
 use super::vibration::RingDown;
-use super::words;
 use crate::math::tensor::Vec3;
 use std::path::Path;
 
@@ -83,13 +83,13 @@ pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Ev
             let absent = || MotionError::NoCurve { asked: name.clone(), known: known() };
             let at = curves.iter().position(|c| c.curve.name == *name).ok_or_else(absent)?;
             let found = ring_down(&curves[at].curve, [origin + from, origin + to], origin, request.creep)?;
-            log.extend(words::ring_down(name, &found));
+            log.extend(audit_log::ring_down(name, &found));
             Some((at, found))
         }
     };
     for EvaluatedCurve { curve, held, last, .. } in &curves {
         for (state, plateau) in [("held", held), ("final", last)] {
-            doubts.extend(plateau.as_ref().and_then(Plateau::doubt).map(|d| words::doubt(&curve.name, state, &d)));
+            doubts.extend(plateau.as_ref().and_then(Plateau::doubt).map(|d| audit_log::doubt(&curve.name, state, &d)));
         }
     }
     let source = tracks.source.clone();
@@ -129,19 +129,19 @@ fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Resu
             Err(e) => (held, last, held.or(last).is_none().then_some(e)),
         },
     };
-    log.push(words::states(guide, rule));
+    log.push(audit_log::states(guide, rule));
     let release = match held {
         None => None,
         Some(window) => {
             let found = release(guide, &Plateau::over(guide, window)?, &request.release)?;
-            log.push(words::release(&guide.name, &found, &request.release));
+            log.push(audit_log::release(&guide.name, &found, &request.release));
             Some(found)
         }
     };
     // The tolerance lets the first rows of the motion into the plateau
     let end = release.as_ref().filter(|_| request.held_s.is_none()).map(|r| r.time_s);
     let held = held.map(|[from, to]| [from, end.map_or(to, |end| to.min(end))]);
-    log.extend(words::windows(held, last));
+    log.extend(audit_log::windows(held, last));
     Ok(States { held, last, release, missing })
 }
 
@@ -178,7 +178,7 @@ fn register(
     for point in tracks.markers.iter_mut().flat_map(|m: &mut Track| m.points.iter_mut()).flatten() {
         *point = found.apply(Vec3::from(*point)).into();
     }
-    log.extend(words::registration(&found, &used, &reference.source));
+    log.extend(audit_log::registration(&found, &used, &reference.source));
     Ok(found)
 }
 
@@ -204,9 +204,9 @@ fn body_curves(
     }
     let at = request.at.unwrap_or_else(|| known.iter().sum::<Vec3>() / known.len() as f64);
     let poses = body::pose(tracks, names, &known)?;
-    log.extend(words::body(names, at, &poses));
+    log.extend(audit_log::body(names, at, &poses));
     doubts.extend(knock::knocks(&tracks.time_s, &group).iter().map(ToString::to_string));
-    doubts.extend(words::deformation(&known, &poses));
+    doubts.extend(audit_log::deformation(&known, &poses));
     let curve = |name: String, value: &dyn Fn(&Pose) -> f64| {
         let column = |f: &dyn Fn(&Pose) -> f64| poses.iter().map(f).collect::<Vec<f64>>();
         Curve::weighted(&name, column(&|p| p.time_s), column(value), column(&|p| p.samples))

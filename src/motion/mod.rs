@@ -4,6 +4,7 @@
 //! rigid motion of a group of markers. A [`Curve`] of it, or of a simulation, has plateaus ([`plateau`]), a release ([`release`]) and a ring-down
 //! ([`ring_down`]); repeats are pooled ([`repeats`]). [`evaluate`] does all of this for a file and writes down what it decided.
 
+mod audit_log;
 pub mod body;
 mod c3d;
 mod curve;
@@ -26,8 +27,8 @@ mod track;
 mod tracks;
 mod trc;
 mod vibration;
-mod words;
 
+pub(crate) use audit_log::amount;
 pub use curve::Curve;
 pub use curve_states::EvaluatedCurve;
 pub use error::{MotionError, Swap};
@@ -35,4 +36,3 @@ pub use evaluation::{Evaluation, evaluate, evaluate_tracks};
 pub use request::{BodyRequest, MotionRequest};
 pub use track::{ReadOptions, Track};
 pub use tracks::{LARGEST, SMALLEST, Tracks};
-pub(crate) use words::amount;

@@ -138,7 +138,7 @@ impl Constants {
 
     /// The compliances of all parts, for modes and tests of the pressure.
     pub fn set_compliances(&mut self, points: &BodyPoints, modes: &[Vec<f64>], tests: &[Vec<f64>]) {
-        let of_part = |(k, part): (usize, &super::training::body_points::Part)| {
+        let of_part = |(k, part): (usize, &super::training::body_points::ElasticPoints)| {
             let pairs = |fields: &[Vec<f64>]| {
                 let all = fields.iter().flat_map(|a| modes.iter().map(move |b| (a.clone(), b)));
                 all.map(|(a, b)| points.compliance_of(k, &a, b)).collect::<Vec<f64>>()

@@ -30,7 +30,7 @@ pub struct ReducedModel {
     /// Largest ‖q‖ of the training states, of displacements and of pressures
     pub amplitudes: [f64; 2],
     /// Of a model that rests
-    pub estimate: Option<ErrorModel>,
+    pub estimate: Option<AdjointEstimate>,
     /// Inertia, damping and steps in time, of a model that moves
     pub dynamics: Option<Dynamics>,
     /// Of a model that moves
@@ -68,7 +68,7 @@ pub struct Origin {
 
 /// The error estimate of a model: forces that are left along the solutions of adjoint equations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ErrorModel {
+pub struct AdjointEstimate {
     /// Points from which the forces along the tests are summed, law by law
     pub points: Vec<StoredPoints>,
     /// Loads along the tests
@@ -227,7 +227,7 @@ impl ReducedModel {
         (!sound).then_some("the error estimate has another size")
     }
 
-    fn fits(&self, e: &ErrorModel) -> bool {
+    fn fits(&self, e: &AdjointEstimate) -> bool {
         let Self { sizes, inputs, quantities, .. } = self;
         let regime = |r: &Regime| {
             r.taut.len() == self.cables.len()

@@ -65,24 +65,24 @@ mod describe;
 mod error;
 pub mod error_estimate;
 mod import;
-mod linear;
+mod linear_solver;
 mod notes;
 mod numerics;
 pub mod parts;
 mod read;
 mod record;
+mod rotation;
 mod run;
 pub mod sensitivity;
 mod signal;
 pub mod spec;
 mod stages;
 mod text;
-mod turning;
 
 pub use body::Body;
 pub use body::grid::{
-    cells as cells_of_grid, common_divisor, divisions as divisions_of_grid, divisions_value, grid as mesh_of_grid,
-    scaled as scaled_grid, similar as similar_grids, with_divisions as grid_with_divisions,
+    cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions, mesh_of_grid, scaled_grid,
+    similar_grids,
 };
 pub use body::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 pub use body::refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
@@ -104,7 +104,7 @@ pub use import::fixture::{Fixture, Slab};
 pub(crate) use import::nearest_cells;
 pub use import::starter::starter;
 pub use import::{Import, Imported};
-pub use linear::{LinearSpec, LinearWork, MemorySpec};
+pub use linear_solver::{LinearSpec, LinearWork, MemorySpec};
 pub use notes::beyond_data::beyond_data_notes;
 pub use notes::collapse::CollapsedCavity;
 pub(crate) use notes::cut_regions::CutRegions;
@@ -118,13 +118,14 @@ pub use notes::wrinkles::{no_limit_at, wrinkle_notes};
 pub(crate) use read::from_text;
 pub use read::{changed_scene, is_study, read_scene, read_table, value_in};
 pub(crate) use record::column::in_unit_of;
-pub use record::column::unit as unit_of_column;
+pub use record::column::unit_of_column;
 pub use record::compare::{Measured, MeasuredData, MeasuredTracks};
 pub use record::extreme::{Extreme, ExtremeKind, extreme, extreme_on};
 pub use record::features::{Features, Reading};
 pub use record::recorder::{Energies, Headline, Moment, Recorder};
 pub use record::winding::Winding;
 pub use record::{column, output, stretch};
+pub use rotation::half_turns;
 pub use run::Run;
 pub use run::checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use run::energy_growth::EnergyFromNothing;
@@ -142,4 +143,3 @@ pub(crate) use text::name;
 pub use text::overrides;
 pub use text::overrides::find;
 pub use text::quantity::{Length, Time};
-pub use turning::half_turns;

@@ -1,7 +1,7 @@
 //! `[numerics]`: what decides how a scene is solved, never what it is.
 
 use super::error::{SceneError, content};
-use super::linear::{LinearSpec, MemorySpec};
+use super::linear_solver::{LinearSpec, MemorySpec};
 use super::text::quantity::{Length, Time};
 use crate::solve::MOST_CUTS;
 use schemars::JsonSchema;

@@ -314,7 +314,7 @@ mod tests {
                  drive = { kind = \"length\", signal = { kind = \"points\", unit = \"mm\", of = [[0, 0, 1, 2]] } }",
                 "line 13: constraint 1 (cable): invalid length 4, expected an array of length 2",
             ),
-            ("[numerics]\ntolerance = nan", "s.toml, line 10: nan is no finite number; give one"),
+            ("[numerics]\ntolerance = nan", "s.toml, line 10: nan is not a finite number; give one"),
             ("[[stages]]\ndt = 1", "s.toml, line 9: stages 1: unknown key `stages`; did you mean `stage`?"),
             ("[mesh]\n", "s.toml, line 9: "),
         ] {

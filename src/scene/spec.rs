@@ -29,6 +29,7 @@ pub use super::parts::skin::SkinSpec;
 pub use super::record::compare::{CompareSpec, Comparisons, MarkersSpec};
 pub use super::record::measured_curve::MeasuredColumnSpec;
 pub use super::record::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
+pub use super::rotation::RotationSpec;
 pub use super::run::start::StartSpec;
 pub use super::signal::{FunctionSpec, SignalSpec};
 pub use super::stages::{ContinuationSpec, IntegratorSpec, StageSpec};
@@ -36,7 +37,6 @@ pub use super::text::quantity::{
     Angle, Damping, Density, Force, GuideRadius, Length, Modulus, PerSecond, Quantity, Speed, Spin, SpringStiffness,
     Time, Viscosity,
 };
-pub use super::turning::TurningSpec;
 use crate::material::{KnownLaws, LawTable};
 use schemars::JsonSchema;
 use serde::Deserialize;

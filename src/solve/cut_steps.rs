@@ -1,5 +1,5 @@
-//! Nominal steps, cut where a step does not converge or where its time error is too large, and doubled again. A cut halves the step;
-//! [`StepSettings::cuts`](super::StepSettings::cuts) limits their number.
+//! Nominal steps, which are cut if they do not converge or if their time error is too large, and doubled again later. A cut halves the step;
+//! [`StepSettings::cuts`](super::StepSettings::cuts) limits the number of cuts.
 
 use super::arc_length::limit_points::jumped;
 use super::diagnosis::{diagnose, pushes_unheld_body};
@@ -9,22 +9,22 @@ use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};
 use super::{Failure, Solution, Status, Step, TimeSpan, TurningPoint};
 use crate::system::State;
 
-/// Share of the allowed time error that the next step is expected to make.
+/// Share of the allowed time error at which the next step aims.
 const SAFE: f64 = 0.8;
-/// Rounding of the time that a part of a step is longer than, in units of ε t.
+/// Smallest length of a part of a step, in units of the rounding of the time, ε t.
 const RESOLVED: f64 = 16.0;
 
-/// Steps of length (nominal step)/2^cuts, with as many cuts as convergence and time error ask for.
+/// Steps of length (nominal step)/2^cuts, with as many cuts as convergence and time error require.
 pub(super) struct CutSteps {
     span: TimeSpan,
-    /// Cuts of the nominal step at present
+    /// Current number of cuts of the nominal step
     cuts: u32,
-    /// done/2^cuts of the nominal step is behind
+    /// Number of completed parts, of 2^cuts, of the nominal step
     done: u64,
     /// Start and end of the nominal step \[s\]
     origin: f64,
     goal: f64,
-    /// Time error of the last step, as a multiple of the allowed one
+    /// Time error of the last step relative to the allowed one
     excess: f64,
 }
 
@@ -33,14 +33,14 @@ impl CutSteps {
         Self { span, cuts, done: 0, origin: 0.0, goal: 0.0, excess: 0.0 }
     }
 
-    /// The most cuts of the present nominal step: its parts are no shorter than the rounding of the time allows.
+    /// Largest number of cuts of the current nominal step, such that its parts are resolved by the rounding of the time.
     fn most_cuts(&self, settings: &StepSettings) -> u32 {
         let rounding = RESOLVED * f64::EPSILON * self.goal.abs();
         let resolved = ((self.goal - self.origin) / rounding).log2().max(0.0) as u32;
         settings.cuts.min(MOST_CUTS).min(resolved)
     }
 
-    /// Cuts a step that did not converge, or says why not.
+    /// Cuts a step that did not converge, or fails with the reason.
     fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
         if why.is_of_memory() {
             return StepOutcome::Failed(Status::stopped(state.t, why, false));
@@ -78,7 +78,7 @@ impl<'a> StepStrategy<'a> for CutSteps {
         };
         self.excess = steps.time_error(integrator, state, &next, solution.anew);
         let most = self.most_cuts(&steps.settings);
-        // An error that is no number is not within it
+        // A NaN error is not within the bound
         let coarse = self.excess.is_nan() || self.excess > 1.0;
         if coarse && self.cuts < most {
             let more = (integrator.cuts_for(self.excess / SAFE).ceil() as u32).clamp(1, most - self.cuts);
@@ -92,8 +92,8 @@ impl<'a> StepStrategy<'a> for CutSteps {
         }
     }
 
-    /// The negative eigenvalues of a static step are counted where it ended if its last tangent, taken before, had some, if it
-    /// needed no tangent at all, and at the end of the stage.
+    /// The negative eigenvalues at the end of a static step are counted if its last tangent, which was formed before the end, had some, if it needed
+    /// no tangent at all, and at the end of the stage.
     fn accepted(
         &mut self,
         steps: &mut StepSolver<'a>,
@@ -109,7 +109,7 @@ impl<'a> StepStrategy<'a> for CutSteps {
             let step = Step { system: steps.system, integrator, past, dt: now.t - past.t };
             modes = steps.solver.unstable_modes(&step, now, modes.is_some_and(|n| n > 0));
         }
-        // Grow again after two steps in a row, by as much as the time error allows.
+        // Double the step again after two steps in a row, as far as the time error allows
         let mut allowed = integrator.cuts_for(SAFE / self.excess);
         while self.cuts > 0 && self.done.is_multiple_of(2) && allowed >= 1.0 {
             self.cuts -= 1;

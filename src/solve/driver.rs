@@ -1,5 +1,4 @@
-//! The loop over the spans of a run, the points of their time grids, and the steps in between. A step that did not converge is
-//! never accepted.
+//! The loop over the spans of a run, the points of their time grids, and the steps in between. A step that did not converge is never accepted.
 
 use super::arc_length::ArcLengthSteps;
 use super::contact::corrected_steps::CorrectedSteps;
@@ -17,12 +16,12 @@ use crate::math::threads;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
-/// Takes a state through time, span by span.
+/// Advances a state in time, span by span.
 pub struct Driver<'a> {
     pub steps: StepSolver<'a>,
     pub totals: Totals,
     pub findings: Findings,
-    /// Cuts of the nominal step at present
+    /// Current number of cuts of the nominal step
     cuts: u32,
 }
 
@@ -32,7 +31,7 @@ impl<'a> Driver<'a> {
         Self { steps, totals: Totals::default(), findings: Findings::default(), cuts: 0 }
     }
 
-    /// Goes on where another driver was.
+    /// Continues where another driver stopped.
     pub fn resume(&mut self, memory: DriverMemory) {
         let DriverMemory { prediction, cuts, stiffness, lagged_factor, totals } = memory;
         (self.steps.prediction, self.cuts, self.totals) = (prediction, cuts, totals);
@@ -45,7 +44,7 @@ impl<'a> Driver<'a> {
         self.run_spans(&[span], None, state, observer)
     }
 
-    /// Runs the spans from `state`; from a position in their grids after a restart, where nothing is decided again.
+    /// Runs the spans from `state`. After a restart it starts at the position `from` in their grids, where no decision is repeated.
     pub fn run_spans(
         &mut self,
         spans: &[TimeSpan],
@@ -92,7 +91,7 @@ impl<'a> Driver<'a> {
         observer.grid_point(&GridPoint { position, next: None, memory: &|| self.memory() }, state)
     }
 
-    /// Makes `state` the first one of a span.
+    /// Prepares `state` as the first state of a span.
     fn begin(&mut self, start: &SpanStart, state: &mut State) -> ControlFlow<Status> {
         if start.goes_on() {
             return ControlFlow::Continue(());
@@ -116,7 +115,7 @@ impl<'a> Driver<'a> {
         ControlFlow::Continue(())
     }
 
-    /// The end of the run by its limit, where that is reached.
+    /// The status of a run that has reached its limit; `None` if it has not.
     fn reached(&self, state: &State) -> Option<Status> {
         let reached = self.steps.solver.equations.limit.reached()?;
         Some(match reached {
@@ -175,7 +174,7 @@ impl<'a> Driver<'a> {
         ControlFlow::Continue(())
     }
 
-    /// Everything that the next step needs in addition to the state to give the same bits.
+    /// The data that the next step needs in addition to the state to give bit-identical results.
     fn memory(&self) -> DriverMemory {
         DriverMemory {
             prediction: self.steps.prediction.clone(),
@@ -187,7 +186,7 @@ impl<'a> Driver<'a> {
     }
 }
 
-/// The strategy of a span, whose nominal step has `cuts` cuts already.
+/// The step strategy of a span, whose nominal step already has `cuts` cuts.
 fn strategy<'a>(span: &TimeSpan, cuts: u32) -> Box<dyn StepStrategy<'a> + 'a> {
     match span.integrator {
         Integrator::ArcLength { max_steps } => Box::new(ArcLengthSteps::new(*span, max_steps)),

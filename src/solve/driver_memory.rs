@@ -1,14 +1,14 @@
-//! The memory of a run from step to step, which a checkpoint holds.
+//! The memory of a run between steps, which a checkpoint stores.
 
 use super::{LaggedFactorRecord, Prediction, Totals};
 
-/// Everything that a driver remembers from step to step in addition to the state.
+/// The data that a driver keeps between steps in addition to the state.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct DriverMemory {
     pub prediction: Prediction,
-    /// Cuts of the nominal step at present
+    /// Current number of cuts of the nominal step
     pub cuts: u32,
-    /// ‖diag K‖ of the last tangent \[N/m\], with displacements longer than the body as multiples of it
+    /// ‖diag K‖ of the last tangent \[N/m\]; entries with displacements longer than the body are scaled by displacement over body length
     pub stiffness: f64,
     pub lagged_factor: LaggedFactorRecord,
     pub totals: Totals,

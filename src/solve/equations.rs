@@ -7,38 +7,40 @@ use crate::math::vector::norm;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, State, System, Want};
 use std::time::{Duration, Instant};
 
-/// Share of a Newton step below which its limit does not let the body move at all \[–\].
+/// Share of a Newton step below which its limit prevents any motion of the body \[–\].
 const JAMMED: f64 = 1e-10;
-/// Share of the size of the body below which a displacement is none \[–\].
+/// Size relative to the length of the body below which a displacement counts as zero \[–\].
 const REST: f64 = 1e-8;
-/// Share of the size of the body below which a gap is rounding \[–\].
+/// Size relative to the length of the body below which a gap is rounding \[–\].
 const CLOSED: f64 = 1e-12;
-/// Sizes of the body beyond which a displacement is that of a diverging iteration, and no reason for more rounding \[–\].
+/// Displacement relative to the length of the body above which an iteration is diverging, so that the displacement does not increase the estimate of
+/// rounding \[–\].
 const LOST: f64 = 1e5;
 
-/// Sums over the effects, and what is needed to judge them.
+/// The sums over the effects, and the data needed to judge them.
 pub struct Equations {
     pub sums: Assembled,
     /// Wall time of all evaluations
     pub assembly_time: Duration,
-    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces: a displacement longer than the body counts as a multiple of it
+    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces; entries with displacements longer than the body are scaled by displacement
+    /// over body length
     pub stiffness: f64,
     /// Length of the body \[m\], for the rounding of forces
     pub(super) length: f64,
-    /// Beyond it nothing is assembled
+    /// Limit of the run, after which nothing is assembled
     pub limit: Limit,
-    /// \[constraints\] g at the start of the step, where the law of a constraint depends on it
+    /// \[constraints\] g at the start of the step, if the law of a constraint depends on it
     old: Vec<f64>,
 }
 
-/// Error of a state: the larger one of forces and of constraints, as shares of their scales.
+/// Error of a state: the larger of the errors of forces and of constraints, relative to their scales.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ScaledError {
-    /// The error with forces compared with the largest effect's Σ‖r_e‖
+    /// Error with the forces relative to the largest Σ‖r_e‖ of any effect
     pub exact: f64,
-    /// The same, but forces that are rounding of the stiffest part count as no more than the tolerance
+    /// Error in which forces at the rounding level of the stiffest part count as no more than the tolerance
     pub above_rounding: f64,
-    /// The forces are no more than rounding of the stiffest part
+    /// Whether the forces are at the rounding level of the stiffest part
     pub is_rounding: bool,
 }
 
@@ -54,8 +56,8 @@ impl Equations {
         }
     }
 
-    /// Begins the step to `next`: refuses inputs that are no finite numbers, takes what the laws of the constraints need of the last
-    /// state, and drops the room in the tangent that the last step asked for.
+    /// Begins the step to `next`: refuses inputs that are not finite, evaluates what the laws of the constraints need at the last state, and removes
+    /// the transient entries of the last step from the pattern of the tangent.
     pub(super) fn begin(&mut self, step: &Step, targets: &[(usize, f64)], next: &State) -> Result<(), Failure> {
         step.check_inputs(targets, next)?;
         if step.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked) {
@@ -81,12 +83,12 @@ impl Equations {
         result.map_err(Failure::Eval)
     }
 
-    /// Fails where the limit of the run is reached.
+    /// Fails if the limit of the run is reached.
     pub(super) fn go_on(&self) -> Result<(), Failure> {
         if self.limit.reached().is_some() { Err(Failure::LimitReached) } else { Ok(()) }
     }
 
-    /// The same for the tangent of an iteration, whose stiffness is noted.
+    /// Evaluates residual and tangent of an iteration, and stores the stiffness of the tangent.
     pub(super) fn linearise(
         &mut self,
         step: &Step,
@@ -98,7 +100,7 @@ impl Equations {
         Ok(())
     }
 
-    /// Brings the history of `next`, the solution of the step, to the end of the step.
+    /// Advances the history of `next`, the solution of the step, to the end of the step.
     pub(super) fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
         let start = Instant::now();
         let mut history = std::mem::take(&mut next.history);
@@ -111,13 +113,13 @@ impl Equations {
         result.map_err(Failure::Eval)
     }
 
-    /// Error of the state that the sums belong to. Forces below 4ε ‖k‖ L, k_i = K_ii max(1, |x_i|/L), are rounding: K u is a sum of terms
-    /// of the size K_ii x_i, also where the body moves as a whole.
+    /// Error of the state to which the sums belong. Forces below 4ε ‖k‖ L, with k_i = K_ii max(1, |x_i|/L), are at the rounding level: K u is a sum
+    /// of terms of size K_ii x_i, even if the body moves as a whole.
     pub(super) fn error(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
         self.error_at_stiffness(system, state, tolerance, self.stiffness)
     }
 
-    /// The same with ‖diag K‖ of the tangent in the sums.
+    /// Error of the state to which the sums belong, with ‖diag K‖ of the tangent in the sums.
     pub(super) fn error_at_tangent(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
         self.error_at_stiffness(system, state, tolerance, self.present_stiffness(system, &state.x))
     }
@@ -142,12 +144,12 @@ impl Equations {
         ScaledError { exact: scaled(0.0), above_rounding: scaled(rounding), is_rounding: residual <= rounding }
     }
 
-    /// A displacement \[m\], or the largest one that counts as rest.
+    /// The displacement \[m\], but not less than the largest one that counts as rest.
     pub(super) fn visible(&self, displacement: f64) -> f64 {
         displacement.max(REST * self.length)
     }
 
-    /// The constraints at `state`, which the sums belong to.
+    /// The values of the constraints at `state`, to which the sums belong.
     pub(super) fn rows<'a>(&'a self, state: &'a State) -> ConstraintValues<'a> {
         ConstraintValues {
             now: state.clock(),
@@ -158,7 +160,7 @@ impl Equations {
         }
     }
 
-    /// −r − lift \[equations\]; the lift only where a prescribed increment is left.
+    /// −r − lift \[equations\]; the lift is included only if a prescribed increment remains.
     pub(super) fn right_side(&self, system: &System, lifted: bool) -> Vec<f64> {
         let mut y = system.restrict(&self.sums.r);
         y.iter_mut().zip(&self.sums.increment_force).for_each(|(y, lift)| *y = -*y - if lifted { *lift } else { 0.0 });
@@ -171,7 +173,7 @@ impl Equations {
         system.dofs.free.iter().max_by(largest).map_or(0, |dof| dof / 3)
     }
 
-    /// The share of the motion dx from x that no effect forbids.
+    /// The largest share of the motion dx from x that no effect forbids.
     pub(super) fn longest(&mut self, system: &System, x: &[f64], dx: &[f64]) -> Result<f64, Failure> {
         match system.max_step(x, dx, &mut self.sums.caches) {
             None => Ok(1.0),

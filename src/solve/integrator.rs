@@ -4,25 +4,23 @@ use crate::math::statistics::larger;
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
 
-/// Rule by which velocity and acceleration follow from the displacement at the end of a step.
+/// Rule that gives velocity and acceleration from the displacement at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Integrator {
     /// No rates: a sequence of equilibria; t only orders the loads
     Static,
-    /// Equilibria too, with the time of the loads as an unknown: past limit points. At most so many steps
+    /// A sequence of equilibria with the time of the loads as an unknown, which continues past limit points; at most `max_steps` steps
     ArcLength { max_steps: usize },
-    /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, damps. `linearised`: one Newton iteration a step, accepted as it
-    /// is, for comparison with simulators that do so
+    /// v = (x − xₙ)/Δt, a = (v − vₙ)/Δt; first order, with numerical damping. `linearised`: one Newton iteration per step, accepted as it is, for
+    /// comparison with simulators that work in this way
     ImplicitEuler { linearised: bool },
-    /// Implicit Euler with corrections by contact, `corrected_steps`, for comparison: so many integration steps
-    /// in each step of the time grid
+    /// Implicit Euler with contact corrections, `corrected_steps`, for comparison: `integration_steps` steps in each step of the time grid
     FreeMotion { integration_steps: usize },
-    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, of motions that are given with their
-    /// accelerations, and at impacts of rigid bodies, where it begins anew
+    /// Backward differentiation of second order with variable steps, applied to x and to v. The first step is implicit Euler, with the initial
+    /// accelerations of prescribed motions; at impacts of rigid bodies the rule is restarted by an implicit Euler step
     Bdf2,
-    /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q,
-    /// (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ + α_f aₙ, equilibrium and constraints hold exactly at tₙ₊₁.
-    /// Coefficients of Chung & Hulbert (1993) from the spectral radius ρ∞
+    /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q, (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ +
+    /// α_f aₙ, and equilibrium and constraints hold exactly at tₙ₊₁. Coefficients of Chung & Hulbert (1993) from the spectral radius ρ∞
     GeneralisedAlpha { rho: f64 },
     /// Newmark (1959): α_m = α_f = 0
     Newmark { beta: f64, gamma: f64 },
@@ -35,7 +33,7 @@ struct Alpha {
     gamma: f64,
 }
 
-/// Name of an integrator as a paper writes it, from that of files.
+/// Name of an integrator as written in papers, from its name in files; `None` if it is unknown.
 pub fn integrator_title(name: &str) -> Option<&'static str> {
     let title = match name {
         "static" => "static",
@@ -51,7 +49,7 @@ pub fn integrator_title(name: &str) -> Option<&'static str> {
     Some(title)
 }
 
-/// Order of convergence in the time step of an integrator, by its name in files; none of a static one.
+/// Order of convergence of an integrator in the time step, from its name in files; `None` for static ones.
 pub fn integrator_order(name: &str) -> Option<u8> {
     match name {
         "static" | "arc_length" => None,
@@ -65,7 +63,7 @@ impl Integrator {
         matches!(self, Self::Static | Self::ArcLength { .. })
     }
 
-    /// Name as in files.
+    /// Name of the integrator in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Static => "static",
@@ -79,23 +77,23 @@ impl Integrator {
         }
     }
 
-    /// One Newton iteration a step, not iterated to convergence.
+    /// Whether each step is one linearised iteration, not iterated to convergence.
     pub fn is_linearised(self) -> bool {
         matches!(self, Self::ImplicitEuler { linearised: true } | Self::FreeMotion { .. })
     }
 
-    /// One iteration with the tangent at the start of the step, where friction has to be that of sticking: linearised at a point that has slid, its force would
-    /// not answer to the motion.
+    /// Whether the step is one iteration with the tangent at its start. Friction is then linearised as sticking; linearised at a point that has slid,
+    /// its force would not depend on the motion.
     pub fn is_one_iteration(self) -> bool {
         matches!(self, Self::ImplicitEuler { linearised: true })
     }
 
-    /// Members of the Newmark family need the acceleration at the start.
+    /// Whether the acceleration at the start is needed, as by the Newmark family.
     pub fn needs_initial_acceleration(self) -> bool {
         self.alpha().is_some()
     }
 
-    /// Undamped at high frequencies: rings with equality rows (Cardona & Géradin 1989).
+    /// Whether the rule is undamped at high frequencies, so that equality constraints make it oscillate (Cardona & Géradin 1989).
     pub fn rings_with_constraints(self) -> bool {
         match self {
             Self::Newmark { gamma, .. } => gamma <= 0.5,
@@ -116,8 +114,8 @@ impl Integrator {
         }
     }
 
-    /// Sets the memory of the integrator at `state`, its first state: the accelerations, where the rule begins with any; those that are not known are zero for
-    /// BDF2 and implicit Euler.
+    /// Sets the memory of the integrator at its first state, `state`: the accelerations, if the rule starts with any; unknown ones are zero for BDF2
+    /// and implicit Euler.
     pub fn begin(self, state: &mut State) {
         state.dt = 0.0;
         state.memory = if self.is_static() { Vec::new() } else { state.a.clone() };
@@ -127,13 +125,14 @@ impl Integrator {
         }
     }
 
-    /// Whether a rule of several steps begins at a state, with no step before it to go on from.
+    /// Whether a multi-step rule starts at this state, without an earlier step to continue from.
     pub(super) fn begins_at(self, state: &State) -> bool {
         self == Self::Bdf2 && state.memory.len() != 2 * state.x.len()
     }
 
-    /// The velocity v = ṡ + c Δt² s⃛ that an undamped rule keeps of a motion x = s(t) that is given, c: from ṡ itself on it rings about that velocity for ever, and
-    /// its acceleration rings with an amplitude that grows by ⅓ Δt |s⃛| in every step. Others forget where they began.
+    /// The coefficient c in the velocity v = ṡ + c Δt² s⃛ that an undamped rule preserves for a prescribed motion x = s(t). Started with ṡ itself,
+    /// such a rule oscillates about that velocity indefinitely, and its acceleration oscillates with an amplitude that grows by ⅓ Δt |s⃛| in every
+    /// step. Other rules forget their initial values, with c = 0.
     pub(super) fn offset(self) -> f64 {
         match self.alpha() {
             Some(Alpha { beta, .. }) if self.rings_with_constraints() => 1.0 / 6.0 - beta,
@@ -141,14 +140,14 @@ impl Integrator {
         }
     }
 
-    /// Takes the steps before it from a state, so that a rule of several steps begins anew there.
+    /// Clears the earlier steps from a state, so that a multi-step rule restarts there.
     pub(super) fn forget(self, state: &mut State) {
         if self == Self::Bdf2 {
             state.memory.clear();
         }
     }
 
-    /// ∂v/∂x and ∂a/∂x of a step of length `dt` from `past`.
+    /// ∂v/∂x and ∂a/∂x for a step of length `dt` from `past`.
     pub fn rates(self, past: &State, dt: f64) -> Rates {
         if let Some(Alpha { am, af, beta, gamma }) = self.alpha() {
             return Rates { cv: gamma / (beta * dt), ca: (1.0 - am) / ((1.0 - af) * beta * dt * dt) };
@@ -164,7 +163,7 @@ impl Integrator {
         }
     }
 
-    /// v and a at the end of a step that reaches displacement `x`.
+    /// Computes v and a at the end of a step that reaches displacement `x`.
     pub fn kinematics(self, past: &State, dt: f64, x: &[f64], v: &mut [f64], a: &mut [f64]) {
         let n = x.len();
         if let Some(Alpha { am, af, beta, gamma }) = self.alpha() {
@@ -191,7 +190,8 @@ impl Integrator {
                 }
             }
             _ => {
-                // With an acceleration that is known at the start, that of the step: BDF2 gets v at its end, implicit Euler keeps v of its middle.
+                // A known acceleration at the start is that of the whole step: BDF2 then has v at the end of the step, while implicit Euler keeps v
+                // of its middle
                 let (of_v, of_a) = if self == Self::Bdf2 { (0.5 * dt, 0.0) } else { (0.0, 0.5) };
                 for i in 0..n {
                     let known = past.memory.get(i).copied().unwrap_or(0.0);
@@ -210,11 +210,11 @@ impl Integrator {
         }
     }
 
-    /// Largest error |x − x(t)| \[m\] over `dofs` that the step from `past` to `next`, a finished state, made by itself: the
-    /// leading term of the rule on exact past values, with the derivative of x that it needs from the rule's own
-    /// accelerations. For the Newmark family this is the estimate of Zienkiewicz & Xie (1991).
+    /// Largest error |x − x(t)| \[m\] over `dofs` that the step from `past` to `next`, a finished state, contributed: the leading error term of the
+    /// rule for exact past values, with the required derivative of x taken from the accelerations of the rule. For the Newmark family this is the
+    /// estimate of Zienkiewicz & Xie (1991).
     ///
-    /// Limits: Newmark with γ ≠ ½ loses accuracy through v, which is not seen here.
+    /// Limits: Newmark with γ ≠ ½ loses accuracy through v, which this estimate does not include.
     pub fn local_error(self, past: &State, next: &State, dofs: &[u32]) -> f64 {
         let dt = next.t - past.t;
         let (share, now, before) = match self.alpha() {
@@ -229,12 +229,12 @@ impl Integrator {
         share.abs() * dt * dt * dofs.iter().map(|&i| change(i as usize).abs()).fold(0.0, larger)
     }
 
-    /// Number of cuts of a step, each a halving, after which its local error has fallen by `factor`.
+    /// Number of cuts of a step, each a halving, that reduces its local error by `factor`.
     pub fn cuts_for(self, factor: f64) -> f64 {
         factor.log2() / f64::from(self.order() + 1)
     }
 
-    /// Completes an accepted state (x, v, a, λ and t are set); without allocation where its memory has room.
+    /// Completes an accepted state, in which x, v, a, λ and t are set; does not allocate if its memory has the capacity.
     pub fn finish(self, past: &State, dt: f64, next: &mut State) {
         next.dt = dt;
         let State { x, memory, .. } = next;
@@ -262,8 +262,8 @@ mod tests {
         Integrator::Newmark { beta: 0.25, gamma: 0.5 },
     ];
 
-    /// x'' = −ω² x over one period in `steps` steps, whose length alternates where the rule is of full order for that;
-    /// error of x and v at the end.
+    /// Errors of x and v at the end of one period of x'' = −ω² x in `steps` steps, whose lengths alternate if the rule retains its full order with
+    /// variable steps.
     fn oscillator(integrator: Integrator, steps: usize) -> f64 {
         let variation = if integrator == Integrator::Bdf2 { 0.2 } else { 0.0 };
         let omega = std::f64::consts::TAU;
@@ -271,7 +271,7 @@ mod tests {
         integrator.begin(&mut state);
         let dts = (0..steps).map(|k| (1.0 + if k % 2 == 0 { variation } else { -variation }) / steps as f64);
         for dt in dts {
-            // a = ca·x + â: solve ca·x + â + ω²x = 0.
+            // With a = ca·x + â, solve ca·x + â + ω²x = 0
             let rates = integrator.rates(&state, dt);
             let (mut v, mut a) = (vec![0.0], vec![0.0]);
             integrator.kinematics(&state, dt, &[0.0], &mut v, &mut a);
@@ -300,13 +300,13 @@ mod tests {
             };
             let (low, high) = (at(1.0), at(2.0));
             let rates = integrator.rates(&past, 0.01);
-            // Affine maps: the difference over a unit step is exact but for rounding of numbers of size ca.
+            // Affine maps: the difference over a unit step is exact up to rounding of numbers of size ca
             assert!((high.0 - low.0 - rates.cv).abs() < 1e-11 * rates.ca, "{integrator:?}");
             assert!((high.1 - low.1 - rates.ca).abs() < 1e-11 * rates.ca, "{integrator:?}");
         }
     }
 
-    /// One step of x'' = −ω² x from exact values, with q where the rule has it: α_f − α_m of a step away.
+    /// One step of x'' = −ω² x from exact values, with q where the rule has it, at α_f − α_m of a step away.
     #[test]
     fn the_local_error_is_that_of_one_step_from_exact_values() {
         let (omega, t0, dt, before) = (std::f64::consts::TAU, 0.3, 1e-3, 0.8e-3);
@@ -337,9 +337,9 @@ mod tests {
             let mut next = State { x: vec![end], v, a, t: t0 + dt, ..past.clone() };
             integrator.finish(&past, dt, &mut next);
             let (estimate, error) = (integrator.local_error(&past, &next, &[0]), (end - x(t0 + dt)).abs());
-            // The next term of the series is ω dt = 0.006 of the leading one, times a constant of the rule.
+            // The next term of the series is ω dt = 0.006 of the leading one, times a constant of the rule
             assert!((estimate / error - 1.0).abs() < 0.05, "{integrator:?}: {estimate:.4e} for {error:.4e}");
-            // Accelerations that are no numbers have no error that could be within a bound
+            // NaN accelerations have no error that could be within a bound
             let unknown = State { a: vec![f64::NAN], memory: vec![f64::NAN; next.memory.len()], ..next };
             assert!(integrator.local_error(&past, &unknown, &[0]).is_nan(), "{integrator:?}");
         }
@@ -350,7 +350,7 @@ mod tests {
         for integrator in ALL {
             let expected = integrator_order(integrator.name()).map_or(f64::NAN, f64::from);
             let order = (oscillator(integrator, 800) / oscillator(integrator, 1600)).log2();
-            // The next term of the error series is 1/400 of the first at most, so 0.1 leaves room.
+            // The next term of the error series is at most 1/400 of the first, so that 0.1 leaves a margin
             assert!((order - expected).abs() < 0.1, "{integrator:?}: order {order}");
         }
     }

@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Looked at before every step, every assembly and every factorisation.
+/// A limit of a run, checked before every step, assembly and factorisation.
 #[derive(Clone, Debug, Default)]
 pub struct Limit {
     pub deadline: Option<Instant>,
-    /// Set to stop the run
+    /// Flag that is set to stop the run
     pub stop: Option<Arc<AtomicBool>>,
 }
 
@@ -20,7 +20,7 @@ pub enum Reached {
 }
 
 impl Limit {
-    /// The limit that is reached; none while the run may go on.
+    /// The limit that has been reached; `None` while the run may continue.
     pub fn reached(&self) -> Option<Reached> {
         if self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)) {
             return Some(Reached::Stopped);

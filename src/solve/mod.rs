@@ -1,18 +1,18 @@
-//! The nonlinear solution in time. Sees only `math` and `system`, never an effect by name.
+//! The nonlinear solution in time. It uses only `math` and `system`, and never refers to an effect by name.
 //!
-//! From the outside in:
+//! From the outside inwards:
 //!
 //! | Step | Where | Decides |
 //! |---|---|---|
 //! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, [`Limit`]s, counts; calls the [`StepObserver`] |
-//! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `contact::corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
-//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`, of impacts `contact::landing`) and fallbacks, what contact asks of a solution (`contact::check`); `diagnosis` and `arc_length::limit_points` name the reason of a failure |
-//! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact::correction` with `contact::gauss_seidel`, or `arc_length::path` | the iterations; `newton::convergence` holds the acceptance test, `equations` the error it sees, `newton::globalisation` the length along a direction |
-//! | Linear system | [`LinearSystem`] in `linear::system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`linear::lagged_factor`), the constraints (`linear::multipliers`), skew parts (`linear::tangent`) |
+//! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `contact::corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, or doubled again |
+//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`; for impacts `contact::landing`) and fallbacks, the conditions of contact on a solution (`contact::check`); `diagnosis` and `arc_length::limit_points` find the reason of a failure |
+//! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact::correction` with `contact::gauss_seidel`, or `arc_length::path` | the iterations; `newton::convergence` holds the acceptance test, `equations` the error that it judges, `newton::globalisation` the length along a direction |
+//! | Linear system | [`LinearSystem`] in `linear::system` | factorisation, shift to positive definiteness, reuse of the factor of an earlier step (`linear::lagged_factor`), constraints (`linear::multipliers`), skew parts (`linear::tangent`) |
 //!
-//! [`SpanStart`] says how a span goes on from the one before it. [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
-//! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters, [`adjoints`] those of functionals of a state by
-//! what is left in its equations.
+//! [`SpanStart`] determines how a span continues from the one before it. [`Integrator`] maps displacements to velocities and accelerations, [`Step`]
+//! is the step to be solved, and [`Status`] the end of a run with its remedy. [`Differentiator`] computes derivatives of the states of a run with
+//! respect to parameters, and [`adjoints`] those of functionals of a state with respect to residuals of its equations.
 
 mod arc_length;
 mod contact;

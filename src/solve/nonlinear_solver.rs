@@ -9,13 +9,13 @@ use super::{Failure, Solution, Step};
 use crate::math::linear::Method;
 use crate::system::{State, System, Want};
 
-/// Solves the equations of one step, by [Newton's method](NonlinearSolver::solve) or by repeated contact corrections. Sums and
-/// factorisation are reused from step to step.
+/// Solves the equations of one step by [Newton's method](NonlinearSolver::solve) or by repeated contact corrections. Sums and factorisation are
+/// reused from step to step.
 pub struct NonlinearSolver {
     pub settings: NewtonSettings,
     pub equations: Equations,
     pub linear: LinearSystem,
-    /// Iterations of Newton's method so far, those of failed solves included
+    /// Number of iterations of Newton's method so far, including those of failed solves
     pub iterations: usize,
     /// Receives every iteration of Newton's method, and every contact correction
     pub on_iteration: Option<OnIteration>,
@@ -28,13 +28,13 @@ impl NonlinearSolver {
         Self::with_method(Method::default(), system, settings, length)
     }
 
-    /// A solver with this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
+    /// Builds a solver with this choice between direct and iterative linear solvers; `length` \[m\] is the length of the body.
     pub fn with_method(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         let (equations, linear) = (Equations::new(system, length), LinearSystem::new(method, system));
         Self { settings, equations, linear, iterations: 0, on_iteration: None, has_reused_factor: false }
     }
 
-    /// The same as [`NonlinearSolver::solve`] with a factor of its own in every iteration.
+    /// Solves a step as [`NonlinearSolver::solve`] does, but with a new factor in every iteration.
     pub(super) fn solve_afresh(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
         let reuse_factor = std::mem::replace(&mut self.settings.reuse_factor, false);
         let result = self.solve(step, next);
@@ -42,14 +42,15 @@ impl NonlinearSolver {
         result
     }
 
-    /// Tells who follows the iterations of a step that its state after `number` of them has this error.
+    /// Reports the error of a state after `number` iterations of a step to the observer of the iterations.
     pub(super) fn report(&self, step: &Step, next: &State, number: usize, error: f64) {
         if let Some(on_iteration) = &self.on_iteration {
             on_iteration(&IterationReport { t: next.t, dt: step.dt, number, error: error / self.settings.tolerance });
         }
     }
 
-    /// The same with tangents as they are, which are not made definite: leads to the nearest equilibrium, an unstable one too.
+    /// Solves a step with a new factor in every iteration, and without shifting indefinite tangents: this leads to the nearest equilibrium, including
+    /// unstable ones.
     pub(super) fn solve_indefinite(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
         self.linear.keeps_indefinite = true;
         let result = self.solve_afresh(step, next);
@@ -57,7 +58,7 @@ impl NonlinearSolver {
         result.map(|solution| Solution { regularised: true, ..solution })
     }
 
-    /// The solution before the first iteration. The count of an earlier factorisation holds as long as there is no new one.
+    /// The solution before the first iteration. The count of an earlier factorisation remains valid as long as there is no new one.
     pub(super) fn no_solution_yet(&self) -> Solution {
         let unstable_modes = self.linear.factor.multigrid().is_none().then_some(0);
         let projected = self.equations.sums.projected;
@@ -72,9 +73,9 @@ impl NonlinearSolver {
         }
     }
 
-    /// Negative eigenvalues of the constrained tangent at a converged state, free rigid motions left out, whose eigenvalues are zero and
-    /// negative by rounding; none where it has no factorisation. On the iterative path they are counted where the state is `suspected` to be
-    /// unstable, or the last tangent was factorised.
+    /// Number of negative eigenvalues of the constrained tangent at a converged state, excluding those of free rigid motions, which are zero and may
+    /// be negative by rounding; `None` if the tangent has no factorisation. On the iterative path they are counted only if the state is `suspected`
+    /// to be unstable, or if the last tangent was factorised.
     pub(super) fn unstable_modes(&mut self, step: &Step, state: &State, suspected: bool) -> Option<usize> {
         let modes = self.negative_eigenvalues(step, state, suspected)?;
         let Self { equations, linear, .. } = self;
@@ -84,7 +85,8 @@ impl NonlinearSolver {
         linear.count(step.system, &equations.sums)
     }
 
-    /// The same with those of free rigid motions that are negative by rounding.
+    /// Number of negative eigenvalues of the constrained tangent, including those of free rigid motions that are negative by rounding; `None` as for
+    /// [`Self::unstable_modes`].
     pub(super) fn negative_eigenvalues(&mut self, step: &Step, state: &State, suspected: bool) -> Option<usize> {
         let Self { equations, linear, .. } = self;
         if linear.factor.multigrid().is_some() && !linear.factor.fell_back() && !suspected {
@@ -98,7 +100,7 @@ impl NonlinearSolver {
         linear.count(step.system, &equations.sums)
     }
 
-    /// The failure at a state of this error.
+    /// The failure at a state with this residual.
     pub(super) fn not_converged(&self, system: &System, residual: f64) -> Failure {
         let node = self.equations.worst_node(system);
         match residual <= self.settings.tolerance {

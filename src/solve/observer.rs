@@ -1,4 +1,4 @@
-//! The interface through which a caller follows a run: records, decides about inputs, stops.
+//! The interface through which a caller follows a run: records it, sets inputs, and stops it.
 
 use super::{DriverMemory, Integrator, SpanStart, Status};
 use crate::system::{Assembled, State};
@@ -12,7 +12,7 @@ pub struct AcceptedStep<'a> {
     pub past: &'a State,
     /// State at the end of the step
     pub now: &'a State,
-    /// Iterations of the nonlinear solver
+    /// Number of iterations of the nonlinear solver
     pub iterations: usize,
     /// Residual, energies and constraints at `now`
     pub sums: &'a Assembled,
@@ -20,12 +20,12 @@ pub struct AcceptedStep<'a> {
     pub on_grid: bool,
 }
 
-/// A place in the time grids of a sequence of spans.
+/// A position in the time grids of a sequence of spans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct GridPosition {
     /// Index of the span
     pub span: usize,
-    /// Nominal steps of the span that are done
+    /// Number of completed nominal steps of the span
     pub step: usize,
 }
 
@@ -33,25 +33,25 @@ pub struct GridPosition {
 #[derive(Clone, Copy)]
 pub struct GridPoint<'a> {
     pub position: GridPosition,
-    /// Time of the next point \[s\]; none at the end of the last span
+    /// Time of the next point \[s\]; `None` at the end of the last span
     pub next: Option<f64>,
-    /// Everything that the driver needs, in addition to the state, to go on from here bit for bit
+    /// Returns the data that the driver needs, in addition to the state, to continue from here bit for bit
     pub memory: &'a dyn Fn() -> DriverMemory,
 }
 
-/// Follows a run of the [`Driver`](super::Driver).
+/// An observer of a run of the [`Driver`](super::Driver).
 ///
-/// A closure `|step: &AcceptedStep| -> bool` is an observer too; it stops the run by returning false. `()` ignores everything.
+/// A closure `|step: &AcceptedStep| -> bool` is also an observer; it stops the run by returning false. `()` ignores everything.
 pub trait StepObserver {
-    /// A span begins at `state`.
+    /// Called when a span starts at `state`.
     fn span_begins(&mut self, _start: &SpanStart, _state: &State) {}
 
-    /// The run is at a point of the time grid. The inputs of the state may be set here; to break ends the run with this status.
+    /// Called at each point of the time grid. The inputs of the state may be set here; returning `Break` ends the run with the given status.
     fn grid_point(&mut self, _point: &GridPoint, _state: &mut State) -> ControlFlow<Status> {
         ControlFlow::Continue(())
     }
 
-    /// A step was accepted. To break ends the run as [`Status::Interrupted`].
+    /// Called when a step was accepted. Returning `Break` ends the run as [`Status::Interrupted`].
     fn accepted(&mut self, step: &AcceptedStep) -> ControlFlow<()>;
 }
 

@@ -1,4 +1,4 @@
-//! Initial values of a step by extrapolation of the last accepted states.
+//! Initial values of a step, extrapolated from the last accepted states.
 
 use super::Integrator;
 use crate::system::{Caches, State, Strain, System};
@@ -6,10 +6,10 @@ use crate::system::{Caches, State, Strain, System};
 /// Highest degree of the extrapolation.
 const MAX_DEGREE: usize = 6;
 
-/// An accepted state that takes part in the extrapolation.
+/// An accepted state that is used in the extrapolation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PastPoint {
-    /// \[s\]
+    /// Time \[s\]
     pub t: f64,
     pub x: Vec<f64>,
     pub lambda: Vec<f64>,
@@ -40,9 +40,9 @@ impl Prediction {
         self.recent.truncate(MAX_DEGREE + 1);
     }
 
-    /// Puts the prediction for the time of `next` into its x and λ; false where there are too few states.
+    /// Sets x and λ of `next` to the prediction for its time; returns false if there are too few states.
     ///
-    /// Statics: the polynomial through the last states. Dynamics: x + Δt v + ½Δt² a, multipliers linear.
+    /// Statics: the polynomial through the last states. Dynamics: x + Δt v + ½Δt² a, with linearly extrapolated multipliers.
     pub(super) fn predict(
         &self,
         system: &System,
@@ -80,7 +80,7 @@ impl Prediction {
             motion = turned(share).0;
         }
         if share < 1.0 && turns {
-            // The end of a shorter turn is not on the line to that of a longer one.
+            // The end of a smaller rotation is not on the line to the end of a larger one
             let share = admitted(&motion);
             motion.iter_mut().for_each(|d| *d *= share);
         }
@@ -93,7 +93,7 @@ impl Prediction {
         true
     }
 
-    /// ‖x − its prediction of this degree from the states before‖².
+    /// ‖x − x_p‖², where x_p is the prediction of x by this degree from the states before it.
     fn misprediction(&self, degree: usize, state: &State) -> f64 {
         let weights = lagrange(&self.recent[..=degree], state.t);
         let error = |i: usize| weights.iter().zip(&self.recent).map(|(w, r)| w * r.x[i]).sum::<f64>() - state.x[i];
@@ -101,7 +101,7 @@ impl Prediction {
     }
 }
 
-/// Weights at `t` of the polynomial through these states (Lagrange).
+/// Lagrange weights at `t` of the polynomial through these states.
 fn lagrange(states: &[PastPoint], t: f64) -> Vec<f64> {
     let factor = |i: usize, j: usize| (t - states[j].t) / (states[i].t - states[j].t);
     (0..states.len()).map(|i| (0..states.len()).filter(|&j| j != i).map(|j| factor(i, j)).product()).collect()

@@ -1,4 +1,4 @@
-//! The second field at a state that no step has led to, where it follows from the displacements.
+//! The second field at a state that is not the end of a step, where it follows from the displacements.
 //!
 //! At fixed displacements its rows are linear in it, r_π = b(u) − C π with C = −∂r_π/∂π positive definite, so that π = C⁻¹ b(u). At the ends of steps
 //! these rows are zero anyway.
@@ -8,7 +8,8 @@ use crate::math::linear::Factor;
 use crate::math::sparse::SymPattern;
 use crate::system::{Assembled, State, System, Want};
 
-/// Gives a state the second field that belongs to its displacements; zeros where an effect is not defined there, which stops the first step.
+/// Sets the second field of a state so that it is consistent with the displacements. If an effect is not defined there, the field is zero, and the
+/// first step stops.
 ///
 /// # Errors
 ///
@@ -30,13 +31,13 @@ pub(super) struct SecondField {
     pub sums: Assembled,
     /// Equations of the field, ascending
     equations: Vec<usize>,
-    /// C
+    /// Values of C
     compliance: Vec<f64>,
     factor: Factor,
 }
 
 impl SecondField {
-    /// None where the system has no such field.
+    /// Evaluates the rows of the second field; `None` if the system has no such field.
     pub fn new(system: &System, state: &State) -> Result<Option<Self>, Failure> {
         let equations: Vec<usize> = (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)).collect();
         if equations.is_empty() {
@@ -47,7 +48,7 @@ impl SecondField {
         let place = |e: usize| equations.binary_search(&e).ok().map(|place| place as u32);
         let all = sums.pattern.sparse.entries().zip(&sums.k);
         let own: Vec<((u32, u32), f64)> = all.filter_map(|((i, j), k)| Some(((place(i)?, place(j)?), -*k))).collect();
-        // Places ascend as equations do, so the entries of C come in the order of its pattern.
+        // Places ascend with the equations, so that the entries of C come in the order of its pattern
         let pattern = SymPattern::from_pairs(equations.len(), own.iter().map(|(entry, _)| *entry));
         let compliance: Vec<f64> = own.iter().map(|(_, value)| *value).collect();
         let mut factor = Factor::new(pattern);
@@ -55,7 +56,7 @@ impl SecondField {
         Ok(Some(Self { sums, equations, compliance, factor }))
     }
 
-    /// Adds to the field in `x` \[unknowns\] by what its rows of a residual \[equations\] become zero: C⁻¹ r.
+    /// Adds the correction C⁻¹ r to the second field in `x` \[unknowns\], which makes its rows of the residual \[equations\] zero.
     pub fn add_correction(&mut self, system: &System, residual: &[f64], x: &mut [f64]) -> Result<(), Failure> {
         let mut correction: Vec<f64> = self.equations.iter().map(|&e| residual[e]).collect();
         self.factor.solve(&self.compliance, &mut correction).map_err(Failure::Linear)?;

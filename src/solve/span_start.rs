@@ -1,13 +1,13 @@
-//! The start of a span: whether its rule goes on with what it remembers, and the rates that given motions have there.
+//! The start of a span: whether the integrator continues with its memory, and the initial rates of prescribed motions.
 //!
-//! The accelerations of a motion s(t) that is given are s̈(t₀⁺): from 0 on, the rules would need steps to find them, and reactions, the mass times these
-//! accelerations, would be wrong until then, at any Δt; by an undamped rule they would be for ever.
+//! The initial accelerations of a prescribed motion s(t) are s̈(t₀⁺). Starting from 0, the integrators would need several steps to find them, and the
+//! reactions, mass times acceleration, would be wrong until then at any Δt; with an undamped rule they would stay wrong indefinitely.
 
 use super::TimeSpan;
 use crate::math::signal::Clock;
 use crate::system::{State, System};
 
-/// A span that begins, and the one before it.
+/// A span that starts, and the span before it.
 #[derive(Clone, Copy, Debug)]
 pub struct SpanStart<'a> {
     pub span: &'a TimeSpan,
@@ -15,8 +15,9 @@ pub struct SpanStart<'a> {
 }
 
 impl SpanStart<'_> {
-    /// Whether the span continues the one before, as if both were one: it has the same rule and the same nominal step, with which that one ended. After a shorter
-    /// last step a rule of several steps would carry the errors of that step on, and an undamped one its velocity for ever.
+    /// Whether the span continues the one before it as if both were one: it has the same integrator and the same nominal step, and the other span
+    /// ended with a whole step. After a shorter last step, a multi-step rule would carry the errors of that step along, and an undamped one would
+    /// keep its velocity error indefinitely.
     pub fn goes_on(&self) -> bool {
         let Self { span, before } = self;
         let is_same = |before: &TimeSpan| {
@@ -30,11 +31,12 @@ impl SpanStart<'_> {
         self.before.is_some_and(|before| !before.integrator.is_static())
     }
 
-    /// \[2 × prescribed dofs\] rates of the motions that a system is given: velocities, in addition to those that are kept, and accelerations. After a dynamic span
-    /// none is kept, as implicit Euler is half a step late with them. An undamped rule has an addition of second order ([`Integrator::offset`](super::Integrator)).
+    /// \[2 × prescribed dofs\] initial rates of the prescribed motions of a system: velocities, which are added to those of the state, and
+    /// accelerations. After a dynamic span the velocities replace those of the state, because with implicit Euler these lag behind by half a step.
+    /// For an undamped rule a second-order term is added ([`Integrator::offset`](super::Integrator)).
     pub(super) fn given_rates(&self, system: &System, now: Clock) -> Vec<f64> {
         let TimeSpan { integrator, dt, .. } = *self.span;
-        // None of a formula that is not defined where its derivatives look for it
+        // Zero for a formula that is not defined where its derivatives evaluate it
         let finite = |value: f64| if value.is_finite() { value } else { 0.0 };
         let velocities = system.prescribed.iter().map(|p| {
             let kept = if self.has_moved() { p.signal.rate_before(now) } else { 0.0 };
@@ -47,7 +49,7 @@ impl SpanStart<'_> {
         velocities.chain(system.prescribed.iter().map(|p| finite(p.signal.acceleration(now)))).collect()
     }
 
-    /// Gives a state, or a derivative of one, these rates; its other dofs get no acceleration. Without mass no step keeps a velocity.
+    /// Sets these rates in a state, or in a derivative of one; its other dofs get no acceleration. Without mass no step depends on velocities.
     pub(super) fn give(&self, system: &System, rates: &[f64], state: &mut State) {
         state.a.fill(0.0);
         if self.span.integrator.is_static() || !system.has_mass() {

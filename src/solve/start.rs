@@ -1,18 +1,18 @@
-//! Consistent initial acceleration.
+//! Consistent initial accelerations.
 
 use super::Failure;
 use crate::math::linear::{Definiteness, Factor, Method};
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
-/// A derivative ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits next to the stiffness.
+/// A derivative ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits in spite of the stiffness.
 const STEEP: f64 = 1e12;
 
-/// Solves M a = −r(x, v, 0, λ) on the free dofs, with the accelerations that the prescribed ones have in the state.
+/// Solves M a = −r(x, v, 0, λ) on the free dofs; prescribed accelerations are those of the state.
 pub fn initial_acceleration(system: &System, state: &State) -> Result<Vec<f64>, Failure> {
     initial_acceleration_by(Method::default(), system, state)
 }
 
-/// The same, with this choice between direct and iterative linear solvers.
+/// Computes [`initial_acceleration`] with this choice between direct and iterative linear solvers.
 pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -> Result<Vec<f64>, Failure> {
     let mut given = vec![0.0; state.x.len()];
     system.prescribed.iter().for_each(|p| given[p.dof as usize] = state.a[p.dof as usize]);
@@ -22,14 +22,14 @@ pub fn initial_acceleration_by(method: Method, system: &System, state: &State) -
 
 /// The start of a stage: r, K = ∂r/∂x, and M.
 pub(super) struct Start {
-    /// The sums at the acceleration given
+    /// The sums at the given acceleration
     pub sums: Assembled,
     mass: Vec<f64>,
     factor: Factor,
 }
 
 impl Start {
-    /// r is linear in a, so M = (K(ca) − K(0))/ca.
+    /// Assembles and factorises M = (K(ca) − K(0))/ca, since r is linear in a.
     pub fn new(method: Method, system: &System, state: &State, a: &[f64]) -> Result<Self, Failure> {
         let mut sums = system.workspace();
         let mut assemble = |ca| {
@@ -40,7 +40,7 @@ impl Start {
         let mut mass = assemble(STEEP)?;
         let without = assemble(0.0)?;
         mass.iter_mut().zip(&without).for_each(|(m, k)| *m = (*m - k) / STEEP);
-        // A second field has no mass, and no acceleration at the start.
+        // A second field has no mass, and no acceleration at the start
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
             mass[sums.pattern.on_diagonal(e)] = 1.0;
         }
@@ -50,7 +50,7 @@ impl Start {
         Ok(Self { sums, mass, factor })
     }
 
-    /// M⁻¹(−r) on the free dofs \[unknowns\], `given` elsewhere; of the residual of the state where none is given \[equations\].
+    /// Returns M⁻¹(−r) on the free dofs \[unknowns\], and `given` elsewhere; r is `residual` \[equations\], or that of the state if it is `None`.
     pub fn solve(&mut self, system: &System, residual: Option<Vec<f64>>, given: Vec<f64>) -> Result<Vec<f64>, Failure> {
         let mut force = residual.unwrap_or_else(|| system.restrict(&self.sums.r));
         for (e, force) in force.iter_mut().enumerate() {
@@ -62,7 +62,7 @@ impl Start {
         Ok(a)
     }
 
-    /// M v \[equations\] of the velocities of these equations, the others at rest.
+    /// Returns M v \[equations\] for velocities v of these equations, with the others at rest.
     pub fn momentum(&self, v: &[(usize, f64)]) -> Vec<f64> {
         let n = self.sums.pattern.n;
         let (mut all, mut momentum) = (vec![0.0; n], vec![0.0; n]);
@@ -72,8 +72,8 @@ impl Start {
     }
 }
 
-/// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state, dampers that of
-/// its velocities.
+/// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state, and dampers the force of its
+/// velocities.
 pub(super) fn before<'a>(state: &'a State, a: &'a [f64], rates: Rates) -> At<'a> {
     At { a, rates, ..state.at() }
 }

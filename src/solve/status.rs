@@ -1,4 +1,4 @@
-//! The end of a run: a value with the last good time, the fact, the culprit and the remedy.
+//! The end of a run, with the last good time, the fact, the culprit and the remedy.
 
 use super::{Failure, Motion};
 use crate::math::linear::LinearError;
@@ -16,35 +16,35 @@ pub enum Status {
         /// Time at which the loads were largest \[s\]
         limit: f64,
     },
-    /// The loads passed the largest ones that this path of equilibria carries, those of time `limit` \[s\]
+    /// The loads exceed the largest ones that this path of equilibria can carry, which are those of time `limit` \[s\]
     NoEquilibrium {
         t: f64,
         limit: f64,
         /// Node that moves most where the path turns
         node: u32,
-        /// Whether there is contact, with which no path is followed
+        /// Whether there is contact, with which no path can be followed
         in_contact: bool,
-        /// Whether a force, pressure or tension that is given grows
+        /// Whether a prescribed force, pressure or tension increases
         by_force: bool,
     },
-    /// A cell would invert and the law is not defined there
+    /// A cell would invert, where its law is not defined
     Inverted {
         t: f64,
         why: Failure,
-        /// Whether displacements that are given are there in full before the first step
+        /// Whether prescribed displacements act in full before the first step
         in_full: bool,
     },
     /// Nothing resists some motion of the body, or of a part of it
     Singular {
         t: f64,
-        /// The motions; none where the tangent has no factorisation and no motion dominates
+        /// The motions; empty if the tangent has no factorisation and no motion dominates
         motions: Vec<Motion>,
     },
-    /// The wall time that was allowed is over
+    /// The allowed wall time is used up
     TimeBudget {
         t: f64,
     },
-    /// Contact lets the body move no further
+    /// Contact does not let the body move further
     ContactJammed {
         t: f64,
         why: Failure,
@@ -54,14 +54,14 @@ pub enum Status {
         t: f64,
         why: Failure,
     },
-    /// No step however small converges
+    /// No step, however small, converges
     StepTooSmall {
         t: f64,
         why: Failure,
-        /// Whether a force, pressure or tension that is given changes in the step
+        /// Whether a prescribed force, pressure or tension changes in the step
         by_force: bool,
     },
-    /// A recorded column, a signal, or what is given at the end of a step has a value that is no finite number
+    /// A recorded column, a signal, or an input at the end of a step is not finite
     NotFinite {
         t: f64,
         column: String,
@@ -72,7 +72,7 @@ pub enum Status {
     },
 }
 
-/// The place of a failure.
+/// The location of a failure.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Culprit {
     pub effect: Option<String>,
@@ -82,14 +82,14 @@ pub struct Culprit {
     pub node: Option<u32>,
 }
 
-/// The remedy of forces that drive the body where motions could.
+/// The remedy if forces drive the body where motions could.
 macro_rules! by_motion {
     () => {
-        "drive by length, volume or displacement what a force, a pressure or a tension drives"
+        "prescribe a length, volume or displacement instead of a force, pressure or tension"
     };
 }
 
-/// The remedy of a load that drives the body.
+/// The remedy if a load drives the body.
 macro_rules! too_large {
     () => {
         concat!(
@@ -100,10 +100,10 @@ macro_rules! too_large {
     };
 }
 
-/// The remedy of a motion that drives the body.
+/// The remedy if a motion drives the body.
 macro_rules! folds {
     () => {
-        "the body may buckle or fold under the motion that is given, or meets something too fast: a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there may help"
+        "the body may buckle or fold under the prescribed motion, or hit something too fast: try a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there"
     };
 }
 
@@ -122,7 +122,7 @@ impl Status {
         }
     }
 
-    /// Name as in `summary.json`.
+    /// Name of the status in `summary.json`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Converged => "Converged",
@@ -139,7 +139,7 @@ impl Status {
         }
     }
 
-    /// Time of the last good state \[s\]; none where all is done.
+    /// Time of the last good state \[s\]; `None` if the run was completed.
     pub fn t(&self) -> Option<f64> {
         match self {
             Self::Converged => None,
@@ -156,7 +156,7 @@ impl Status {
         }
     }
 
-    /// Time of the largest loads that the path carries \[s\], where it was found.
+    /// Time of the largest loads that the path can carry \[s\], if it was found.
     pub fn limit(&self) -> Option<f64> {
         match self {
             Self::LimitPoint { limit, .. } | Self::NoEquilibrium { limit, .. } => Some(*limit),
@@ -164,7 +164,7 @@ impl Status {
         }
     }
 
-    /// Effect, cell or node that failed.
+    /// The effect, cell or node at which the run failed.
     pub fn culprit(&self) -> Culprit {
         let node = |node| Culprit { node: Some(node), ..Culprit::default() };
         match self {
@@ -194,19 +194,19 @@ impl Status {
         }
     }
 
-    /// The fact, without the time.
+    /// The fact in a sentence, without the time.
     pub fn fact(&self) -> String {
         match self {
             Self::Converged => "converged".into(),
             Self::LimitPoint { limit, .. } => {
                 format!(
-                    "the path of equilibria turns at the loads of t = {:.6} s and had not come back to larger ones where it was left",
+                    "the path of equilibria turns back at the loads of t = {:.6} s and had not reached larger loads where it ended",
                     Decimals(*limit)
                 )
             }
             Self::NoEquilibrium { limit, .. } => {
                 format!(
-                    "the path of equilibria ends at a limit point: no larger loads than those of t = {:.6} s are carried",
+                    "the path of equilibria ends at a limit point: the body cannot carry larger loads than those of t = {:.6} s",
                     Decimals(*limit)
                 )
             }
@@ -216,7 +216,7 @@ impl Status {
                 "the tangent is singular: some part can move freely".into()
             }
             Self::Singular { motions, .. } => super::diagnosis::free_motions::sentence(motions),
-            Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
+            Self::TimeBudget { .. } => "the allowed wall time is used up".into(),
             Self::FactorTooLarge { why, .. }
             | Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded | Failure::Landing), .. } => {
                 why.to_string()
@@ -227,25 +227,25 @@ impl Status {
         }
     }
 
-    /// The remedy.
+    /// The remedy; empty if the run converged.
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
             Self::NoEquilibrium { in_contact: true, by_force: true, .. } => {
-                concat!("stay below, take a dynamic stage, or ", by_motion!())
+                concat!("stay below these loads, use a dynamic stage, or ", by_motion!())
             }
-            Self::NoEquilibrium { in_contact: true, .. } => "stay below, or take a dynamic stage",
+            Self::NoEquilibrium { in_contact: true, .. } => "stay below these loads, or use a dynamic stage",
             Self::NoEquilibrium { by_force: true, .. } => {
-                concat!("stay below, go on with continuation = \"arc_length\", or ", by_motion!())
+                concat!("stay below these loads, use continuation = \"arc_length\", or ", by_motion!())
             }
             Self::NoEquilibrium { .. } => {
-                "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the mesh has no equilibrium beyond, although \
-                 the motion is given"
+                "stay below these loads, or use continuation = \"arc_length\" or a dynamic stage: beyond them the mesh has no \
+                 equilibrium under the prescribed motion"
             }
             Self::Inverted { in_full: true, .. } => {
-                "displacements that are there in full from the start cannot be taken in smaller steps, and before a dynamic stage they are in one layer of \
-                 cells: let them begin at 0, such as by displacement = { kind = \"ramp\", from = \"0 mm\", to = \"10 mm\", end = \"1 s\" }, in this stage or in a static one before it"
+                "prescribed displacements that act in full from the start cannot be divided into smaller steps, and before a dynamic stage they deform only one \
+                 layer of cells: let them begin at 0, such as by displacement = { kind = \"ramp\", from = \"0 mm\", to = \"10 mm\", end = \"1 s\" }, in this stage or in a static one before it"
             }
             Self::Inverted { .. } => {
                 "refine the mesh there, reduce the load, or take a law that survives inversion (stable_neo_hookean)"
@@ -259,7 +259,7 @@ impl Status {
             Self::TimeBudget { .. } => "raise time_budget, take a coarser mesh or larger steps",
             Self::StepTooSmall {
                 why: Failure::Eval(EvalError::Locked { .. } | EvalError::Undefined { .. }), ..
-            } => "reduce the load, or take a law without an end to its stretch",
+            } => "reduce the load, or use a law without a limiting stretch",
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }
@@ -271,13 +271,13 @@ impl Status {
                 "raise max_steps, or take a larger dt: it is the length of the first step"
             }
             Self::StepTooSmall { why: Failure::Unloaded, .. } => {
-                "let the signals of the loads change all over the stage and in one direction, or leave continuation away"
+                "let the signals of the loads change monotonically over the whole stage, or remove `continuation`"
             }
             Self::StepTooSmall { why: Failure::Landing, .. } => {
                 "end the data before the impact, or take bdf2 or implicit_euler"
             }
             Self::StepTooSmall { why: Failure::InFull { .. }, .. } => concat!(
-                "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
+                "loads that act in full from the start cannot be divided into smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
                  from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or ",
                 too_large!()
             ),

@@ -3,7 +3,7 @@
 use super::{Failure, Integrator};
 use crate::system::{At, EnergyRole, Rates, State, System};
 
-/// The step in time from `past` over `dt`.
+/// The time step from `past` over `dt`.
 #[derive(Clone, Copy)]
 pub struct Step<'a> {
     pub system: &'a System,
@@ -13,7 +13,7 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Inputs of an evaluation at `next`, once v and a of `next` belong to its x.
+    /// Inputs of an evaluation at `next`, whose v and a must already belong to its x.
     pub fn at<'b>(&'b self, next: &'b State) -> At<'b> {
         let State { t, x, v, a, inputs, .. } = next;
         let Self { integrator, past, dt, .. } = *self;
@@ -35,7 +35,7 @@ impl Step<'_> {
         self.system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect()
     }
 
-    /// Refuses a step whose prescribed dofs, loads or constraints are given no finite number at its end.
+    /// Refuses a step in which a prescribed dof, a load or a constraint is not finite at its end.
     pub(super) fn check_inputs(&self, targets: &[(usize, f64)], next: &State) -> Result<(), Failure> {
         let (system, now) = (self.system, next.clock());
         let given = |role| matches!(role, EnergyRole::Load | EnergyRole::Follower);
@@ -50,7 +50,7 @@ impl Step<'_> {
         }
     }
 
-    /// \[3 × nodes\] the prescribed motion that is left from `state`; none if there is none.
+    /// \[unknowns\] the prescribed motion that remains from `state`; `None` if nothing remains.
     pub(super) fn remaining(&self, targets: &[(usize, f64)], state: &State) -> Option<Vec<f64>> {
         if targets.iter().all(|&(dof, value)| state.x[dof] == value) {
             return None;

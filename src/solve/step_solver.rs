@@ -13,10 +13,10 @@ pub struct StepSolver<'a> {
     pub system: &'a System,
     pub solver: NonlinearSolver,
     pub settings: StepSettings,
-    /// \[nodes\] X, to name rigid motions by; or empty
+    /// \[nodes\] X, for the description of rigid motions; or empty
     pub points: &'a [Vec3],
     pub(super) prediction: Prediction,
-    /// M with its factor, once a point has landed. It depends on nothing but the system
+    /// M with its factor, once a point has landed. It depends only on the system
     pub(super) mass: Option<Start>,
 }
 
@@ -25,7 +25,7 @@ impl<'a> StepSolver<'a> {
         Self { system, solver, settings, points: &[], prediction: Prediction::default(), mass: None }
     }
 
-    /// One step to time `t`. Where a rigid body [hits](StepSolver::hits) something, a rule of several steps begins anew, if it can.
+    /// Solves one step to time `t`. If a rigid body [hits](StepSolver::hits) something, a multi-step rule is restarted, if possible.
     pub(super) fn solve(
         &mut self,
         integrator: Integrator,
@@ -50,14 +50,14 @@ impl<'a> StepSolver<'a> {
         Ok((next, solution))
     }
 
-    /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
-    /// then, if that has an indefinite tangent already, with tangents as they are, then with projected ones.
+    /// Solves one step to time `t` by up to five attempts: from the extrapolation; with a new factor in every iteration; in the same way from the
+    /// last state; if the tangent there is already indefinite, without shifting tangents; and with projected tangents.
     fn solve_by(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solution), Failure> {
         let dt = t - state.t;
         let landed = self.landed(integrator, state, t)?;
         let state = landed.as_ref().unwrap_or(state);
         let mut next = State { t, ..state.clone() };
-        // The linearised step is linearised at the last state: K(xₙ).
+        // The linearised step is linearised at the last state: K(xₙ)
         let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
         let extrapolated = extrapolate
             && self.prediction.predict(
@@ -99,7 +99,8 @@ impl<'a> StepSolver<'a> {
         Ok((next, solution))
     }
 
-    /// One solve of a step, whose solution must satisfy what contact asks of it; a linearised step is not solved for equilibrium.
+    /// Attempts to solve a step; the solution must satisfy the conditions of contact, except in a linearised step, which is not solved for
+    /// equilibrium.
     fn attempt(
         &mut self,
         step: &Step,
@@ -113,12 +114,13 @@ impl<'a> StepSolver<'a> {
         Ok(solution)
     }
 
-    /// Whether the tangent is indefinite where a step starts from: at an unstable equilibrium, or by rounding, where rigid motions are free.
+    /// Whether the tangent at the start of a step is indefinite: at an unstable equilibrium, or by rounding if rigid motions are free.
     fn is_indefinite(&mut self, step: &Step) -> bool {
         self.solver.negative_eigenvalues(step, step.past, false).is_some_and(|modes| modes > 0)
     }
 
-    /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for. A rule that began `anew` with it is implicit Euler there.
+    /// Time error of one step relative to the allowed one; 0 if none is set. A multi-step rule that was restarted (`anew`) with this step is implicit
+    /// Euler there.
     pub(super) fn time_error(&self, integrator: Integrator, past: &State, next: &State, anew: bool) -> f64 {
         let integrator = if anew { Integrator::ImplicitEuler { linearised: false } } else { integrator };
         let Some(allowed) = self.settings.time_error.filter(|_| !integrator.is_static()) else { return 0.0 };

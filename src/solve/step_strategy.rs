@@ -1,11 +1,11 @@
-//! The interface of the ways to get from one point of the time grid to the next.
+//! The trait of step strategies, which take a run from one point of the time grid to the next.
 
 use super::step_solver::StepSolver;
 use super::{Solution, Status, TurningPoint};
 use crate::system::State;
 
-/// Chooses and solves the steps between two points of the time grid. The [`Driver`](super::Driver) calls `begin`, then `step`
-/// until `is_done`, with `accepted` after each step that it accepted.
+/// A strategy that chooses and solves the steps between two points of the time grid. The [`Driver`](super::Driver) calls `begin`, then `step` until
+/// `is_done`, with `accepted` after each accepted step.
 pub(super) trait StepStrategy<'a>: Send {
     /// Prepares the steps from `state` to the time `goal` \[s\].
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status>;
@@ -13,7 +13,7 @@ pub(super) trait StepStrategy<'a>: Send {
     /// Tries one step from `state`.
     fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome;
 
-    /// The last step was accepted and observed: its findings, and preparations for the next one.
+    /// Called after the last step was accepted and observed: returns its findings, and prepares the next step.
     fn accepted(
         &mut self,
         steps: &mut StepSolver<'a>,
@@ -25,12 +25,12 @@ pub(super) trait StepStrategy<'a>: Send {
     /// Whether the goal is reached.
     fn is_done(&self) -> bool;
 
-    /// Whether the strategy goes to the end of the span at once, without its time grid.
+    /// Whether the strategy runs to the end of the span at once, without its time grid.
     fn ignores_grid(&self) -> bool {
         false
     }
 
-    /// Cuts of the nominal step at present.
+    /// Current number of cuts of the nominal step.
     fn cuts(&self) -> u32 {
         0
     }
@@ -47,13 +47,13 @@ pub(super) enum StepOutcome {
     Failed(Status),
 }
 
-/// A step to be accepted.
+/// A solved step that is to be accepted.
 pub(super) struct SolvedStep {
     pub next: State,
     pub solution: Solution,
     /// Whether it ends at a point of the time grid
     pub on_grid: bool,
-    /// Whether its time error is too large, and it cannot be cut any more
+    /// Whether its time error is too large, and it cannot be cut any further
     pub coarse: bool,
 }
 

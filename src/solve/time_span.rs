@@ -1,38 +1,39 @@
-//! A stretch of time with one integrator and one nominal step.
+//! A span of time with one integrator and one nominal step.
 
 use super::Integrator;
 
-/// Share of the nominal step up to which what is left at the end belongs to the last step \[–\]. More than the rounding of
-/// (end − start)/dt where the steps are [resolved](TimeSpan::is_resolved).
+/// Share of the nominal step up to which the rest of a span is added to the last step \[–\]. It exceeds the rounding of (end − start)/dt if the steps
+/// are [resolved](TimeSpan::is_resolved).
 const REMAINDER: f64 = 1e-3;
 
-/// A stretch of time with one integrator and one nominal step.
+/// A span of time with one integrator and one nominal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSpan {
     pub integrator: Integrator,
     pub start: f64,
     pub end: f64,
-    /// Nominal step \[s\]; the grid start + k·dt is hit whatever was cut
+    /// Nominal step \[s\]; the grid points start + k·dt are reached exactly, whatever was cut
     pub dt: f64,
 }
 
 impl TimeSpan {
-    /// Number of nominal steps. The last one is shorter where the stretch is no multiple of it, or longer by less than its thousandth.
+    /// Number of nominal steps. If the span is not a multiple of the nominal step, the last one is shorter, or longer by less than a thousandth of
+    /// it.
     pub fn steps(&self) -> usize {
         ((self.end - self.start) / self.dt - REMAINDER).ceil().max(1.0) as usize
     }
 
-    /// Whether the last step has the nominal length, as all others have, within what may be left at the end.
+    /// Whether the last step has the nominal length, like all others, up to the allowed rest.
     pub fn ends_with_whole_step(&self) -> bool {
         (self.end - self.point(self.steps() - 1) - self.dt).abs() <= 2.0 * REMAINDER * self.dt
     }
 
-    /// Whether the rounding of the time at the end is less than a thousandth of the nominal step, so that every step has its length.
+    /// Whether the rounding of the time at the end is less than a thousandth of the nominal step, so that all steps have their nominal lengths.
     pub fn is_resolved(&self) -> bool {
         f64::EPSILON * self.end.abs() <= REMAINDER * self.dt
     }
 
-    /// Point `k` of the time grid, the start being point 0.
+    /// Point `k` of the time grid, where the start is point 0.
     pub fn point(&self, k: usize) -> f64 {
         if k == self.steps() { self.end } else { self.start + k as f64 * self.dt }
     }
@@ -42,8 +43,8 @@ impl TimeSpan {
 mod tests {
     use super::*;
 
-    /// Wherever a stage starts, a multiple of dt has so many steps of dt, and what is left is a step of its own or part of the last one. Of
-    /// the lengths the rounding of the times, ε t, may be missing at both ends.
+    /// Wherever a stage starts, a multiple of dt has the corresponding number of steps of dt, and a rest is a step of its own or part of the last
+    /// one. Lengths may lack the rounding of the times, ε t, at both ends.
     #[test]
     fn late_stages_have_the_steps_of_early_ones() {
         for start in [0.0, 300.0, 3600.0, 86400.0] {

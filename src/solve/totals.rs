@@ -1,4 +1,4 @@
-//! Counts of a run, and findings about the equilibria it passed.
+//! Counts of a run, and findings about the equilibria along it.
 
 use super::{Solution, Stability, TurningPoint};
 
@@ -6,11 +6,11 @@ use super::{Solution, Stability, TurningPoint};
 #[derive(Clone, Copy, Debug, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Totals {
     pub steps: usize,
-    /// Those of stages in which masses move or viscous forces act
+    /// Number of steps in stages in which masses move or viscous forces act
     #[serde(default)]
     pub in_time: usize,
     pub iterations: usize,
-    /// Largest estimated correction of an accepted state, as a share of its largest displacement \[–\]
+    /// Largest estimated correction of an accepted state, relative to its largest displacement \[–\]
     #[serde(default)]
     pub correction: f64,
     /// Accepted steps with iterations whose correction is not estimated: arc length, contact corrections, linearised steps
@@ -18,17 +18,17 @@ pub struct Totals {
     pub without_correction: usize,
     /// Cuts of steps that did not converge
     pub cuts: usize,
-    /// Steps that were solved, and repeated in parts since their time error was too large
+    /// Steps that were solved but repeated in parts, because their time error was too large
     pub repeated: usize,
-    /// Steps whose time error was too large, and that could not be cut any more
+    /// Steps whose time error was too large but that could not be cut any further
     pub coarse: usize,
     /// Steps whose tangent had to be shifted towards positive definiteness
     pub regularised: usize,
-    /// Steps that converged with projected blocks only
+    /// Steps that converged only with projected blocks
     pub projected: usize,
     /// Accepted states whose tangent had negative eigenvalues: beyond a bifurcation or a limit point
     pub unstable: usize,
-    /// Accepted states where negative eigenvalues were not counted: the iterative method meets them by chance only
+    /// Accepted states where negative eigenvalues were not counted: the iterative method finds them only by chance
     #[serde(default)]
     pub uncounted: usize,
 }
@@ -48,14 +48,14 @@ impl Totals {
 /// Turning points and changes of stability along the path of equilibria.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Findings {
-    /// Arc length: states where the loads were largest or least
+    /// Arc length: states at which the loads are largest or smallest
     pub turning_points: Vec<TurningPoint>,
     /// Static stages: time \[s\] and number of negative eigenvalues of the constrained tangent, wherever the number changes
     pub unstable: Vec<(f64, usize)>,
 }
 
 impl Findings {
-    /// Notes the stability of the accepted state at time `t` \[s\].
+    /// Records the stability of the accepted state at time `t` \[s\].
     pub(super) fn note(&mut self, totals: &mut Totals, is_static: bool, t: f64, stability: Stability) {
         match stability {
             Stability::NotJudged => {}

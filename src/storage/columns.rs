@@ -1,13 +1,13 @@
-//! From the lines of a text table to numbers: the checks that every reader makes, and columns by their names.
+//! Numbers from the lines of a text table: the checks that all readers share, and columns selected by name.
 
 use super::table::{DELIMITERS, Decimal, Line, bare, decode, is_number, number, split};
 use crate::wording::{first, hint, joined, lines, nearest};
 use std::ops::Range;
 
-/// Sizes of one unit that differ by a smaller part than this are the same \[–\]
+/// Relative difference below which two unit factors are equal \[–\].
 const SAME: f64 = 1e-9;
 
-/// Why the columns of a text table were not read: the fact, the file with its lines, and the remedy.
+/// Reason why the columns of a text table could not be read: the fact, the file with its lines, and the remedy.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TableError {
     #[error("{file}: {what}, not a text table; export the data as CSV or as text with delimiters")]
@@ -20,7 +20,7 @@ pub enum TableError {
     )]
     Quote { file: String, at: Vec<u64> },
     #[error(
-        "{file}: line {} has {cells} cells under {names} names{}: decimal commas in a table divided by commas cannot be told apart; \
+        "{file}: line {} has {cells} cells under {names} names{}: decimal commas cannot be distinguished from the commas between columns; \
          export it with ; or tab between the columns, or with decimal points",
         at[0], others(at)
     )]
@@ -49,7 +49,7 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// True where the table leaves the decimal mark open, so that a statement of it helps.
+    /// Whether the decimal mark of the table is ambiguous, so that stating it resolves the error.
     pub fn is_of_mark(&self) -> bool {
         matches!(self, Self::Decimal { .. } | Self::TwoDecimals { .. })
     }
@@ -78,20 +78,20 @@ fn have(at: &[u64]) -> String {
 
 fn not_numbers(cells: &[String]) -> String {
     match cells {
-        [one] => format!("{one} is no finite number; correct or remove the line"),
+        [one] => format!("{one} is not a finite number; correct or remove the line"),
         _ => format!("{} are no finite numbers; correct or remove the lines", first(cells)),
     }
 }
 
-/// Rows under the names of a table: no cell runs over several lines, and no row has more numbers than there are names.
+/// Rows below the names of a table: no cell spans several lines, and no row has more numbers than there are names.
 pub struct Rows<'a> {
     file: &'a str,
-    /// Lines that are not empty
+    /// Non-empty lines
     pub body: Vec<&'a Line>,
 }
 
 impl<'a> Rows<'a> {
-    /// The rows from line `below` on, under the names in line `at`; both count from 0.
+    /// Checks and returns the rows from line `below` on, under the names in line `at`; both count from 0.
     pub fn under(
         file: &'a str,
         delimiter: char,
@@ -120,8 +120,8 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The decimal mark of the columns at these places, or the one that is stated. Refuses numbers that leave it open, and both marks in one table: 0,7 among
-    /// decimal points makes 1,700 another number than it seems.
+    /// The decimal mark of the columns at the indices `places`, or the stated one. Refuses numbers that do not determine the mark, and tables that
+    /// use both marks: next to `0,7`, `1,700` is not one thousand seven hundred.
     pub fn decimal(&self, places: &[usize], stated: Option<Decimal>) -> Result<Decimal, TableError> {
         if let Some(decimal) = stated {
             return Ok(decimal);
@@ -141,27 +141,27 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The place of the line of units below the names in line `at`, where the first line that is not empty is one.
+/// Index of the line of units below the names in line `at`, if the first non-empty line there is one.
 pub fn units_below(lines: &[Line], at: usize, is_units: impl Fn(&Line) -> bool) -> Option<usize> {
     (at + 1..lines.len()).find(|k| !lines[*k].is_empty()).filter(|k| is_units(&lines[*k]))
 }
 
-/// A table of which columns were chosen by their names. A column is called by its place among those that were wanted.
+/// A table with columns selected by name. A column is referred to by its index in the list of requested names.
 #[derive(Clone, Debug)]
 pub struct Named {
     file: String,
     names: Line,
-    /// The line below the names, where it holds units
+    /// The line below the names, if it holds units
     units: Option<Line>,
-    /// Lines below that are not empty
+    /// Non-empty lines below the names and units
     pub rows: Vec<Line>,
     places: Vec<usize>,
     decimal: Decimal,
 }
 
 impl Named {
-    /// Reads the columns of numbers, and then those of text, below the first line that names all of them, whatever the encoding, the delimiter and the decimal mark. A name may
-    /// lack the unit that follows it in the table in brackets.
+    /// Reads the columns `numbers`, then the columns `texts`, below the first line that names all of them, whatever the encoding, the delimiter and
+    /// the decimal mark. A requested name may lack the unit that follows it in brackets in the table.
     pub fn read(
         file: &str,
         bytes: &[u8],
@@ -202,28 +202,28 @@ impl Named {
         Ok(Self { file: file.into(), names: lines[at].clone(), units, rows, places, decimal })
     }
 
-    /// The name of a column in the table.
+    /// The name of a column as written in the table.
     pub fn name(&self, column: usize) -> &str {
         &self.names.cells[self.places[column]]
     }
 
-    /// The unit of a column: in the brackets of its name, or in the line below.
+    /// The unit of a column, from the brackets of its name or from the line below.
     pub fn unit(&self, column: usize) -> Option<String> {
         let below = || self.units.as_ref()?.cells.get(self.places[column]).map(|c| bare(c).to_string());
         in_brackets(self.name(column)).map(String::from).or_else(below).filter(|u| !u.is_empty())
     }
 
-    /// The cell of a column in a row; empty where the row is shorter.
+    /// The cell of a column in a row; empty if the row is shorter.
     pub fn cell<'a>(&self, row: &'a Line, column: usize) -> &'a str {
         row.cells.get(self.places[column]).map_or("", String::as_str)
     }
 
-    /// The number of a column in a row, or what is wrong with it.
+    /// The number of a column in a row, or the reason why the cell is not a number.
     pub fn number(&self, row: &Line, column: usize) -> Result<f64, String> {
         number(self.cell(row, column), self.decimal)
     }
 
-    /// \[column\]\[row\] The numbers of columns in some rows; refuses cells that are none, all at once.
+    /// \[column\]\[row\] The numbers of columns in some rows; refuses all cells that are not numbers in one error.
     pub fn numbers(&self, columns: Range<usize>, rows: &[&Line]) -> Result<Vec<Vec<f64>>, TableError> {
         let mut wrong = vec![];
         let mut one = |row: &Line, k: usize| {
@@ -237,15 +237,15 @@ impl Named {
         if wrong.is_empty() { Ok(numbers) } else { Err(TableError::Numbers { file: self.file.clone(), cells: wrong }) }
     }
 
-    /// Refuses rows with fewer or more cells than there are names, where a shift of the cells would not show.
+    /// Refuses rows with fewer or more cells than there are names, because shifted cells would go unnoticed.
     pub fn check_lengths(&self) -> Result<(), TableError> {
         let names = self.names.cells.len();
         let at: Vec<u64> = self.rows.iter().filter(|l| l.cells.len() != names).map(|l| l.number).collect();
         if at.is_empty() { Ok(()) } else { Err(TableError::Uneven { file: self.file.clone(), at, names }) }
     }
 
-    /// Refuses columns whose unit in the table is another one than that which is stated; what brackets hold else is a note. `ratio`: a unit over another one, where both are of
-    /// one quantity.
+    /// Refuses columns whose unit in the table differs from the stated one; any other text in brackets becomes a note. `ratio` returns the quotient
+    /// of two units of one quantity.
     pub fn check_units(
         &self,
         stated: &[Option<&str>],
@@ -259,7 +259,7 @@ impl Named {
     }
 }
 
-/// The fact that a column is in another unit by the table than by what states one; none where the two are one size, or not of one quantity.
+/// A sentence saying that the unit of a column in the table contradicts the stated one; `None` if they are equal or belong to different quantities.
 pub fn of_two_units(
     name: &str,
     own: &str,
@@ -270,7 +270,7 @@ pub fn of_two_units(
     ((ratio(own, stated)? - 1.0).abs() > SAME).then(fact)
 }
 
-/// The wanted names that the nearest line does not have, with those that it has.
+/// The requested names that the best-matching line lacks, and the names that it has.
 fn missing(file: &str, text: &str, wanted: &[&str]) -> TableError {
     let count = |l: &Line| l.cells.iter().filter(|c| !c.is_empty()).count();
     let (mut absent, mut known): (Vec<&str>, Vec<String>) = (wanted.to_vec(), vec![]);
@@ -285,7 +285,8 @@ fn missing(file: &str, text: &str, wanted: &[&str]) -> TableError {
     TableError::Columns { file: file.into(), missing: absent.into_iter().map(String::from).collect(), known }
 }
 
-/// The columns of this name, letter by letter or else in other cases, or the only one of this name without its unit; `None` where there is none.
+/// The columns with exactly this name, or else without regard to case, or else the only column with this name if units are left out; `None` if no
+/// column matches.
 fn places(cells: &[String], name: &str) -> Option<Vec<usize>> {
     let same = |cell: &str| cell.trim().eq_ignore_ascii_case(name.trim());
     let all = |is: &dyn Fn(&str) -> bool| (0..cells.len()).filter(|k| is(&cells[*k])).collect::<Vec<usize>>();
@@ -295,7 +296,7 @@ fn places(cells: &[String], name: &str) -> Option<Vec<usize>> {
     exact.or_else(|| Some(all(&same)).filter(found)).or_else(|| Some(by_unit()).filter(|places| places.len() == 1))
 }
 
-/// The text of the last brackets of a name.
+/// The text in the brackets at the end of a name, if there are any.
 pub fn in_brackets(name: &str) -> Option<&str> {
     let inside = name.trim_end().strip_suffix([')', ']'])?;
     Some(inside[inside.rfind(['(', '['])? + 1..].trim())
@@ -321,9 +322,9 @@ mod tests {
         assert_eq!(values("u,F\n1.5,2\n2.5,3\n", &["u", "F"]), both);
         assert_eq!(values("note;7\nF (N);u (mm)\n\n2;1,5\n3;2,5\n", &["u", "F"]), both);
         assert_eq!(values("u,F\nmm,N\n1.5,2\n2.5,3\n", &["u", "f"]), both);
-        // Letter by letter before other cases
+        // Exact matches come before those without regard to case
         assert_eq!(values("m,M\n1.5,2\n", &["M"]), [[2.0]]);
-        // One name is no line that commas divide
+        // A single name is not a line that commas divide
         assert_eq!(values("F (N),u (mm)\n1,5\n2,7\n", &["F"]), [[1.0, 2.0]]);
         assert_eq!(values("F (N)\n1,5\n2,25\n", &["F"]), [[1.5, 2.25]]);
     }

@@ -1,19 +1,19 @@
-//! The contents of the files that a thread has read, by their digests: a file that somebody edits is read with other contents the next time.
+//! The contents of the files that a thread has read, by their digests. A file that is edited meanwhile is read with different contents the next time.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Path → SHA-256 of all contents that it was read with.
+/// Path → SHA-256 of every content with which it was read.
 type Contents = BTreeMap<PathBuf, BTreeSet<String>>;
 
 thread_local! {
     static READ: RefCell<Option<Contents>> = const { RefCell::new(None) };
 }
 
-/// Keeps account of what this thread reads, until it is dropped.
+/// Records which files this thread reads, until it is dropped.
 pub struct Reading {
-    /// The account that goes on after this one
+    /// The enclosing record, which continues when this one is dropped
     outer: Option<Contents>,
 }
 
@@ -22,7 +22,7 @@ impl Reading {
         Self { outer: READ.with(|read| read.borrow_mut().replace(Contents::new())) }
     }
 
-    /// The files that were read with other contents than these, path → SHA-256, at any time since the beginning.
+    /// The files that were read with contents different from `expected` (path → SHA-256) at any time since recording began.
     pub fn changed(&self, expected: &BTreeMap<PathBuf, String>) -> Vec<PathBuf> {
         READ.with(|read| {
             let read = read.borrow();
@@ -40,7 +40,7 @@ impl Drop for Reading {
     }
 }
 
-/// Notes that this thread has read a file with contents of this digest, which is asked for only where account is kept.
+/// Records that this thread has read a file with contents of this digest, which is computed only while reads are recorded.
 pub(super) fn note(path: &Path, sha256: impl FnOnce() -> String) {
     READ.with(|read| {
         if let Some(read) = &mut *read.borrow_mut() {

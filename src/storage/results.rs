@@ -1,4 +1,4 @@
-//! A folder with the results of one command: written aside, moved into place when all of them are there, and listed in `results.json`.
+//! A folder with the results of one command: written elsewhere first, moved into place when all of them are complete, and listed in `results.json`.
 
 use super::{DATA_LIMIT, TEXT_LIMIT, keep, read, sha256, write};
 use crate::wording::few;
@@ -8,55 +8,55 @@ use std::io::{Error, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
-/// Name of the list.
+/// Name of the file with the list of results.
 pub const FILE: &str = "results.json";
-/// Beginning and end of the name of the folder in which results are written.
+/// Beginning and end of the name of the temporary folder in which results are written.
 const PART: [&str; 2] = [".results-", ".part"];
-/// Time after which such a folder is one that a killed command has left.
+/// Age after which such a folder is taken to be left by a killed command.
 const LEFT: Duration = Duration::from_secs(3600);
 
-/// Why results could not be written.
+/// Reason why results could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// Results of another command or of other input are there
+    /// The folder holds results of another command or of different input
     #[error("{}: holds {own}, which {by} would replace; name another folder with --out, or pass --replace", dir.display())]
     Others { dir: PathBuf, own: String, by: String },
-    /// A study is there, whose report is drawn again and again
+    /// The folder holds a study, whose report is redrawn repeatedly
     #[error("{}: holds the results of a study; name another folder with --out", dir.display())]
     Study { dir: PathBuf },
-    /// Files of the same names are there, which are in no list
+    /// The folder holds files of the same names that are not in its list
     #[error(
         "{}: holds {files} not listed in {FILE}, which {by} would replace; name another folder with --out, or pass --replace",
         dir.display()
     )]
     Unlisted { dir: PathBuf, files: String, by: String },
-    /// An input that cannot be read
+    /// An input file cannot be read
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: Error },
-    /// Folder or file that cannot be written
+    /// A folder or a file cannot be written
     #[error("{}: cannot be written: {source}; choose another folder with --out, or make room", path.display())]
     Write { path: PathBuf, source: Error },
 }
 
-/// A file that was read.
+/// An input file with its digest.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 struct Input {
     name: String,
     sha256: String,
 }
 
-/// The subject of results: the command, what it found, and the contents of its files.
+/// The subject of results: the command, the choice among its possible results, and the contents of its input files.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub struct Subject {
     command: String,
-    /// Which of the results that the command can find in these files; empty where there is one
+    /// Which of several possible results of the command for these files; empty if there is only one
     #[serde(default, skip_serializing_if = "String::is_empty")]
     choice: String,
     inputs: Vec<Input>,
 }
 
 impl Subject {
-    /// Reads the files of which a command makes results.
+    /// Reads the files from which a command produces results.
     pub fn read(command: &str, choice: impl Into<String>, files: &[PathBuf]) -> Result<Self, ResultsError> {
         let input = |path: &PathBuf| {
             let bytes = read(path, DATA_LIMIT).map_err(|source| ResultsError::Read { path: path.clone(), source })?;
@@ -67,13 +67,13 @@ impl Subject {
         Ok(Self { command: command.into(), choice: choice.into(), inputs })
     }
 
-    /// Whether the results are those of the same command, choice and contents; the names of files may differ.
+    /// Whether both have the same command, choice and file contents; the names of the files may differ.
     fn is_same(&self, other: &Self) -> bool {
         let digests = |of: &Self| of.inputs.iter().map(|i| i.sha256.clone()).collect::<Vec<_>>();
         self.command == other.command && self.choice == other.choice && digests(self) == digests(other)
     }
 
-    /// `results of fit (Yeoh with 2 terms) of pull.csv`
+    /// A description such as `results of fit (Yeoh with 2 terms) of pull.csv`.
     fn words(&self) -> String {
         let choice = if self.choice.is_empty() { String::new() } else { format!(" ({})", self.choice) };
         let names: Vec<&str> = self.inputs.iter().map(|i| i.name.as_str()).collect();
@@ -81,12 +81,12 @@ impl Subject {
     }
 }
 
-/// Results that lie in a folder.
+/// The list of the results in a folder.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 struct List {
     #[serde(flatten)]
     subject: Subject,
-    /// Their names below the folder
+    /// Paths below the folder
     files: BTreeSet<String>,
 }
 
@@ -102,30 +102,30 @@ impl List {
     }
 }
 
-/// The results of a command that a folder holds, in words; none where it has no list of them.
+/// A description of the results that a folder holds; `None` if it has no list of them.
 pub fn held(dir: &Path) -> Option<String> {
     List::read(dir).map(|list| list.subject.words())
 }
 
-/// Adds files to the list of a folder that has one, after its report was drawn again.
+/// Adds files to the list of a folder, if it has one, after its report was redrawn.
 pub fn add(dir: &Path, files: impl IntoIterator<Item = PathBuf>) -> Result<(), ResultsError> {
     let Some(mut list) = List::read(dir) else { return Ok(()) };
     list.files.extend(files.into_iter().filter_map(|file| file.strip_prefix(dir).ok().map(name)));
     list.write(dir)
 }
 
-/// A folder that may take results.
+/// A folder that may receive results.
 pub struct Results {
     dir: PathBuf,
     subject: Subject,
-    /// Names of the results that it holds
+    /// Paths of the results that it already holds
     earlier: BTreeSet<String>,
-    /// Whether results of others may be replaced
+    /// Whether results of other commands may be replaced
     replace: bool,
 }
 
 impl Results {
-    /// Refuses a folder with results of another command or of other input, unless these may be replaced, and one with a study.
+    /// Refuses a folder that holds a study, and one that holds results of another command or of different input unless these may be replaced.
     pub fn check(dir: &Path, subject: Subject, replace: bool) -> Result<Self, ResultsError> {
         let dir = dir.to_path_buf();
         if dir.join("study.json").is_file() {
@@ -142,7 +142,7 @@ impl Results {
         Ok(Self { dir, subject, earlier: earlier.map_or_else(BTreeSet::new, |list| list.files), replace })
     }
 
-    /// Puts what `fill` writes into an empty folder in the place of the earlier results. Where it fails, all of these stay as they were.
+    /// Replaces the earlier results by the files that `fill` writes into an empty folder. If it fails, the earlier results are unchanged.
     pub fn write<T, E: From<ResultsError>>(self, fill: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
         let refuse = |source| ResultsError::Write { path: self.dir.clone(), source };
         std::fs::create_dir_all(&self.dir).map_err(refuse)?;
@@ -155,7 +155,7 @@ impl Results {
         Ok(done)
     }
 
-    /// Refuses to replace files that are in no list, and makes the folders of all, before the first is moved.
+    /// Refuses to replace unlisted files, and creates the folders of all files, before the first file is moved.
     fn check_files(&self, files: &BTreeSet<String>) -> Result<(), ResultsError> {
         let is_there = |file: &&String| self.dir.join(file.as_str()).symlink_metadata().is_ok();
         let unlisted: Vec<&String> = files.difference(&self.earlier).filter(is_there).collect();
@@ -173,7 +173,8 @@ impl Results {
         Ok(())
     }
 
-    /// Moves the files into place and removes the earlier ones that are written no more. At any moment the list names all that are there.
+    /// Moves the files into place and removes the earlier ones that are no longer written. At any moment the list names all result files in the
+    /// folder.
     fn place(self, part: &Path, files: BTreeSet<String>) -> Result<(), ResultsError> {
         let Self { dir, subject, earlier, .. } = self;
         let gone: Vec<String> = earlier.difference(&files).cloned().collect();
@@ -190,7 +191,7 @@ impl Results {
     }
 }
 
-/// Removes a file, and the folders below `dir` that are empty without it.
+/// Removes a file, and the folders below `dir` that become empty.
 fn remove(dir: &Path, file: &str) {
     let path = dir.join(file);
     if std::fs::remove_file(&path).is_ok() {
@@ -199,7 +200,7 @@ fn remove(dir: &Path, file: &str) {
     }
 }
 
-/// Removes what killed commands have left.
+/// Removes temporary folders that killed commands have left.
 fn sweep(dir: &Path) {
     for entry in std::fs::read_dir(dir).into_iter().flatten().flatten() {
         let (name, changed) = (entry.file_name(), entry.metadata().and_then(|m| m.modified()).ok());
@@ -227,12 +228,12 @@ fn files_of(dir: &Path) -> Result<BTreeSet<String>, Error> {
     Ok(files)
 }
 
-/// A path below a folder with slashes.
+/// A relative path with slashes.
 fn name(file: &Path) -> String {
     file.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Whether a name of the list leads to a file below the folder.
+/// Whether a listed path leads to a file below the folder.
 fn is_inside(file: &str) -> bool {
     Path::new(file).components().all(|part| matches!(part, Component::Normal(_)))
 }
@@ -241,7 +242,7 @@ fn is_inside(file: &str) -> bool {
 mod tests {
     use super::*;
 
-    /// Results with these files, of a command on a table.
+    /// Writes results with these files, of a command on a table.
     fn put(dir: &Path, command: &str, table: &Path, replace: bool, names: &[&str]) -> Result<(), ResultsError> {
         let subject = Subject::read(command, "", &[table.to_path_buf()])?;
         Results::check(dir, subject, replace)?.write(|part| {

@@ -1,4 +1,4 @@
-//! A delimited text file as lines of cells: encoding, delimiter, decimal mark. No meaning yet.
+//! A delimited text file as lines of cells: encoding, delimiter and decimal mark, without interpreting the columns.
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use serde::{Deserialize, Serialize};
@@ -7,25 +7,25 @@ use std::str::FromStr;
 /// One line of a file.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Counted from 1
+    /// Number of the line in the file, counted from 1
     pub number: u64,
     pub cells: Vec<String>,
 }
 
 impl Line {
-    /// True where every cell is empty.
+    /// Whether every cell is empty.
     pub fn is_empty(&self) -> bool {
         self.cells.iter().all(String::is_empty)
     }
 }
 
-/// Delimiters that are tried, the ones that cannot be a decimal mark first.
+/// Delimiters in the order in which they are tried: first those that cannot be a decimal mark.
 pub const DELIMITERS: [char; 3] = [';', '\t', ','];
 
-/// Signs that group thousands with either decimal mark: blanks of several widths and apostrophes (ISO 80000-1, 7.3.1, and Swiss usage).
+/// Characters that group thousands whatever the decimal mark: spaces of several widths and apostrophes (ISO 80000-1, 7.3.1, and Swiss usage).
 const BLANK_GROUPS: [char; 6] = [' ', '\u{a0}', '\u{2009}', '\u{202f}', '\'', '\u{2019}'];
 
-/// The sign between units and tenths; the other one may group thousands.
+/// The decimal mark; the other character may group thousands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Decimal {
@@ -49,12 +49,12 @@ impl Decimal {
         if self == Self::Point { "point" } else { "comma" }
     }
 
-    /// The mark and the sign that groups thousands.
+    /// The mark, and the character that groups thousands.
     fn signs(self) -> (char, char) {
         if self == Self::Point { ('.', ',') } else { (',', '.') }
     }
 
-    /// The mark of these cells, or a cell such as `1,234` that is a number either way where no other cell decides.
+    /// The decimal mark that these cells use; as an error, a cell such as `1,234` that is a number with either mark, if no other cell decides.
     pub fn of<'a>(cells: impl Iterator<Item = &'a str>) -> Result<Self, String> {
         let (mut certain, mut either) = (false, None);
         for cell in cells {
@@ -80,10 +80,10 @@ impl Decimal {
     }
 }
 
-/// Text of a file, and its encoding where that is not UTF-8. Refuses what is no text, with the reason.
+/// The text of a file, and its encoding unless that is UTF-8. Refuses content that is not text, with the reason.
 ///
-/// A byte-order mark decides; else zeros at every second place make it UTF-16, and bytes that are no UTF-8 make it Windows-1252, which
-/// contains Latin-1. Every byte has a meaning there: nothing is lost.
+/// A byte-order mark decides; otherwise zeros in every second byte indicate UTF-16, and bytes that are not valid UTF-8 indicate Windows-1252, which
+/// contains the printable characters of Latin-1. Every byte is decoded, so that nothing is lost.
 pub fn decode(bytes: &[u8]) -> Result<(String, Option<&'static str>), String> {
     for (start, what) in
         [(&b"PK\x03\x04"[..], "an Excel workbook or a zip file"), (b"\xd0\xcf\x11\xe0", "an Excel or Office file")]
@@ -101,13 +101,13 @@ pub fn decode(bytes: &[u8]) -> Result<(String, Option<&'static str>), String> {
         return Err("holds zero bytes, as only binary files do".into());
     }
     if broken {
-        // A mark of UTF-8 on a file that is not
+        // The file has the byte-order mark of UTF-8 but is not UTF-8
         return Ok((WINDOWS_1252.decode_without_bom_handling(&bytes[3..]).0.into_owned(), Some(WINDOWS_1252.name())));
     }
     Ok((text.into_owned(), (encoding != UTF_8).then(|| encoding.name())))
 }
 
-/// Part of the bytes at even or odd places that are zero in UTF-16 of mostly Latin letters \[–\]
+/// Share of the bytes at even or odd positions that are zero in UTF-16 text of mostly Latin letters \[–\]
 const ZEROS: f64 = 0.4;
 
 fn without_mark(bytes: &[u8]) -> &'static Encoding {
@@ -122,7 +122,7 @@ fn without_mark(bytes: &[u8]) -> &'static Encoding {
     }
 }
 
-/// Splits a text at a delimiter; quotes protect it. Empty lines are skipped.
+/// Splits a text at a delimiter, except within quotation marks. Empty lines are skipped.
 pub fn split(text: &str, delimiter: char) -> Vec<Line> {
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(delimiter as u8)
@@ -139,12 +139,12 @@ pub fn split(text: &str, delimiter: char) -> Vec<Line> {
         .collect()
 }
 
-/// A cell without brackets around it.
+/// A cell without surrounding brackets.
 pub(super) fn bare(cell: &str) -> &str {
     cell.trim_matches(['(', ')', '[', ']', ' '])
 }
 
-/// A cell as a finite number, or what is wrong with it.
+/// A cell as a finite number, or the reason why it is not one.
 pub fn number(cell: &str, decimal: Decimal) -> Result<f64, String> {
     if cell.is_empty() {
         return Err("is empty".into());
@@ -171,7 +171,7 @@ fn plain_number(cell: &str) -> Option<f64> {
     cell.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-/// True where a cell is a number with either mark.
+/// Whether a cell is a number with one of the two marks.
 pub fn is_number(cell: &str) -> bool {
     [Decimal::Point, Decimal::Comma].iter().any(|d| number(cell, *d).is_ok())
 }

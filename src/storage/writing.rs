@@ -1,4 +1,4 @@
-//! The files that a thread has written, for those who remove later what is written no more.
+//! The files that a thread has written, so that files that are no longer written can be removed later.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -8,9 +8,9 @@ thread_local! {
     static WRITTEN: RefCell<Option<BTreeSet<PathBuf>>> = const { RefCell::new(None) };
 }
 
-/// Keeps account of what this thread writes, until it is dropped.
+/// Records which files this thread writes, until it is dropped.
 pub struct Writing {
-    /// The account that goes on after this one
+    /// The enclosing record, which continues when this one is dropped
     outer: Option<BTreeSet<PathBuf>>,
 }
 
@@ -19,7 +19,7 @@ impl Writing {
         Self { outer: WRITTEN.with(|written| written.borrow_mut().replace(BTreeSet::new())) }
     }
 
-    /// The files that were written since the beginning, as they were named.
+    /// The files written since recording began, by the paths used to write them.
     pub fn files(&self) -> BTreeSet<PathBuf> {
         WRITTEN.with(|written| written.borrow().clone().unwrap_or_default())
     }
@@ -31,7 +31,7 @@ impl Drop for Writing {
     }
 }
 
-/// Notes that this thread has written a file, or has found it as it would write it, where account is kept.
+/// Records, if writes are recorded, that this thread has written a file, or has found it with the content that it would have written.
 pub fn note(path: &Path) {
     WRITTEN.with(|written| {
         if let Some(written) = &mut *written.borrow_mut() {

@@ -2,7 +2,7 @@
 
 use crate::study::curve::{CHANGE, peak_words};
 use crate::study::notes::notes;
-use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Role, StoredCase, StudyQuantity, StudyRecord};
 use crate::wording::{NAMED, all, count, few};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -34,7 +34,7 @@ pub struct ByQuantity<T> {
     pub variant: String,
     /// The variant in words
     pub variant_label: String,
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the variant
     pub peak_is: &'static str,
     #[serde(flatten)]
@@ -55,7 +55,7 @@ impl<T> ByQuantity<T> {
     pub fn each(
         study: &StudyRecord,
         stored: &[StoredCase],
-        mut find: impl FnMut(&str, &Quantity) -> Option<T>,
+        mut find: impl FnMut(&str, &StudyQuantity) -> Option<T>,
     ) -> Vec<Self> {
         let mut all = vec![];
         for variant in &study.variants {
@@ -252,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_peak_that_is_a_change_is_called_one() {
-        let quantity = Quantity { label: "tip height".into(), symbol: "z".into(), ..Quantity::default() };
+        let quantity = StudyQuantity { label: "tip height".into(), symbol: "z".into(), ..StudyQuantity::default() };
         let of = |peak_is| ByQuantity {
             variant: String::new(),
             variant_label: String::new(),

@@ -8,7 +8,7 @@ use crate::schema::AnyTable;
 use crate::storage;
 use crate::study::spec::Mistake;
 use crate::study::store::identity::Identity;
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 use crate::wording::all;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ pub struct UseSpec {
     /// Its law that is replaced by the one with the constants that were found
     pub law: String,
     /// The quantity that is compared
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// Changes for all members
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]

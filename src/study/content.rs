@@ -5,9 +5,9 @@ use crate::report::numbers::minus_signs;
 use crate::report::paper::Paragraph;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::claim::Claim;
 use crate::study::extension::Extension;
-use crate::study::outcome::CaseOutcome;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 

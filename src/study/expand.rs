@@ -6,11 +6,11 @@ use crate::storage;
 use crate::study::case::Case;
 use crate::study::case_list::{Added, CaseList, Changes};
 use crate::study::extension::AddedMeshes;
-use crate::study::kind::{Extent, RunRules, StoredExpansion};
+use crate::study::kind::{RunRules, StoredExpansion, StudyScope};
 use crate::study::kinds::KINDS;
 use crate::study::rounds::{self, Rounds};
 use crate::study::spec::{FamilySpec, MOST_CASES, VariantSpec, check_names, refuse};
-use crate::study::store::record::{FamilyRecord, Place, Quantity, Role, SCHEMA, StudyRecord, VariantMember};
+use crate::study::store::record::{FamilyRecord, Place, Role, SCHEMA, StudyQuantity, StudyRecord, VariantMember};
 use crate::study::study_file::{KindName, StudySpec, parse};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -46,13 +46,13 @@ impl Study {
     ///
     /// Where the file, or the scene that it varies, cannot be read, has a mistake, or makes a case that is refused.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
-        Self::read_extent(file, changes, Extent::Whole)
+        Self::read_scope(file, changes, StudyScope::Whole)
     }
 
     /// Reads `study.toml` and expands it with the meshes that were added to its results in `dir`.
     pub fn read_with_added(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
         let (meshes, rounds) = (AddedMeshes::read(dir)?, Rounds::read(dir));
-        Self::expand(file, changes, Extent::Whole, |expansion, source| {
+        Self::expand(file, changes, StudyScope::Whole, |expansion, source| {
             rounds.add_to(&mut expansion.families, source);
             Ok(Added { file: AddedMeshes::file(dir), lines: meshes.add_to(&mut expansion.families, dir)? })
         })
@@ -62,7 +62,7 @@ impl Study {
     /// has asked for.
     pub fn read_as_stored(file: &Path, dir: &Path) -> Result<Self, SceneError> {
         let (meshes, rounds) = (AddedMeshes::read(dir)?, Rounds::read(dir));
-        Self::expand(file, &[], Extent::Whole, |expansion, _| {
+        Self::expand(file, &[], StudyScope::Whole, |expansion, _| {
             rounds.add_to(&mut expansion.families, &rounds.of);
             Ok(Added { file: AddedMeshes::file(dir), lines: meshes.add_to(&mut expansion.families, dir)? })
         })
@@ -73,15 +73,15 @@ impl Study {
         Self::read_with_added(&self.file, &self.changes, dir)
     }
 
-    /// Reads as much of `study.toml` as `extent` says, and expands it.
-    pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: Extent) -> Result<Self, SceneError> {
-        Self::expand(file, changes, extent, |_, _| Ok(Added::default()))
+    /// Reads as much of `study.toml` as `scope` says, and expands it.
+    pub fn read_scope(file: &Path, changes: &[(String, toml::Value)], scope: StudyScope) -> Result<Self, SceneError> {
+        Self::expand(file, changes, scope, |_, _| Ok(Added::default()))
     }
 
     fn expand(
         file: &Path,
         changes: &[(String, toml::Value)],
-        extent: Extent,
+        scope: StudyScope,
         add: impl FnOnce(&mut StoredExpansion, &str) -> Result<Added, SceneError>,
     ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
@@ -89,7 +89,7 @@ impl Study {
             let (place, fact) = ("file".into(), "this is a scene, not a study".into());
             return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
         }
-        let (spec, mut expansion) = parse(file, &text, extent)?;
+        let (spec, mut expansion) = parse(file, &text, scope)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let scene = base.join(&spec.scene);
         read_table(&scene).map_err(|e| SceneError::Part {
@@ -144,7 +144,7 @@ impl Study {
         check_curves(file, &expansion)?;
         let mut cases = CaseList::new(file, scene, &expansion, changes);
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
-        let mut quantities: BTreeMap<String, Vec<Quantity>> =
+        let mut quantities: BTreeMap<String, Vec<StudyQuantity>> =
             expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
         if let Some(usage) = &expansion.usage {
             let family = cases.uses(usage)?;

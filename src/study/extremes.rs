@@ -103,7 +103,7 @@ mod tests {
     use crate::scene::extreme;
     use crate::study::curve::{peak, peak_words};
     use crate::study::run::one_run::{OneRunError, OneRunRecord};
-    use crate::study::store::record::{CaseRecord, ProbeRecord, Quantity, Series};
+    use crate::study::store::record::{CaseRecord, ProbeRecord, Series, StudyQuantity};
 
     fn case(id: &str, variant: &str, rows: &[f64]) -> StoredCase {
         let found = extreme(rows.iter().copied()).expect("rows");
@@ -127,7 +127,7 @@ mod tests {
     }
 
     fn study(variants: &[&str]) -> StudyRecord {
-        let quantity = Quantity { name: "f_N".into(), ..Quantity::default() };
+        let quantity = StudyQuantity { name: "f_N".into(), ..StudyQuantity::default() };
         StudyRecord {
             variants: variants.iter().map(ToString::to_string).collect(),
             quantities: variants.iter().map(|v| (v.to_string(), vec![quantity.clone()])).collect(),

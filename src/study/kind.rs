@@ -100,7 +100,7 @@ impl From<String> for Underived {
 
 /// How much of a study is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
+pub enum StudyScope {
     Whole,
     /// See [`StudyKind::quick`]
     Quick,
@@ -211,7 +211,7 @@ pub struct Kind {
     /// Schema of the keys of this kind.
     pub schema: fn(&mut SchemaGenerator) -> Schema,
     /// Reads the keys of this kind from the text of a study file.
-    pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
+    pub expand: fn(&Path, &str, StudyScope) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
     /// See [`StudyKind::derive`]
     pub derive: Derive,
@@ -240,13 +240,13 @@ struct SceneName {
     scene: PathBuf,
 }
 
-fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
+fn expand<K: StudyKind>(file: &Path, text: &str, scope: StudyScope) -> Result<StoredExpansion, SceneError> {
     // Roles that only other kinds have are known to the reader of the keys. A text that cannot be read so has its refusal from there
     if let (false, Ok(written)) = (K::ROLES.is_empty(), from_text::<WrittenFamilies>(file, text, "")) {
         written.check(K::NAME, K::ROLES).map_err(|mistake| refuse(file, mistake))?;
     }
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
-    let kind = if extent == Extent::Quick { kind.quick() } else { kind };
+    let kind = if scope == StudyScope::Quick { kind.quick() } else { kind };
     let SceneName { scene } = from_text(file, text, "")?;
     Ok(stored(kind.expand(file, &file.parent().unwrap_or(Path::new("")).join(scene))?))
 }

@@ -11,7 +11,7 @@
 //! | Results are kept, verified and moved | [`store`] |
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
 //! | Mesh, element and time step for a tolerance within a time, from coarse pilots | [`plan`] |
-//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`extremes`], [`outcome`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`extremes`], [`case_outcome`] |
 //! | What reports of several kinds have in common | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
 //! | A measured curve or markers laid over a run | [`overlay`] |
 //! | Facts that limit what the numbers of one run say | [`limits`] |
@@ -29,6 +29,7 @@ pub mod bundle;
 pub mod calibration_plan;
 pub mod case;
 pub mod case_list;
+pub mod case_outcome;
 pub mod changes;
 pub mod claim;
 pub mod content;
@@ -46,7 +47,6 @@ pub mod limits;
 pub mod listing;
 pub mod locking;
 pub mod notes;
-pub mod outcome;
 pub mod overlay;
 pub mod overridden;
 pub mod page;

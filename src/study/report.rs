@@ -1,6 +1,6 @@
 //! The report of a study: reads what a run has stored, analyses it, writes `summary.json`, figures, tables and `index.html`.
 //!
-//! Nothing is solved here; [`write()`] may be called again on a folder to redraw it.
+//! Nothing is solved here; [`write_report()`] may be called again on a folder to redraw it.
 
 use crate::report::export::Pictures;
 use crate::report::figure::Figure;
@@ -17,7 +17,7 @@ use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
 use crate::study::store::report_files::{self, ReportFiles};
 use crate::study::store::results::Results;
-use crate::study::store::{builds, collapse, energy, results, sunk};
+use crate::study::store::{builds, collapse_record, energy_record, results, sunk_record};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
@@ -31,7 +31,7 @@ use std::path::Path;
 /// # Errors
 ///
 /// Where the results cannot be read or are those of other inputs, or a file cannot be written.
-pub fn write(dir: &Path) -> Result<Summary, ReportError> {
+pub fn write_report(dir: &Path) -> Result<Summary, ReportError> {
     let mut results = results::read(dir)?;
     let kind = kinds::find(&results.study.kind).ok_or_else(|| ReportError::Kind {
         path: dir.join("study.json"),
@@ -50,11 +50,11 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
     let grown = results.cases.iter().map(|c| &c.record);
     let grown = grown.filter_map(|record| Some((record.id.as_str(), record.solver.energy_from_nothing.as_ref()?)));
-    content.warnings.extend(energy::warning(grown));
+    content.warnings.extend(energy_record::warning(grown));
     let collapsed = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.collapsed_cavities[..]));
-    content.warnings.extend(collapse::warning(collapsed));
+    content.warnings.extend(collapse_record::warning(collapsed));
     let sunken = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.sunken_facets[..]));
-    content.warnings.extend(sunk::warning(sunken));
+    content.warnings.extend(sunk_record::warning(sunken));
     content.warnings.extend(missed_extremes(&results.study, &results.cases));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));

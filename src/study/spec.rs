@@ -4,7 +4,7 @@ use crate::math::units;
 use crate::scene::name::{self, is_name};
 use crate::scene::{SceneError, changes, column, unit_of_column};
 use crate::schema::AnyTable;
-use crate::study::store::record::{Quantity, Role};
+use crate::study::store::record::{Role, StudyQuantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
@@ -26,7 +26,7 @@ pub struct VariantSpec {
     pub set: toml::Table,
     /// Quantities that are judged
     #[serde(rename = "quantity", default)]
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<StudyQuantity>,
     /// Another scene than the study's, relative to it
     #[serde(skip)]
     pub scene: Option<PathBuf>,
@@ -104,7 +104,7 @@ impl WrittenFamilies {
 
 /// The unit of a quantity is that at the end of the name of its column, in any spelling: fact and remedy where it is another one. A name without one
 /// says nothing.
-pub fn check_unit(q: &Quantity) -> Result<(), (String, String)> {
+pub fn check_unit(q: &StudyQuantity) -> Result<(), (String, String)> {
     let (own, (dimension, si)) = (unit_of_column(&q.name), column::dimension(&q.name));
     let is_own = |one: f64| (one / si - 1.0).abs() < 1e-12;
     if own == "1" || q.unit == own || units::parse(&format!("1 {}", q.unit), dimension).is_ok_and(is_own) {
@@ -121,7 +121,7 @@ pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
         return Err((format!("variant {}", variant.name), "it judges no quantity".into(), remedy.into()));
     }
     for variant in variants {
-        let wrong = |q: &&Quantity| q.absolute_tolerance.is_some_and(|t| !(t > 0.0 && t.is_finite()));
+        let wrong = |q: &&StudyQuantity| q.absolute_tolerance.is_some_and(|t| !(t > 0.0 && t.is_finite()));
         if let Some(q) = variant.quantities.iter().find(wrong) {
             let fact = format!("the absolute_tolerance is {}", q.absolute_tolerance.unwrap_or_default());
             let remedy = "give the accepted error as a positive number in the unit of the column";
@@ -179,7 +179,8 @@ mod tests {
 
     #[test]
     fn a_quantity_has_the_unit_of_its_column() {
-        let of = |name: &str, unit: &str| Quantity { name: name.into(), unit: unit.into(), ..Quantity::default() };
+        let of =
+            |name: &str, unit: &str| StudyQuantity { name: name.into(), unit: unit.into(), ..StudyQuantity::default() };
         for (name, unit) in [
             ("tip_z_m", "m"),
             ("bending_angle_deg", "°"),

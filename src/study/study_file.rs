@@ -2,7 +2,7 @@
 
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text};
-use crate::study::kind::{Extent, StoredExpansion};
+use crate::study::kind::{StoredExpansion, StudyScope};
 use crate::study::kinds::{self, KINDS};
 use crate::study::spec::Mistake;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -70,9 +70,9 @@ impl<'de> Deserialize<'de> for KindName {
 }
 
 /// The text of a study file as its common keys and what its kind makes of the others.
-pub fn parse(file: &Path, text: &str, extent: Extent) -> Result<(StudySpec, StoredExpansion), SceneError> {
+pub fn parse(file: &Path, text: &str, scope: StudyScope) -> Result<(StudySpec, StoredExpansion), SceneError> {
     let spec: StudySpec = from_text(file, text, "")?;
     let kind = kinds::find(&spec.kind.0).expect("the name was read from the registry");
-    let expansion = (kind.expand)(file, text, extent)?;
+    let expansion = (kind.expand)(file, text, scope)?;
     Ok((spec, expansion))
 }

@@ -1,12 +1,12 @@
 //! `summary.json`: the results that other programs read, so that its keys and units stay as they are; see `docs/explanation/convergence.md`.
 
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::extension::Extension;
-use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{CaseRecord, LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use crate::study::store::results::Results;
-use crate::study::store::solver::SolverRecord;
+use crate::study::store::solver_record::SolverRecord;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};

@@ -4,7 +4,7 @@ use crate::report::names::title;
 use crate::report::numbers::{capital, digits, measured, percent_cell, readable};
 use crate::report::table::{Table, headings};
 use crate::study::curve::extreme_word;
-use crate::study::store::record::{CaseRecord, Quantity};
+use crate::study::store::record::{CaseRecord, StudyQuantity};
 use crate::study::store::results::Results;
 
 /// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
@@ -18,8 +18,8 @@ fn time_of(t: f64) -> String {
 }
 
 /// The quantities that some variant judges, once each.
-fn quantities(store: &Results) -> Vec<&Quantity> {
-    let mut out: Vec<&Quantity> = vec![];
+fn quantities(store: &Results) -> Vec<&StudyQuantity> {
+    let mut out: Vec<&StudyQuantity> = vec![];
     for q in store.study.variants.iter().filter_map(|v| store.study.quantities.get(v)).flatten() {
         if out.iter().all(|known| known.name != q.name) {
             out.push(q);
@@ -29,9 +29,9 @@ fn quantities(store: &Results) -> Vec<&Quantity> {
 }
 
 /// The name of each quantity in headings: its label, with its name where another one has the same label.
-fn headings_of(quantities: &[&Quantity]) -> Vec<String> {
-    let is_shared = |q: &Quantity| quantities.iter().filter(|other| other.label == q.label).count() > 1;
-    let of = |q: &&Quantity| if is_shared(q) { format!("{} ({})", q.label, q.name) } else { q.label.clone() };
+fn headings_of(quantities: &[&StudyQuantity]) -> Vec<String> {
+    let is_shared = |q: &StudyQuantity| quantities.iter().filter(|other| other.label == q.label).count() > 1;
+    let of = |q: &&StudyQuantity| if is_shared(q) { format!("{} ({})", q.label, q.name) } else { q.label.clone() };
     quantities.iter().map(of).collect()
 }
 
@@ -47,7 +47,7 @@ pub fn cases(store: &Results) -> Table {
     let judged = quantities(store);
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
-            let peak = |q: &&Quantity| match r.probes.get(&q.name) {
+            let peak = |q: &&StudyQuantity| match r.probes.get(&q.name) {
                 Some(p) => [readable(p.peak, digits(1e-3 * p.peak)), time_of(p.peak_t_s)],
                 None => ["–".into(), "–".into()],
             };
@@ -140,7 +140,11 @@ mod tests {
 
     #[test]
     fn quantities_with_the_same_label_are_told_apart() {
-        let of = |name: &str, label: &str| Quantity { name: name.into(), label: label.into(), ..Quantity::default() };
+        let of = |name: &str, label: &str| StudyQuantity {
+            name: name.into(),
+            label: label.into(),
+            ..StudyQuantity::default()
+        };
         let all = [of("tip_z_m", "sag"), of("middle_z_m", "sag"), of("force_N", "force")];
         assert_eq!(headings_of(&all.each_ref()), ["sag (tip_z_m)", "sag (middle_z_m)", "force"]);
     }

@@ -1,7 +1,7 @@
 //! Cases for the page that shows them in three dimensions: a run with its motion, and the stored cases of a study.
 
 use crate::report::numbers::seconds;
-use crate::report::viewer::footage::{About, Footage, Quantity, hollow};
+use crate::report::viewer::footage::{About, FieldHistory, Footage, hollow};
 use crate::report::viewer::limits::BYTES;
 use crate::report::viewer::model::Curves;
 use crate::report::viewer::pack::{Packed, pack};
@@ -153,8 +153,13 @@ fn at_peak(case: &StoredCase, skin: &Skin, why: &str) -> Packed {
     }
     motion.resize(3 * shape.points.len(), 0.0);
     let stretch = skin.stretch.iter().map(|v| *v as f32).collect();
-    let stretch =
-        Quantity { name: "stretch".into(), unit: String::new(), components: 1, at_nodes: true, states: vec![stretch] };
+    let stretch = FieldHistory {
+        name: "stretch".into(),
+        unit: String::new(),
+        components: 1,
+        at_nodes: true,
+        states: vec![stretch],
+    };
     let series = &case.series;
     let row = |k: usize| std::iter::once(series.t_s[k]).chain(series.columns.values().map(|c| c[k])).collect();
     let columns = std::iter::once("t_s".to_string()).chain(series.columns.keys().cloned()).collect();

@@ -10,27 +10,27 @@ use std::time::Duration;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
     pub name: String,
-    /// Role of an effect; None for a constraint
+    /// Role of an effect; `None` for a constraint
     pub role: Option<EnergyRole>,
     pub time: Duration,
     pub evaluations: usize,
 }
 
-/// Sums over all effects and constraints at one state, and the workspace of the run that they belong to.
+/// Sums over all effects and constraints at one state, with the workspace of the run.
 #[derive(Debug)]
 pub struct Assembled {
-    /// \[unknowns\] r(x) + λ ∂c/∂x \[N\]; at a prescribed dof it is the reaction
+    /// \[unknowns\] r(x) + λ ∂c/∂x \[N\]; at a prescribed dof, the reaction
     pub r: Vec<f64>,
     /// Values of K in `pattern` \[N/m\]
     pub k: Vec<f64>,
-    /// Pattern of the system, widened by the pairs that transient blocks couple
+    /// Pattern of the system, extended by the pairs that transient blocks couple
     pub pattern: Arc<Pattern>,
-    /// Slot in `pattern` of each entry of the system's pattern; empty while both are the same
+    /// Slot in `pattern` of each entry of the system's pattern; empty while the two are the same
     pub(crate) widened: Vec<u32>,
     /// Skew part of the tangent, on the equations \[N/m\]; empty if no effect declares one
     pub skew: SkewMatrix,
-    /// The tangent less K and the skew part, on the equations \[N/m\]: the unsymmetric parts of
-    /// [`Capabilities::unsymmetric`](super::Capabilities::unsymmetric). Only where `descending`
+    /// The tangent minus K and the skew part, on the equations \[N/m\]: the unsymmetric parts of
+    /// [`Capabilities::unsymmetric`](super::Capabilities::unsymmetric). Filled only if `descending`
     pub remainder: FewEntries,
     /// \[equations\] Σ K_e d of the prescribed increment d, if one was given \[N\]
     pub increment_force: Vec<f64>,
@@ -40,27 +40,27 @@ pub struct Assembled {
     pub increment_gap: Vec<f64>,
     /// Per constraint: \[equations\] ∂c/∂x on the free dofs
     pub gradient: Vec<Vec<f64>>,
-    /// Σ_e ‖r_e‖ of the effect with the largest one \[N\]: the scale of the convergence test
+    /// Largest sum Σ_e ‖r_e‖ of any effect \[N\]: the scale of the convergence test
     pub scale: f64,
     /// Per effect: its energy \[J\]
     pub energy: Vec<f64>,
-    /// Per effect: dissipation of the step \[J\], in addition to the energy of a dissipative one
+    /// Per effect: dissipation of the step \[J\], in addition to the energy if the effect is dissipative
     pub dissipated: Vec<f64>,
     /// Whether the blocks of all tangents are projected to positive semidefinite ones
     pub projected: bool,
-    /// Whether those of the effects are that ask for it, [`Capabilities::semidefinite`](super::Capabilities::semidefinite)
+    /// Whether the blocks of effects that ask for it are projected, [`Capabilities::semidefinite`](super::Capabilities::semidefinite)
     pub descending: bool,
-    /// Whether the effects are left out whose forces on contact points corrections solve for,
+    /// Whether effects are left out whose forces on contact points are solved for by corrections,
     /// [`Capabilities::on_contact_points`](super::Capabilities::on_contact_points)
     pub without_contact_points: bool,
-    /// Per effect, then per constraint
+    /// Costs per effect, then per constraint
     pub costs: Vec<Cost>,
     /// Caches and counters of the run
     pub caches: Caches,
 }
 
 impl Assembled {
-    /// Zeroes for a system with this pattern.
+    /// Zero-filled sums for a system with this pattern.
     pub(super) fn new(unknowns: usize, equations: usize, pattern: Arc<Pattern>, costs: Vec<Cost>) -> Self {
         let effects = costs.iter().filter(|cost| cost.role.is_some()).count();
         let constraints = costs.len() - effects;
@@ -103,7 +103,7 @@ impl Assembled {
         }
     }
 
-    /// Returns to the pattern of the system, so that the next tangent includes the transient pairs of its own state only.
+    /// Restores the pattern of the system, so that the next tangent includes only the transient pairs of its own state.
     pub fn reset_pattern(&mut self, pattern: &Arc<Pattern>) {
         if !self.widened.is_empty() {
             self.pattern = pattern.clone();

@@ -1,7 +1,7 @@
 //! Residual and tangent: one loop over the contributions of all effects and constraints.
 //!
-//! Blocks are summed in their order, or in that of their [groups](super::groups), so the result does not depend on how many threads or cases
-//! run at the same time.
+//! Blocks are summed in their order, or in that of their [groups](super::groups), so that the result does not depend on how many threads or cases run
+//! at the same time.
 
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
 use super::groups::Grouped;
@@ -14,8 +14,8 @@ use crate::math::vector::norm;
 use std::time::Instant;
 
 impl System {
-    /// Sums residual and, if wanted, tangent. `increment` \[unknowns\] is a prescribed change of the dofs that are not free, whose forces
-    /// are summed too.
+    /// Sums the residual and, if wanted, the tangent. `increment` \[unknowns\] is a prescribed change of the dofs that are not free, whose forces are
+    /// also summed.
     pub fn assemble(
         &self,
         at: &At,
@@ -101,7 +101,7 @@ impl Assembly<'_> {
         let (Coupling::Groups(groups), Kernel::Effect(effect)) = (of.coupling, &of.kernel) else {
             return self.add(of, at, active);
         };
-        // In the place of an effect that does not vary
+        // A placeholder for an effect that does not vary
         if effect.blocks().is_empty() {
             return Ok(0.0);
         }
@@ -163,7 +163,7 @@ impl Assembly<'_> {
         Ok(forces)
     }
 
-    /// Adds what the tangent of block `b` has beyond K, on the free dofs.
+    /// Adds the part of the tangent of block `b` that K leaves out, on the free dofs.
     fn add_remainder(&mut self, blocks: &Blocks, b: usize, entry: impl Fn(usize, usize) -> f64) {
         let equations: Vec<u32> = blocks.dofs(b).map(|dof| self.system.dofs.equation[dof as usize]).collect();
         let free = || equations.iter().enumerate().filter(|(_, equation)| **equation != Dofs::FIXED);
@@ -197,7 +197,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// ∂c/∂x at a dof: into the gradient where it is free, times the prescribed increment where it is not.
+    /// Adds ∂c/∂x at a dof to the gradient if the dof is free; otherwise its product with the prescribed increment.
     fn add_gradient(&mut self, c: usize, dof: u32, value: f64) {
         match self.system.dofs.equation[dof as usize] {
             Dofs::FIXED => self.out.increment_gap[c] += self.increment.map_or(0.0, |d| value * d[dof as usize]),
@@ -205,7 +205,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// Adds weight · K_e d_e on the free dofs of block `b`; the prescribed increment d is zero on these.
+    /// Adds weight · K_e d_e on the free dofs of block `b`; the prescribed increment d is zero on these dofs.
     fn add_increment_force(&mut self, blocks: &Blocks, b: usize, values: &BlockValues, weight: f64) {
         let Some(d) = self.increment else { return };
         let n = blocks.size(b);
@@ -244,7 +244,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// Closes the sums of effect or constraint `i`.
+    /// Completes the sums and the cost of effect or constraint `i`.
     fn finish(&mut self, i: usize, forces: f64, start: Instant) {
         self.out.scale = f64::max(self.out.scale, forces);
         self.out.costs[i].time += start.elapsed();
@@ -263,7 +263,7 @@ struct MeanSums<'a> {
     r: Vec<f64>,
     /// \[3 × means\] means of the prescribed increment
     increment: Option<Vec<f64>>,
-    /// \[3 × means\] weight · K_w of the increment
+    /// \[3 × means\] weight · K_w times the increment
     increment_force: Vec<f64>,
 }
 
@@ -293,7 +293,7 @@ fn add_matrix(to: &mut [f64], slots: &[u32], n: usize, k: &[f64], weight: f64) {
     let mut start = 0;
     for (i, row) in k.chunks_exact(n).take(n).enumerate() {
         for (value, &slot) in row[..=i].iter().zip(&slots[start..=start + i]) {
-            // Slots of prescribed dofs are beyond the end.
+            // Slots of prescribed dofs are beyond the end
             if let Some(to) = to.get_mut(slot as usize) {
                 *to += weight * value;
             }

@@ -5,15 +5,15 @@ use crate::material::LaneResponse;
 use crate::math::lanes::Lanes;
 use std::ops::Range;
 
-/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size.
+/// Buffers for [`LANES`](crate::math::lanes::LANES) blocks of one size.
 pub struct Batch {
-    /// Π_e \[J\]
+    /// Energy Π_e \[J\]
     pub energy: Lanes,
-    /// \[n\] r_e \[N\]
+    /// \[n\] residual r_e \[N\]
     pub r: Vec<Lanes>,
-    /// \[n × n\] K_e row by row; only entries with column ≤ row are read \[N/m\]
+    /// \[n × n\] tangent K_e \[N/m\] row by row; only entries with column ≤ row are read
     pub k: Vec<Lanes>,
-    /// Memory for the responses at the points of the blocks
+    /// Workspace for the responses at the points of the blocks
     pub responses: Vec<LaneResponse>,
 }
 
@@ -34,10 +34,10 @@ impl Batch {
     }
 }
 
-/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::Effect::eval) gives
-/// for each, to rounding.
+/// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once, with the same results as [`Effect::eval`](super::Effect::eval) for
+/// each block, up to rounding.
 pub trait Batched: Sync {
-    /// The blocks `first` to `first` + LANES − 1, where `first` is a multiple of LANES. Energy and r are zero before. Where the tangent is wanted,
-    /// every entry with column ≤ row is set: K_e holds those of other blocks.
+    /// Evaluates the blocks `first` to `first` + LANES − 1, where `first` is a multiple of LANES. Energy and r are zero on entry. If the tangent is
+    /// wanted, every entry of K_e with column ≤ row must be set, because it still holds the values of other blocks.
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }

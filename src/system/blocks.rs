@@ -1,9 +1,9 @@
-//! Blocks: the unknowns of one local contribution, and the buffers that it is evaluated into.
+//! Blocks: the unknowns of one local contribution, and the buffers for its values.
 
 use crate::material::Want;
 
-/// Unknowns of the contributions (cell, node, cable segment) of an effect: the displacement of some nodes, then scalars
-/// of a second field (pressure).
+/// The unknowns of the local contributions (cell, node, cable segment) of an effect: the displacements of some nodes, then scalars of a second field
+/// (pressure).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     offsets: Vec<u32>,
@@ -17,7 +17,7 @@ impl Blocks {
         Self::with_scalars(lists.map(|nodes| (nodes, &[][..])))
     }
 
-    /// Node list and unknowns of the second field (their indices in `State::x`) of each block.
+    /// Builds blocks from the node list and the unknowns of the second field (their indices in `State::x`) of each block.
     pub fn with_scalars<'a>(lists: impl Iterator<Item = (&'a [u32], &'a [u32])>) -> Self {
         let (mut out, mut count) = (Self::default(), 0);
         out.offsets.push(0);
@@ -62,7 +62,7 @@ impl Blocks {
         3 * self.nodes(b).len() + self.scalars(b).len()
     }
 
-    /// Unknowns of the largest block.
+    /// Number of unknowns of the largest block.
     pub fn largest(&self) -> usize {
         (0..self.len()).map(|b| self.size(b)).max().unwrap_or(0)
     }
@@ -70,13 +70,13 @@ impl Blocks {
 
 /// Buffers of one block, zeroed before each evaluation.
 pub struct BlockValues {
-    /// Π_e \[J\], or the share of g in a constraint
+    /// Π_e \[J\], or c_b of a constraint
     pub energy: f64,
-    /// Dissipation of the step \[J\], of an effect that relaxes
+    /// Dissipation of the step \[J\], for an effect that relaxes
     pub dissipated: f64,
     /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,
-    /// \[n × n\] row by row; only entries with column ≤ row are read. K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a \[N/m\]
+    /// \[n × n\] K_e = ∂r/∂x + cv ∂r/∂v + ca ∂r/∂a \[N/m\] row by row; only entries with column ≤ row are read
     pub k: Vec<f64>,
 }
 
@@ -85,7 +85,7 @@ impl BlockValues {
         Self { energy: 0.0, dissipated: 0.0, r: vec![0.0; n], k: vec![0.0; n * n] }
     }
 
-    /// r += factor K_e dx at the chosen dofs; `dofs` are those of the block.
+    /// Adds factor K_e dx to r at the chosen dofs; `dofs` are those of the block.
     pub(super) fn add_product(
         &self,
         dofs: &[u32],

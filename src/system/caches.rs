@@ -7,8 +7,8 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub struct CacheKey(Arc<()>);
 
-/// Caches and counters of one run. They determine how much is computed, never the result: two runs of one system with caches of
-/// their own give the same results and the same counts.
+/// Caches and counters of one run. They affect how much is computed, never the result: two runs of one system, each with its own caches, give the
+/// same results and the same counts.
 #[derive(Debug, Default)]
 pub struct Caches {
     entries: Vec<(CacheKey, Box<dyn Any + Send>)>,

@@ -1,8 +1,8 @@
 //! Constraints with multipliers, the kinds of constraints, and the laws of their multipliers.
 //!
-//! A law ([`constraint_law`]) is a complementarity condition and consists of linear pieces ([`LawPiece`]). A piece is an equation in
-//! the values g and multipliers λ of the constraints, with the inequalities under which it is active: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while
-//! λ ≥ 0, or λ = 0 while g ≥ 0. A curved law is linearised at a state.
+//! A law ([`constraint_law`]) is a complementarity condition that consists of linear pieces ([`LawPiece`]). A piece is an equation in the values g
+//! and multipliers λ of the constraints, with the inequalities under which it is active: 0 ≤ g ⟂ λ ≥ 0 is g = 0 while λ ≥ 0, or λ = 0 while g ≥ 0. A
+//! curved law is linearised at a state.
 
 use super::{BlockValues, Blocks, EvalError, Means};
 use crate::material::Want;
@@ -10,33 +10,34 @@ use crate::math::signal::Clock;
 use crate::math::statistics::larger;
 use std::sync::Arc;
 
-/// One exact condition g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), whose multiplier λ is an unknown (cable: tension).
+/// One exact condition g(x, t, λ) = target(t) + compliance·λ − Σ_b c_b(x), whose multiplier λ is an unknown (for a cable, its tension).
 ///
-/// The residual gets λ ∂c/∂x, the tangent λ ∂²c/∂x²: with `Π + λ (c − target) − ½ compliance λ²` as the Lagrangian.
+/// It adds λ ∂c/∂x to the residual and λ ∂²c/∂x² to the tangent; the Lagrangian is `Π + λ (c − target) − ½ compliance λ²`.
 pub trait Constraint: Send + Sync {
     fn name(&self) -> &str;
-    /// Decides which multipliers are admissible.
+    /// The kind of the constraint, which decides which multipliers are admissible.
     fn kind(&self) -> ConstraintKind;
     /// Length or volume with which |g| is compared.
     fn scale(&self) -> f64;
     fn target(&self, now: Clock) -> f64;
-    /// ∂g/∂λ ≥ 0: of a cable, the elongation per newton \[m/N\]. It stores ½ compliance λ² \[J\].
+    /// ∂g/∂λ ≥ 0: for a cable, the elongation per newton \[m/N\]. The constraint stores ½ compliance λ² \[J\].
     fn compliance(&self) -> f64 {
         0.0
     }
     fn blocks(&self) -> &Blocks;
-    /// As [`Capabilities::means`](super::Capabilities::means).
+    /// Weighted means through which alone the constraint depends on the body, as in [`Capabilities::means`](super::Capabilities::means).
     fn means(&self) -> Option<&Arc<Means>> {
         None
     }
-    /// c_b, ∂c_b/∂x, ∂²c_b/∂x² of block `b` in `energy`, `r`, `k`. A [`ConstraintKind::Monitored`] constraint needs no second derivative.
+    /// Evaluates c_b, ∂c_b/∂x and ∂²c_b/∂x² of block `b` into `energy`, `r` and `k`. A [`ConstraintKind::Monitored`] constraint needs no second
+    /// derivative.
     fn eval(&self, x: &[f64], b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
     /// The law of a [`ConstraintKind::Linked`] constraint, which is constraint `c` of the system.
     fn linked_law(&self, _c: usize, _all: &ConstraintValues) -> Vec<LawPiece> {
         Vec::new()
     }
-    /// Dissipation of constraint `c` \[J\] between two states by the trapezoidal rule, from g and λ of all constraints at the past
-    /// and at the present state.
+    /// Dissipation of constraint `c` \[J\] between two states by the trapezoidal rule, from g and λ of all constraints at the earlier and at the
+    /// present state.
     fn dissipated(&self, _c: usize, _g: [&[f64]; 2], _lambda: [&[f64]; 2]) -> f64 {
         0.0
     }
@@ -49,9 +50,10 @@ pub enum ConstraintKind {
     Equality,
     /// A unilateral constraint: g ≥ 0 ⟂ λ ≥ 0
     Unilateral,
-    /// A unilateral constraint with the largest multiplier λ_max, 0 ≤ λ ≤ λ_max: g = 0 between the ends, g ≥ 0 at λ = 0, g ≤ 0 at the upper one
+    /// A unilateral constraint with an upper bound λ_max of the multiplier, 0 ≤ λ ≤ λ_max: g = 0 between the bounds, g ≥ 0 at λ = 0, g ≤ 0 at λ =
+    /// λ_max
     Bounded(f64),
-    /// λ ≥ 0 with a law that involves other constraints, [`Constraint::linked_law`]
+    /// λ ≥ 0, with a law that involves other constraints, [`Constraint::linked_law`]
     Linked,
     /// A function g without force, λ = 0, on which the laws of other constraints depend
     Monitored,
@@ -83,12 +85,12 @@ impl ConstraintKind {
 #[derive(Clone, Copy)]
 pub struct ConstraintValues<'a> {
     pub now: Clock<'a>,
-    /// target + compliance λ − c
+    /// \[constraints\] g = target + compliance λ − c
     pub g: &'a [f64],
     pub lambda: &'a [f64],
-    /// g at the start of the step
+    /// \[constraints\] g at the start of the step
     pub old: &'a [f64],
-    /// Largest effect's Σ_e ‖r_e‖ \[N\], the scale of forces
+    /// Largest Σ_e ‖r_e‖ of any effect \[N\], the scale of forces
     pub force: f64,
 }
 
@@ -98,9 +100,9 @@ pub struct LinearFunction {
     pub value: f64,
     /// Magnitude with which |value| is compared
     pub scale: f64,
-    /// (constraint, ∂/∂g)
+    /// Pairs (constraint, derivative with respect to its g)
     pub g: Vec<(usize, f64)>,
-    /// (constraint, ∂/∂λ)
+    /// Pairs (constraint, derivative with respect to its λ)
     pub lambda: Vec<(usize, f64)>,
 }
 
@@ -115,19 +117,19 @@ impl LinearFunction {
         }
     }
 
-    /// λ_c − of.
+    /// The function λ_c − of.
     pub fn multiplier(all: &ConstraintValues, c: usize, of: f64) -> Self {
         let value = all.lambda[c] - of;
         Self { value, scale: all.lambda[c].abs() + of.abs(), g: Vec::new(), lambda: vec![(c, 1.0)] }
     }
 
-    /// −f.
+    /// The function −f.
     pub fn negative(&self) -> Self {
         let negated = |list: &[(usize, f64)]| list.iter().map(|&(c, d)| (c, -d)).collect();
         Self { value: -self.value, scale: self.scale, g: negated(&self.g), lambda: negated(&self.lambda) }
     }
 
-    /// f − constant.
+    /// The function f − constant.
     pub fn less(mut self, constant: f64) -> Self {
         self.value -= constant;
         self
@@ -139,8 +141,8 @@ impl LinearFunction {
     }
 }
 
-/// One piece of a law: `equation` = 0 holds while each function of `inequalities` is ≥ 0. Where one is negative, the piece with the
-/// index next to it is active instead.
+/// One piece of a law: `equation` = 0 holds while each function in `inequalities` is ≥ 0. If one of them is negative, the piece with the index given
+/// with it is active instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawPiece {
     pub equation: LinearFunction,
@@ -155,7 +157,7 @@ impl LawPiece {
     }
 }
 
-/// The law 0 ≤ λ_c ≤ most: `gap` = 0 between the ends, ≥ 0 at the lower, ≤ 0 at the upper one.
+/// The law 0 ≤ λ_c ≤ most: `gap` = 0 between the bounds, ≥ 0 at λ_c = 0, ≤ 0 at λ_c = `most`.
 pub fn bounded_multiplier(all: &ConstraintValues, c: usize, gap: LinearFunction, most: f64) -> Vec<LawPiece> {
     let lambda = LinearFunction::multiplier(all, c, 0.0);
     let mut held = LawPiece { equation: gap.clone(), inequalities: vec![(lambda.clone(), 1)] };

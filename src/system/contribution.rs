@@ -1,13 +1,13 @@
-//! Contributions to the sums: what is evaluated block by block, how the local unknowns map to those of the system, and the weight.
+//! Contributions to the sums: the block-by-block evaluation, the map from local unknowns to those of the system, and the weight.
 
 use super::groups::Groups;
 use super::{At, BlockValues, Blocks, Constraint, Effect, EvalError, Means, TransientBlocks, UnsymmetricTangent, Want};
 use std::borrow::Cow;
 
-/// Local evaluations of one effect or constraint.
+/// The local evaluations of one effect or constraint.
 pub(super) enum Kernel<'a> {
     Effect(&'a dyn Effect),
-    /// Blocks of an effect that exist at this state only
+    /// Blocks of an effect that exist only at this state
     Transient(Box<dyn TransientBlocks + 'a>),
     Constraint(&'a dyn Constraint),
 }
@@ -21,7 +21,7 @@ impl Kernel<'_> {
         }
     }
 
-    /// Energy (or c), r and K of block `b`.
+    /// Evaluates energy (or c), r and K of block `b`.
     pub fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         match self {
             Self::Effect(effect) => effect.eval(at, b, want, out),
@@ -34,13 +34,13 @@ impl Kernel<'_> {
 /// Map from the local unknowns of blocks to those of the system.
 #[derive(Clone, Copy)]
 pub(super) enum Coupling<'a> {
-    /// The unknowns of the blocks are dofs; slot in K of each local entry with column ≤ row, block after block
+    /// The unknowns of the blocks are dofs; the slot in K of each local entry with column ≤ row, block after block
     Dofs(&'a [u32]),
     /// The unknowns are dofs, and all blocks of the effect contribute, in groups
     Groups(&'a Groups),
     /// The unknowns are weighted means of the displacement; the slots are those of the inner matrix of the low-rank part
     Means(&'a Means, &'a [u32]),
-    /// The unknowns are dofs of a block that has no slots: it is inserted into a widened pattern after all others
+    /// The unknowns are dofs of a block without slots: it is inserted into a widened pattern after all others
     Transient,
 }
 
@@ -58,16 +58,16 @@ pub(super) struct Contribution<'a> {
     pub kernel: Kernel<'a>,
     pub coupling: Coupling<'a>,
     pub receiver: Receiver,
-    /// Factor of r and K in the sums: 1 of an effect, λ of a constraint, None of a constraint that does not act on the body
+    /// Factor of r and K in the sums: 1 for an effect, λ for a constraint, `None` for a constraint that does not act on the body
     pub weight: Option<f64>,
-    /// Whether the blocks of the tangent lose their negative eigenvalues
+    /// Whether negative eigenvalues are removed from the blocks of the tangent
     pub projected: bool,
-    /// Whether what the blocks of the tangent lack is kept apart
+    /// Whether the part that the blocks of the tangent leave out is stored separately
     pub keeps_remainder: bool,
 }
 
 impl<'a> Contribution<'a> {
-    /// The means through which it depends on the body, if it does.
+    /// The means through which the contribution depends on the body, if it does.
     pub fn means(&self) -> Option<&'a Means> {
         match self.coupling {
             Coupling::Means(means, _) => Some(means),
@@ -79,12 +79,12 @@ impl<'a> Contribution<'a> {
         matches!(self.coupling, Coupling::Transient)
     }
 
-    /// Positions that its kernel reads: the means of x where it depends on the body through means.
+    /// The displacements that its kernel reads: x, or the means of x if it depends on the body through means.
     pub fn positions<'x>(&self, x: &'x [f64]) -> Cow<'x, [f64]> {
         self.means().map_or(x.into(), |means| means.of(x).into())
     }
 
-    /// The unsymmetric part of its tangent, if it is to be kept.
+    /// The unsymmetric part of its tangent, if it is to be stored.
     pub fn unsymmetric(&self) -> Option<&'a dyn UnsymmetricTangent> {
         match self.kernel {
             Kernel::Effect(effect) if self.keeps_remainder => effect.capabilities().unsymmetric,
@@ -92,7 +92,7 @@ impl<'a> Contribution<'a> {
         }
     }
 
-    /// |weight|, 0 of a constraint that does not act on the body.
+    /// weight|; 0 for a constraint that does not act on the body.
     pub fn size(&self) -> f64 {
         self.weight.map_or(0.0, f64::abs)
     }

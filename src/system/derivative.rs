@@ -1,19 +1,19 @@
-//! Derivatives of residual and history at fixed x: by the inputs of the step other than x, and by a parameter θ of an effect.
+//! Derivatives of residual and history at fixed x: with respect to the inputs of the step other than x, and to a parameter θ of an effect.
 
 use super::{At, BlockValues, Blocks, Effect, EvalError, Perturbation, System, Want};
 
-/// ∂/∂θ of one effect of a system at fixed x, v, a, `old` and history.
+/// The derivative ∂/∂θ of one effect of a system at fixed x, v, a, `old` and history.
 pub struct ParameterDerivative {
     /// Index of the effect in the system
     pub of: usize,
-    /// Its residual is ∂r/∂θ; it reads the history of the effect, and
-    /// [`HistoryVariables::advance`](super::HistoryVariables::advance) gives ∂/∂θ of the new one
+    /// Its residual is ∂r/∂θ. It reads the history of the effect, and its [`HistoryVariables::advance`](super::HistoryVariables::advance) gives ∂/∂θ
+    /// of the new history
     pub effect: Box<dyn Effect>,
 }
 
-/// Adds the change of the residual by the perturbed inputs, at fixed x, to `r` \[unknowns\].
+/// Adds the change of the residual due to the perturbed inputs, at fixed x, to `r` \[unknowns\].
 ///
-/// Nodes that follow others change as those do. What moves them in addition at another θ, the change of their weights, is in ∂r/∂θ.
+/// Nodes that follow others change with them. Their additional motion at another θ, due to the change of their weights, is part of ∂r/∂θ.
 pub fn add_residual_derivative(system: &System, at: &At, by: &Perturbation, r: &mut [f64]) -> Result<(), EvalError> {
     let [v, a, old] = [by.v, by.a, by.old].map(|field| system.ties.completed(field));
     let by = &Perturbation { v: &v, a: &a, old: &old, ..*by };
@@ -26,7 +26,7 @@ pub fn add_residual_derivative(system: &System, at: &At, by: &Perturbation, r: &
     Ok(())
 }
 
-/// The change of the history by the perturbation into `new`, which holds the change at the start of the step.
+/// Computes the change of the history due to the perturbation in `new`, which holds the change at the start of the step on entry.
 pub fn add_history_derivative(system: &System, at: &At, by: &Perturbation, new: &mut [f64]) -> Result<(), EvalError> {
     for (e, effect) in system.effects.iter().enumerate() {
         let capabilities = effect.capabilities();
@@ -53,7 +53,7 @@ pub(super) fn add_residual(
     Ok(())
 }
 
-/// Adds ∂/∂θ of the history at the end of a step by these terms.
+/// Adds ∂/∂θ of the history at the end of a step, due to these terms.
 pub(super) fn add_history(
     system: &System,
     at: &At,
@@ -88,7 +88,7 @@ fn add_blocks(
     Ok(())
 }
 
-/// With the history of effect `e` alone.
+/// The perturbation with only the history of effect `e`.
 fn perturbation_of<'a>(system: &System, e: usize, by: &Perturbation<'a>) -> Perturbation<'a> {
     Perturbation { history: &by.history[system.history_of(e)], ..*by }
 }

@@ -1,4 +1,4 @@
-//! Numbering of the free unknowns in their order of elimination.
+//! Numbering of the free unknowns in elimination order.
 
 use super::{Blocks, Ties};
 use crate::math::ordering::fill_reducing;
@@ -8,9 +8,9 @@ use crate::math::sparse::SymPattern;
 /// A displacement component that follows a signal.
 #[derive(Clone, Debug)]
 pub struct Prescribed {
-    /// 3·node + component
+    /// Index 3·node + component
     pub dof: u32,
-    /// \[m\]
+    /// Displacement \[m\] over time
     pub signal: Signal,
 }
 
@@ -21,31 +21,31 @@ pub(super) struct MeanGraph {
     pub count: usize,
     /// Pairs of means in one block
     pub pairs: Vec<(u32, u32)>,
-    /// (mean, node)
+    /// Pairs (mean, node)
     pub nodes: Vec<(u32, u32)>,
 }
 
-/// Nodes that are eliminated after all means. Without them K would be singular in a body that is held through means alone.
+/// Number of nodes that are eliminated after all means. Without them K would be singular in a body that is held through means alone.
 const LAST: usize = 8;
 
-/// Numbering of the free unknowns. Prescribed ones are eliminated: the reaction is the residual there.
+/// The numbering of the free unknowns. Prescribed dofs are eliminated; the residual there is the reaction.
 #[derive(Clone, Debug)]
 pub struct Dofs {
-    /// \[3 × nodes + scalars\] equation of a dof, [`Dofs::FIXED`] where it is prescribed or follows others
+    /// \[3 × nodes + scalars\] equation of each dof; [`Dofs::FIXED`] if it is prescribed or follows others
     pub equation: Vec<u32>,
-    /// \[equations\] dof of an equation
+    /// \[equations\] dof of each equation
     pub free: Vec<u32>,
-    /// Dofs below this are displacements
+    /// Number of displacement dofs, which come first
     pub displacements: u32,
-    /// Per mean: equations that are eliminated before it
+    /// Per mean: number of equations that are eliminated before it
     pub after: Vec<u32>,
 }
 
 impl Dofs {
     pub const FIXED: u32 = u32::MAX;
 
-    /// Numbers the free dofs in the elimination order of the node graph (3×3 blocks stay together); a scalar of the second
-    /// field follows the node that hosts it. A mean is a vertex of the graph too, coupled to its nodes and to the means in its blocks.
+    /// Numbers the free dofs in the elimination order of the node graph (3×3 blocks stay together); a scalar of the second field follows the node
+    /// that hosts it. A mean is also a vertex of the graph, coupled to its nodes and to the means in its blocks.
     pub(super) fn new<'a>(
         nodes: usize,
         hosts: &[u32],
@@ -92,7 +92,7 @@ impl Dofs {
         Self { equation, free, displacements, after }
     }
 
-    /// The vertex of a dof: its node, or itself where it belongs to the second field.
+    /// The vertex of a dof: its node, or the dof itself if it belongs to the second field.
     pub(super) fn vertex(&self, dof: u32) -> u32 {
         if dof < self.displacements { dof / 3 } else { dof }
     }
@@ -103,8 +103,8 @@ impl Dofs {
     }
 }
 
-/// An order of vertices with the means before the last nodes, those from `first` on being means. The last vertices of an order
-/// couple with each other anyway.
+/// Moves the means, which are numbered from `first` on, before the last nodes of an order. The last vertices of an elimination order are all coupled
+/// with each other anyway.
 fn means_before_the_last_nodes(order: Vec<u32>, first: u32) -> Vec<u32> {
     let nodes = order.iter().enumerate().rev().filter(|(_, v)| **v < first);
     let start = nodes.take(LAST).last().map_or(0, |(place, _)| place);

@@ -1,4 +1,4 @@
-//! The system of equations: effects, constraints, and the sparsity that follows from them.
+//! The system of equations: effects, constraints, and the resulting sparsity.
 
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
 use super::sparsity::{Slots, Sparsity, TangentBlocks};
@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Why a system cannot be built.
+/// Reason why a system cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SystemError {
     #[error("degree of freedom {component} of node {node} is prescribed twice; remove one of the two constraints")]
@@ -26,7 +26,7 @@ pub enum SystemError {
     Structure { what: String },
 }
 
-/// Effects, constraints, and the sparsity that follows from them.
+/// A system of equations: effects, constraints, and the resulting sparsity.
 pub struct System {
     pub effects: Vec<Box<dyn Effect>>,
     pub constraints: Vec<Box<dyn Constraint>>,
@@ -34,11 +34,11 @@ pub struct System {
     pub dofs: Arc<Dofs>,
     /// Nodes that follow others and have no equations
     pub ties: Ties,
-    /// Of all blocks but the transient ones
+    /// Pattern of all blocks except transient ones
     pub pattern: Arc<Pattern>,
-    /// Per effect, then per constraint
+    /// Slots per effect, then per constraint
     pub(super) slots: Arc<Vec<Slots>>,
-    /// Unknowns of the largest block
+    /// Number of unknowns of the largest block
     pub(super) largest: usize,
     /// Per effect: range of its variables in the history of the state
     pub(super) histories: Vec<Range<usize>>,
@@ -54,8 +54,8 @@ impl System {
         Self::with_scalars(nodes, &[], effects, constraints, prescribed)
     }
 
-    /// A system with a second field: unknown 3·nodes + k is a scalar. For the numbering it belongs to node `hosts[k]`, which is one of the nodes
-    /// of every block that contains the scalar.
+    /// Builds a system with a second field: unknown 3·nodes + k is a scalar. For the numbering it belongs to node `hosts[k]`, which is one of the
+    /// nodes of every block that contains the scalar.
     pub fn with_scalars(
         nodes: usize,
         hosts: &[u32],
@@ -66,7 +66,8 @@ impl System {
         Self::tied(nodes, hosts, effects, constraints, prescribed, Ties::default())
     }
 
-    /// Like [`Self::with_scalars`], with nodes that follow others; none of these is prescribed, and no effect that selects its blocks acts on them.
+    /// Builds a system as [`Self::with_scalars`], with nodes that follow others; none of these is prescribed, and no effect that selects its blocks
+    /// acts on them.
     pub fn tied(
         nodes: usize,
         hosts: &[u32],
@@ -94,7 +95,7 @@ impl System {
             TangentBlocks { blocks: e.blocks(), means: capabilities.means, in_groups }
         });
         let of_constraints = constraints.iter().map(|c| match c.kind() {
-            // A monitored constraint has no part in the tangent.
+            // A monitored constraint does not contribute to the tangent
             ConstraintKind::Monitored => TangentBlocks { blocks: &none, means: None, in_groups: false },
             _ => TangentBlocks { blocks: c.blocks(), means: c.means(), in_groups: false },
         });
@@ -117,12 +118,12 @@ impl System {
         self.histories[e].clone()
     }
 
-    /// Unknowns of the largest block, transient ones apart.
+    /// Number of unknowns of the largest block, excluding transient ones.
     pub(super) fn largest(&self) -> usize {
         self.largest
     }
 
-    /// Inputs of effect `e`: of the history its own part.
+    /// The inputs of effect `e`, with its own part of the history.
     pub(super) fn inputs_of<'a>(&self, e: usize, at: &At<'a>) -> At<'a> {
         At { history: &at.history[self.history_of(e)], ..*at }
     }
@@ -161,7 +162,7 @@ impl System {
         }
     }
 
-    /// Empty sums, and the workspace of a run.
+    /// Creates empty sums, with the workspace of a run.
     pub fn workspace(&self) -> Assembled {
         let of_effects = self.effects.iter().map(|e| (e.name(), Some(e.role())));
         let names = of_effects.chain(self.constraints.iter().map(|c| (c.name(), None)));
@@ -174,22 +175,22 @@ impl System {
         self.effects.iter().any(|e| e.role() == EnergyRole::Contact)
     }
 
-    /// Whether a force, pressure or tension that is given differs between the two times.
+    /// Whether a prescribed force, pressure or tension differs between the two times.
     pub fn forces_change(&self, from: Clock, to: Clock) -> bool {
         self.forces().any(|e| e.intensity(from) != e.intensity(to))
     }
 
-    /// Whether anything has mass.
+    /// Whether any effect has mass.
     pub fn has_mass(&self) -> bool {
         self.effects.iter().any(|effect| effect.role() == EnergyRole::Kinetic)
     }
 
-    /// Whether a force, pressure, tension or displacement that is given is not zero at a time.
+    /// Whether a prescribed force, pressure, tension or displacement is nonzero at a time.
     pub fn acts_at(&self, now: Clock) -> bool {
         self.forces().any(|e| e.intensity(now) != 0.0) || self.prescribed.iter().any(|p| p.signal.at(now) != 0.0)
     }
 
-    /// The effects whose intensity is given: forces, pressures, tensions.
+    /// The effects with a prescribed intensity: forces, pressures, tensions.
     fn forces(&self) -> impl Iterator<Item = &dyn Effect> {
         let given = |e: &&dyn Effect| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
         self.effects.iter().map(AsRef::as_ref).filter(given)
@@ -200,7 +201,7 @@ impl System {
         self.effects.iter().any(|e| e.capabilities().skew.is_some())
     }
 
-    /// Whether any effect has blocks that exist at one state only.
+    /// Whether any effect has blocks that exist only at one state.
     pub fn has_transient_coupling(&self) -> bool {
         self.effects.iter().any(|e| e.capabilities().transient.is_some())
     }
@@ -215,7 +216,7 @@ impl System {
         self.effects.iter().filter_map(|e| Some((e.name(), e.capabilities().contact_points?)))
     }
 
-    /// The points of each effect that has contact points: [`ContactPoints::points`].
+    /// The contact points of each effect that has them, by [`ContactPoints::points`].
     pub fn contact_points(
         &self,
         x_old: [&[f64]; 2],
@@ -232,7 +233,7 @@ impl System {
         all
     }
 
-    /// Prescribes the forces N \[N\] of the points of each effect that has some.
+    /// Sets the normal forces N \[N\] of the points of each effect that has contact points.
     pub fn set_contact_forces<'f>(&self, x: &mut [f64], forces: impl Iterator<Item = &'f [f64]>, caches: &mut Caches) {
         self.with_contact_points().zip(forces).for_each(|((_, effect), forces)| effect.set_forces(x, forces, caches));
     }
@@ -243,7 +244,7 @@ impl System {
         moving.fold(0.0, |most: f64, &dof| most.max(x[dof as usize].abs()))
     }
 
-    /// Turns the stiff bodies that the motion dx from x would stretch, [`TurningBody`](super::TurningBody). True if there are any.
+    /// Rotates the stiff bodies that the motion dx from x would stretch, [`TurningBody`](super::TurningBody). Returns whether there are any.
     pub fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain) -> bool {
         let mut any = false;
         for body in self.effects.iter().filter_map(|e| e.capabilities().turning) {
@@ -253,12 +254,12 @@ impl System {
         any
     }
 
-    /// Nodes of each body that turns without strain.
+    /// The nodes of each stiff body that rotates without strain.
     pub fn turning_bodies(&self) -> impl Iterator<Item = &[u32]> {
         self.effects.iter().filter(|e| e.capabilities().turning.is_some()).map(|e| e.blocks().nodes(0))
     }
 
-    /// The largest share of the motion dx from x that all effects admit; None if all of it is admissible.
+    /// The largest share of the motion dx from x that all effects admit; `None` if all of it is admissible.
     pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<(&str, MotionLimit)> {
         let limits = self.effects.iter().filter_map(|e| {
             let limit = e.capabilities().step_limit?.max_step(x, dx, caches)?;
@@ -267,19 +268,19 @@ impl System {
         limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
-    /// Range of the elastic slips of the points of a contact in the history of the state; none without friction.
+    /// Range of the elastic slips of the points of a contact in the history of the state; `None` without friction.
     pub fn elastic_slips_of(&self, contact: &str) -> Option<Range<usize>> {
         let e = self.effects.iter().position(|e| e.capabilities().friction_of == Some(contact))?;
         Some(self.history_of(e))
     }
 
-    /// Takes the elastic slips of all contacts from a history of the state.
+    /// Resets the elastic slips of all contacts in a history of the state to zero.
     pub fn forget_elastic_slips(&self, history: &mut [f64]) {
         let frictions = (0..self.effects.len()).filter(|&e| self.effects[e].capabilities().friction_of.is_some());
         frictions.for_each(|e| history[self.history_of(e)].fill(0.0));
     }
 
-    /// The histories at the end of the accepted step `at` into `new`, which holds those at its start.
+    /// Advances the histories to the end of the accepted step `at`; `new` holds those at its start and receives those at its end.
     pub fn advance(&self, at: &At, new: &mut [f64], sums: &mut Assembled) -> Result<(), EvalError> {
         for (e, effect) in self.effects.iter().enumerate() {
             let Some(history) = effect.capabilities().history else { continue };
@@ -291,8 +292,8 @@ impl System {
         Ok(())
     }
 
-    /// Gives a state, with which a body begins in place of rest, the histories of one that begins so; zeros where an effect is not defined there, which stops
-    /// the first step.
+    /// Sets the histories of a state from which a body starts instead of from rest; zeros for an effect that is not defined there, which stops the
+    /// first step.
     pub fn begin(&self, state: &mut State) {
         let mut all = vec![0.0; state.history.len()];
         for (e, effect) in self.effects.iter().enumerate() {
@@ -307,7 +308,7 @@ impl System {
         state.history = all;
     }
 
-    /// The histories with which differences are taken about a state, [`HistoryVariables::take_side`](super::HistoryVariables::take_side).
+    /// The histories for differences about a state, [`HistoryVariables::take_side`](super::HistoryVariables::take_side).
     pub fn history_on_its_side(&self, at: &At) -> Result<Vec<f64>, EvalError> {
         let mut history = at.history.to_vec();
         for (e, effect) in self.effects.iter().enumerate() {
@@ -319,12 +320,12 @@ impl System {
         Ok(history)
     }
 
-    /// The components on the free dofs, \[equations\].
+    /// Restricts a field \[unknowns\] to the free dofs \[equations\].
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()
     }
 
-    /// Puts values of the free dofs \[equations\] into a field \[unknowns\], and the nodes that follow others where they belong.
+    /// Writes values of the free dofs \[equations\] into a field \[unknowns\], and updates the nodes that follow others.
     pub fn expand(&self, free: &[f64], full: &mut [f64]) {
         self.dofs.free.iter().zip(free).for_each(|(&dof, value)| full[dof as usize] = *value);
         self.ties.complete(full);
@@ -351,7 +352,7 @@ impl System {
         (0..self.dofs.free.len()).filter(|&e| self.dofs.is_scalar(e)).count()
     }
 
-    /// The tangent that is expected of a stable equilibrium.
+    /// The definiteness that the tangent of a stable equilibrium has.
     pub fn definiteness(&self) -> Definiteness {
         if self.scalar_equations() == 0 { Definiteness::Positive } else { Definiteness::Saddle }
     }

@@ -2,34 +2,38 @@
 
 use crate::material::LawError;
 
-/// An effect is not defined at this state; a shorter step may avoid it.
+/// An effect is not defined at this state; a shorter step may avoid that.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EvalError {
     /// det F ≤ 0 at a quadrature point of a law that needs J > 0
     #[error("{effect}: cell {cell} is inverted (J = {j:.3e})")]
     Inverted { effect: String, cell: usize, j: f64 },
-    /// Stretched beyond the range of the law (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
+    /// The cell is stretched beyond the range of the law (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
     #[error("{effect}: cell {cell} is stretched beyond the range of its law (Ī₁ − 3 = {i:.3e}, limit {limit:.3e})")]
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
-    /// Outside of the domain of a law that is defined elsewhere
+    /// The deformation is outside the domain of a law
     #[error("{effect}: cell {cell} is deformed beyond the domain of its law")]
     Undefined { effect: String, cell: usize },
-    /// Two consecutive guides coincide: the direction of the cable is undefined
+    /// Two consecutive guides coincide, so that the direction of the cable is undefined
     #[error("{effect}: the ends of segment {segment} coincide")]
     Degenerate { effect: String, segment: usize },
-    /// No image of the normal of a membrane balances its stress
+    /// No deformed normal of a membrane balances its stress
     #[error("{effect}: no thickness on cell {cell} balances its stress")]
     NoThickness { effect: String, cell: usize },
-    /// The two nodes of an edge coincide: its direction is undefined
+    /// The two nodes of an edge coincide, so that its direction is undefined
     #[error("{effect}: nodes {} and {} coincide", .nodes[0], .nodes[1])]
     Coincident { effect: String, nodes: [u32; 2] },
-    /// A point of the surface is inside of an obstacle \[m\], or, with a gap that is not negative, has passed through it
-    #[error("{effect}: the surface {} the obstacle at node {node}", place_of_crossing(*.gap))]
+    /// A point of the surface is inside an obstacle, by −gap \[m\], or, if the gap is not negative, has passed through it
+    #[error("{effect}: the surface {} at node {node}", place_of_crossing(*.gap))]
     Crossed { effect: String, node: u32, gap: f64 },
 }
 
 fn place_of_crossing(gap: f64) -> String {
-    if gap < 0.0 { format!("is {:.3e} m inside of", -gap) } else { "passes within one step through".into() }
+    if gap < 0.0 {
+        format!("is {:.3e} m inside the obstacle", -gap)
+    } else {
+        "passes through the obstacle within one step".into()
+    }
 }
 
 impl EvalError {
@@ -46,7 +50,7 @@ impl EvalError {
         }
     }
 
-    /// The error of a law at a quadrature point of a cell.
+    /// Converts the error of a law at a quadrature point of a cell.
     pub fn of_law(effect: &str, cell: usize, error: LawError) -> Self {
         let effect = effect.to_string();
         match error {

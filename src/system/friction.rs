@@ -1,12 +1,14 @@
-//! Coulomb friction with a smooth start of sliding (Li et al., Incremental potential contact, 2020, eq. 13).
+//! Coulomb friction with a smooth transition to sliding (Li et al., Incremental potential contact, 2020, eq. 13).
 //!
-//! |F_t| = F f(|u|/ε), F = μ N, f(y) = 2y − y² for y < 1, and 1 beyond. [`regularised`] gives f of a sliding u, and [`resistance`]
+//! F_t| = F f(|u|/ε), F = μ N, f(y) = 2y − y² for y < 1, and 1 beyond. [`regularised`] gives f for a sliding u, and [`resistance`] the force if the
+//! sliding depends on it.
 //! the force where the sliding depends on it.
 
-/// Variables that friction keeps of a point: its elastic slip over ε, the part of the sliding that has not become permanent, a vector of at most 1.
+/// Number of history variables of friction at a point: its elastic slip divided by ε, the part of the sliding that has not become permanent; a vector
+/// of length at most 1.
 pub const HISTORY: usize = 3;
 
-/// f(|u|/ε)/|u| and ∂f/∂|u| at the sliding |u| = `size` \[1/m\].
+/// Returns f(|u|/ε)/|u| and ∂f/∂|u| at the sliding |u| = `size` \[1/m\].
 pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
     match size < epsilon {
         true => ((2.0 - size / epsilon) / epsilon, 2.0 * (1.0 - size / epsilon) / epsilon),
@@ -14,24 +16,24 @@ pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
     }
 }
 
-/// The force against a sliding u, where the sliding depends on it.
+/// The friction force against a sliding u that depends on the force itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance {
-    /// Force \[N\]
+    /// Magnitude of the force \[N\]
     pub force: f64,
-    /// Derivative by the sliding without it, u \[N/m\]
+    /// Derivative with respect to u, the sliding without friction \[N/m\]
     pub by_sliding: f64,
-    /// Derivative by the limit F \[–\]
+    /// Derivative with respect to the limit F \[–\]
     pub by_limit: f64,
 }
 
-/// Resistance to the sliding `u` without it \[m\]: the force is F f(a/ε) where the sliding is a with it, and a + w F f(a/ε) = u.
-/// F is the `limit`.
+/// Returns the resistance to a sliding that would be `u` without friction \[m\]: the force is F f(a/ε), where the sliding a with friction solves a +
+/// w F f(a/ε) = u, and F is the `limit`.
 pub fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> Resistance {
     if u >= epsilon + w * limit {
         return Resistance { force: limit, by_sliding: 0.0, by_limit: 1.0 };
     }
-    // (wF/ε²) a² − (1 + 2wF/ε) a + u = 0, the smaller root, without cancellation.
+    // (wF/ε²) a² − (1 + 2wF/ε) a + u = 0; the smaller root, without cancellation
     let (square, linear) = (w * limit / (epsilon * epsilon), 1.0 + 2.0 * w * limit / epsilon);
     let y = 2.0 * u / (linear + (linear * linear - 4.0 * square * u).sqrt()) / epsilon;
     let (f, slope) = ((2.0 - y) * y, 2.0 * (1.0 - y) / epsilon);
@@ -43,7 +45,7 @@ pub fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> Resistance {
 mod tests {
     use super::*;
 
-    /// The sliding that is left and the force obey both laws; 1e-12 is 1e4 roundings.
+    /// The remaining sliding and the force obey both laws; 1e-12 is 1e4 times the rounding.
     #[test]
     fn resistance_is_that_of_the_sliding_that_is_left() {
         let (w, limit, epsilon) = (2.0, 3.0, 0.5);
@@ -52,7 +54,7 @@ mod tests {
             let left = u - w * force;
             let law = limit * regularised(left, epsilon).0 * left;
             assert!(left > 0.0 && (force - law).abs() <= 1e-12 * limit, "u = {u}: {force} for {law}");
-            // Derivatives have a kink where sliding begins. Elsewhere central differences have errors of h² and of rounding over h.
+            // The force has a kink where sliding begins. Elsewhere central differences have errors of h² and of rounding over h
             if u == epsilon + w * limit {
                 continue;
             }

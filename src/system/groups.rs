@@ -1,8 +1,8 @@
-//! Groups of consecutive blocks, whose sums are made apart and then added in order.
+//! Groups of consecutive blocks, which are summed separately and then added in order.
 //!
-//! Threads share an assembly by groups. A group is small enough for its sums to stay in the cache, which also makes it faster on one
-//! thread: the entries of K that several blocks of a group have in common are added to the large matrix once. The groups follow from
-//! the blocks alone, and their sums are added in their order, so that the same bits come from any number of threads.
+//! An assembly is distributed over threads by groups. A group is small enough for its sums to stay in the cache, which also makes it faster on one
+//! thread: the entries of K that several blocks of a group share are added to the large matrix once. The groups depend only on the blocks, and their
+//! sums are added in order, so that the results are bit-identical for any number of threads.
 
 use super::projection::project;
 use super::vertex_pairs::{Components, LARGEST, Pair, Places, triangle};
@@ -15,38 +15,38 @@ use crate::math::threads;
 use crate::math::vector::norm;
 use std::ops::Range;
 
-/// Local entries of K of a group, and different ones among them: as many as the cache holds.
+/// Largest numbers of local entries of K in a group, and of distinct ones among them: as many as fit into the cache.
 const MOST: (usize, usize) = (100_000, 50_000);
-/// Groups whose sums wait to be added: as many as the cache holds.
+/// Number of groups whose sums wait to be added: as many as fit into the cache.
 const WAITING: usize = 16;
-/// Entries of K that one thread adds at a time, at least.
+/// Smallest number of entries of K that one thread adds at a time.
 const PIECE: u32 = 1 << 16;
 
 /// Blocks in groups.
 pub(super) struct Groups {
     groups: Vec<Group>,
-    /// Slots at which K is divided for threads, each the first of a vertex, and the end
+    /// Slots at which K is divided for threads, each the first slot of a vertex, and the end
     pieces: Vec<u32>,
 }
 
-/// Blocks, and the places of their unknowns and entries.
+/// A range of blocks, and the positions of their unknowns and entries in its sums.
 struct Group {
     blocks: Range<usize>,
-    /// Unknowns of the largest block
+    /// Number of unknowns of the largest block
     largest: usize,
     /// Unknowns of the blocks
     dofs: Vec<u32>,
     /// [`Places::vertices`] in `dofs`, block after block
     of_vertices: Vec<u32>,
-    /// Different pairs of vertices, by their slots, ascending
+    /// Distinct pairs of vertices, in ascending order of their slots
     pairs: Vec<Pair>,
-    /// [`Places::pairs`] in the sums, block after block; those without an entry in K are behind the last one
+    /// [`Places::pairs`] in the sums, block after block; pairs without an entry in K point past the last one
     of_pairs: Vec<u32>,
-    /// Entries in the sums of all pairs
+    /// Number of entries in the sums of all pairs
     entries: u32,
 }
 
-/// Divides blocks, whose couplings are in the pattern, into groups.
+/// Divides blocks whose couplings are in the pattern into groups.
 pub(super) fn divide(blocks: &Blocks, dofs: &Dofs, pattern: &Pattern) -> Groups {
     let mut ranges = Vec::new();
     let mut start = 0;
@@ -68,7 +68,7 @@ pub(super) fn divide(blocks: &Blocks, dofs: &Dofs, pattern: &Pattern) -> Groups 
 }
 
 impl Groups {
-    /// The pieces of K, each with its slots.
+    /// Splits K into its pieces, each with its range of slots.
     fn split<'k>(&self, mut k: &'k mut [f64]) -> Vec<(Range<u32>, &'k mut [f64])> {
         let piece = |ends: &[u32]| {
             let (own, rest) = std::mem::take(&mut k).split_at_mut((ends[1] - ends[0]) as usize);
@@ -93,12 +93,12 @@ fn pieces(dofs: &Dofs, pattern: &Pattern) -> Vec<u32> {
     pieces
 }
 
-/// First unknown of each vertex of a block: its nodes, then its unknowns of the second field.
+/// The first unknown of each vertex of a block: nodes come first, then unknowns of the second field.
 fn vertices(blocks: &Blocks, b: usize) -> impl Iterator<Item = u32> + '_ {
     blocks.nodes(b).iter().map(|node| 3 * node).chain(blocks.scalars(b).iter().copied())
 }
 
-/// Pairs of the vertices of blocks, block after block; `local` holds these vertices.
+/// The pairs of vertices of blocks, block after block; `local` holds the vertices of these blocks.
 fn local_pairs<'a>(blocks: &'a Blocks, range: Range<usize>, local: &'a [u32]) -> impl Iterator<Item = (u32, u32)> + 'a {
     let mut rest = local;
     range.flat_map(move |b| {
@@ -109,11 +109,11 @@ fn local_pairs<'a>(blocks: &'a Blocks, range: Range<usize>, local: &'a [u32]) ->
 }
 
 impl Group {
-    /// One group, or more where the blocks have too many different entries.
+    /// Builds one group, or several if the blocks have too many distinct entries.
     fn all(blocks: &Blocks, range: Range<usize>, dofs: &Dofs, pattern: &Pattern) -> Vec<Self> {
         let local: Vec<u32> = range.clone().flat_map(|b| vertices(blocks, b)).collect();
         let set = RankedSet::new(local.iter().copied());
-        // In the order of their equations, behind them those without one
+        // In the order of their equations, followed by those without one
         let mut members: Vec<(u32, u32, Components)> = Vec::with_capacity(set.count());
         for first in set.members() {
             let components = Components::of(dofs, first);
@@ -173,11 +173,11 @@ struct GroupSums {
     r: Vec<f64>,
     /// \[dofs\] Σ K_e d of the prescribed increment d, if there is one
     increment_force: Vec<f64>,
-    /// \[entries\] and behind them those of prescribed dofs
+    /// \[entries\] sums of K, followed by room for the entries of prescribed dofs
     k: Vec<f64>,
 }
 
-/// An effect with what its assembly takes.
+/// An effect with the data for its assembly.
 pub(super) struct Grouped<'a> {
     pub effect: &'a dyn Effect,
     /// Position of the effect in the system
@@ -188,7 +188,7 @@ pub(super) struct Grouped<'a> {
     pub want: Want,
     /// \[unknowns\] prescribed increment
     pub increment: Option<&'a [f64]>,
-    /// \[unknowns\] equation of a dof
+    /// \[unknowns\] equation of each dof
     pub equation: &'a [u32],
 }
 
@@ -224,7 +224,7 @@ impl Grouped<'_> {
         Ok(forces)
     }
 
-    /// The prescribed increment where it moves block `b`: few blocks are at a prescribed dof.
+    /// The prescribed increment if it moves block `b`: few blocks have a prescribed dof.
     fn increment_of(&self, b: usize) -> Option<&[f64]> {
         self.increment.filter(|d| self.effect.blocks().dofs(b).any(|dof| d[dof as usize] != 0.0))
     }
@@ -331,8 +331,8 @@ mod tests {
         }
     }
 
-    /// Residual, tangent and the forces of a prescribed increment are the sums over all blocks, where nodes are held in none, some or all of
-    /// their components, and blocks fill several groups.
+    /// Residual, tangent and the forces of a prescribed increment equal the sums over all blocks, with nodes held in none, some or all of their
+    /// components, and blocks that fill several groups.
     #[test]
     fn sums_of_groups_are_those_of_the_blocks() {
         let (nodes, count) = (400, 8000);

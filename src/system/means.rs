@@ -5,18 +5,18 @@ use std::collections::BTreeMap;
 
 /// Weighted means of the displacement of nodes, w_k = Σ_i w_ki u_i.
 ///
-/// An effect that depends on the body through means gives r_w and K_w by w; its residual is r = B r_w, and its tangent K = B S Bᵀ is never
-/// formed ([`Pattern`](crate::math::low_rank::Pattern)).
+/// An effect that depends on the body through means provides r_w and K_w with respect to w; its residual is r = B r_w, and its tangent K = B S Bᵀ is
+/// never formed ([`Pattern`](crate::math::low_rank::Pattern)).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Means {
-    /// Per mean: (node, weight); none for a place that does not move
+    /// Per mean: (node, weight); an empty list for a point that does not move
     lists: Vec<Vec<(u32, f64)>>,
     /// \[means × means\] Σ_i w_ki w_li
     overlap: Vec<f64>,
 }
 
 impl Means {
-    /// Lists of (node, weight); the weights of a repeated node add up.
+    /// Builds means from lists of (node, weight); the weights of a repeated node add up.
     pub fn new<'a>(lists: impl Iterator<Item = &'a [(u32, f64)]>) -> Self {
         let summed: Vec<BTreeMap<u32, f64>> = lists
             .map(|list| {
@@ -40,28 +40,28 @@ impl Means {
         self.lists.is_empty()
     }
 
-    /// Nodes of all means, with repeats.
+    /// The nodes of all means, possibly repeated.
     pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
         self.lists.iter().flatten().map(|(node, _)| *node)
     }
 
-    /// Lists of (node, weight).
+    /// The lists of (node, weight), one for each mean.
     pub fn lists(&self) -> &[Vec<(u32, f64)>] {
         &self.lists
     }
 
-    /// w_k of u \[unknowns\].
+    /// The mean w_k of u \[unknowns\].
     pub fn one(&self, u: &[f64], k: usize) -> Vec3 {
         let of = |&(node, w): &(u32, f64)| w * Vec3::from_column_slice(&u[3 * node as usize..][..3]);
         self.lists[k].iter().map(of).sum()
     }
 
-    /// \[3 × means\] of u \[unknowns\].
+    /// \[3 × means\] all means of u \[unknowns\].
     pub fn of(&self, u: &[f64]) -> Vec<f64> {
         (0..self.lists.len()).flat_map(|k| <[f64; 3]>::from(self.one(u, k))).collect()
     }
 
-    /// B r_w of r_w \[3 × means\], dof by dof; a dof comes once for every mean that it is in.
+    /// Calls `each` with the entries of B r_w for r_w \[3 × means\]; a dof occurs once for every mean that contains it.
     pub fn spread(&self, of_means: &[f64], mut each: impl FnMut(u32, f64)) {
         for (list, r) in self.lists.iter().zip(of_means.chunks_exact(3)) {
             for &(node, w) in list {
@@ -70,7 +70,7 @@ impl Means {
         }
     }
 
-    /// ‖B r_w‖ of r_w on the means of a block.
+    /// ‖B r_w‖ for r_w on the means of a block.
     pub(super) fn norm(&self, block: &[u32], r: &[f64]) -> f64 {
         let force = |a: usize| Vec3::from_column_slice(&r[3 * a..3 * a + 3]);
         let overlap = |a: usize, b: usize| self.overlap[block[a] as usize * self.lists.len() + block[b] as usize];

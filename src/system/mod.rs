@@ -1,7 +1,6 @@
-//! The core interface of the program: effects and constraints give local contributions, and [`System`] sums them.
+//! The core interface of the program: effects and constraints provide local contributions, and [`System`] sums them.
 //!
-//! Nothing enters the sum unless it is in the list of effects and constraints: there are no fields or flags for gravity, damping or a time
-//! step here.
+//! Only effects and constraints in the lists of the system enter the sums: there are no fields or flags for gravity, damping or a time step here.
 
 mod assembled;
 mod assembly;
@@ -50,8 +49,8 @@ pub use equations::{System, SystemError};
 pub use error::EvalError;
 pub use gradient::Gradient;
 pub use means::Means;
-pub use parameter::{EquationChange, Parameter, SystemDifference, Variants};
-pub use reactions::{Rows, add_products, constraint_changes, keep_prescribed};
+pub use parameter::{EquationChange, SystemDifference, SystemParameter, Variants};
+pub use reactions::{WantedRows, add_products, constraint_changes, keep_prescribed};
 pub use state::{At, Perturbation, Rates, State};
 pub use ties::Ties;
 pub use variant::SystemParts;

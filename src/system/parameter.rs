@@ -1,4 +1,5 @@
-//! Derivatives of a system by a parameter θ at a fixed state: exact, by differences of systems at several θ, or the sum of both.
+//! Derivatives of a system with respect to a parameter θ at a fixed state: exact, by differences of systems at several values of θ, or the sum of
+//! both.
 
 use super::derivative::{add_history, add_residual};
 use super::{Assembled, At, ConstraintKind, EvalError, ParameterDerivative, System, Want};
@@ -7,26 +8,26 @@ use crate::math::statistics::larger;
 use std::convert::Infallible;
 use std::sync::Arc;
 
-/// Change of a gap over a change of θ by its own size below which its error is not relative to it \[of the scale of the constraint\]: that of a rigid part
-/// changes with the square of an angle, and is rounding next to its terms.
+/// Change of a gap when θ changes by its own size, relative to the scale of the constraint, below which its error is not measured relative to it
+/// \[–\]: the gap of a rigid part changes with the square of an angle, and its change is rounding compared with its terms.
 const LEAST_GAP: f64 = 1e-2;
 
-/// A parameter of a system: by effects in closed form, by systems at other values of θ, or by both, where θ enters in two ways.
-pub struct Parameter<'a> {
+/// A parameter of a system, given by effects in closed form, by systems at other values of θ, or by both if θ enters in two ways.
+pub struct SystemParameter<'a> {
     terms: Vec<ParameterDerivative>,
     difference: Option<SystemDifference<'a>>,
 }
 
-/// Change of the equations with θ at a fixed state.
+/// Derivatives of the equations with respect to θ at a fixed state.
 #[derive(Clone, Debug, Default)]
 pub struct EquationChange {
-    /// \[unknowns\] of r + λ ∂c/∂x
+    /// \[unknowns\] derivative of r + λ ∂c/∂x
     pub residual: Vec<f64>,
-    /// \[constraints\] of g
+    /// \[constraints\] derivative of g
     pub gaps: Vec<f64>,
-    /// \[constraints\] of the largest multiplier, where there is one
+    /// \[constraints\] derivative of the largest multiplier, if there is one
     pub limits: Vec<f64>,
-    /// \[unknowns\] of the dofs that are prescribed or follow others; zero elsewhere
+    /// \[unknowns\] derivative of the dofs that are prescribed or follow others; zero elsewhere
     pub motion: Vec<f64>,
 }
 
@@ -36,7 +37,7 @@ impl EquationChange {
         Self { residual: unknowns.clone(), gaps: constraints.clone(), limits: constraints, motion: unknowns }
     }
 
-    /// Whether nothing changes.
+    /// Whether all derivatives are zero.
     pub fn is_zero(&self) -> bool {
         let Self { residual, gaps, limits, motion } = self;
         [residual, gaps, limits, motion].into_iter().all(|values| values.iter().all(|v| *v == 0.0))
@@ -55,29 +56,29 @@ impl EquationChange {
     }
 }
 
-/// Where gaps, limits and motions begin in a flat change.
+/// Offsets of gaps, limits and motions in the flattened form.
 fn ends(system: &System) -> [usize; 3] {
     let (unknowns, constraints) = (system.dofs.equation.len(), system.constraints.len());
     [unknowns, unknowns + constraints, unknowns + 2 * constraints]
 }
 
-impl<'a> Parameter<'a> {
+impl<'a> SystemParameter<'a> {
     /// A parameter with ∂/∂θ of the effects in closed form.
     pub fn exact(terms: Vec<ParameterDerivative>) -> Self {
         Self { terms, difference: None }
     }
 
-    /// A parameter with ∂/∂θ of these effects in closed form, and that of what else depends on θ by differences.
+    /// A parameter with ∂/∂θ of these effects in closed form; everything else that depends on θ is differentiated by differences.
     pub fn with_difference(terms: Vec<ParameterDerivative>, difference: SystemDifference<'a>) -> Self {
         Self { terms, difference: Some(difference) }
     }
 
-    /// Derivatives that it has: one that is exact; two by differences, of which the second shows the error of the first.
+    /// Number of derivatives: one if it is exact; two by differences, the second of which shows the error of the first.
     pub fn derivatives(&self) -> usize {
         if self.difference.is_none() { 1 } else { 2 }
     }
 
-    /// The change of the equations for each of its derivatives.
+    /// Returns the change of the equations for each derivative of the parameter.
     pub fn change(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<Vec<EquationChange>, EvalError> {
         let mut changes = match &mut self.difference {
             None => vec![EquationChange::zero(system)],
@@ -87,7 +88,8 @@ impl<'a> Parameter<'a> {
         Ok(changes)
     }
 
-    /// The change of `count` values that a system has whatever its state, for each of its derivatives; each half of them is of one kind.
+    /// Returns, for each derivative of the parameter, the change of `count` values that depend on the system but not on its state. The values are of
+    /// two kinds, one in each half.
     pub fn of_system(&self, count: usize, values: &dyn Fn(&System) -> Vec<f64>) -> Vec<Vec<f64>> {
         match &self.difference {
             None => vec![vec![0.0; count]],
@@ -95,7 +97,7 @@ impl<'a> Parameter<'a> {
         }
     }
 
-    /// Whether nothing changes in a body at rest: there the exact derivatives, of laws, are zero.
+    /// Whether nothing changes in a body at rest; the exact derivatives are those of laws, which are zero there.
     pub fn is_idle_at_rest(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<bool, EvalError> {
         match &mut self.difference {
             None => Ok(true),
@@ -118,28 +120,29 @@ impl<'a> Parameter<'a> {
     }
 }
 
-/// Systems with the equations of one system at nine values of θ, for each of several steps.
+/// Variants of one system at nine values of θ, for each of several steps.
 pub trait Variants: Send + Sync {
-    /// Size of θ, of which the steps are shares.
+    /// Size of θ, to which the steps are relative.
     fn size(&self) -> f64;
-    /// For the step of an index in [`STEPS`](crate::math::difference::STEPS): its size, and the [variants](super::SystemParts::variant) in the order of
-    /// [`PLACES`](crate::math::difference::PLACES); none where there is no system at one of these values. Some index has them.
+    /// Returns the step size for an index into [`STEPS`](crate::math::difference::STEPS), and the [variants](super::SystemParts::variant) in the
+    /// order of [`PLACES`](crate::math::difference::PLACES); `None` if the system cannot be built at one of these values. At least one index has
+    /// them.
     fn systems(&self, step: usize) -> Option<(f64, &[System])>;
 }
 
-/// The derivative of a system by differences over values of θ, at each state with the step that leaves the least error there.
+/// The derivative of a system by differences over values of θ; at each state the step with the smallest error is used.
 pub struct SystemDifference<'a> {
     variants: Arc<dyn Variants + 'a>,
     sums: Assembled,
 }
 
 impl<'a> SystemDifference<'a> {
-    /// Differences of variants of `system`.
+    /// Prepares differences of variants of `system`.
     pub fn new(system: &System, variants: Arc<dyn Variants + 'a>) -> Self {
         Self { variants, sums: system.workspace() }
     }
 
-    /// The change of the equations of `system` at a fixed state, and its one-sided companion.
+    /// Returns the change of the equations of `system` at a fixed state, and its one-sided companion.
     fn change(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<[EquationChange; 2], EvalError> {
         let Self { variants, sums } = self;
         let history = system.history_on_its_side(at)?;
@@ -194,7 +197,7 @@ impl<'a> SystemDifference<'a> {
     }
 }
 
-/// The equations of a system at a state, in which the nodes that follow others are where the system puts them.
+/// The values of the equations of a system at a state; nodes that follow others are at the positions that this system prescribes.
 fn values(system: &System, at: &At, lambda: &[f64], sums: &mut Assembled) -> Result<EquationChange, EvalError> {
     let mut out = EquationChange::zero(system);
     if system.ties.is_empty() {

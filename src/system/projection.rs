@@ -1,13 +1,13 @@
-//! The nearest positive semidefinite block: K_e = V Λ Vᵀ with the negative eigenvalues set to zero (Teran, Sifakis, Irving &
-//! Fedkiw, Robust quasistatic finite elements and flesh simulation, SCA 2005, there per quadrature point).
+//! Projection to the nearest positive semidefinite block: K_e = V Λ Vᵀ with the negative eigenvalues set to zero (Teran, Sifakis, Irving & Fedkiw,
+//! Robust quasistatic finite elements and flesh simulation, SCA 2005, who project at each quadrature point).
 //!
-//! Limits: the displacement part of a block only; couplings to a second field stay. Newton's method with it converges
-//! linearly, since it is another matrix than ∂r/∂x.
+//! Limits: only the displacement part of a block is projected; couplings to a second field are unchanged. Newton's method with projected blocks
+//! converges only linearly, since the matrix differs from ∂r/∂x.
 
 use super::BlockValues;
 use nalgebra::DMatrix;
 
-/// Projects the part of the first `displacements` of the `n` unknowns of a block; leaves a positive semidefinite block as it is.
+/// Projects the part of the first `displacements` of the `n` unknowns of a block; a positive semidefinite block is unchanged.
 pub(super) fn project(local: &mut BlockValues, n: usize, displacements: usize) {
     let entry = |i: usize, j: usize| local.k[i.max(j) * n + i.min(j)];
     let eigen = DMatrix::from_fn(displacements, displacements, entry).symmetric_eigen();
@@ -24,7 +24,7 @@ pub(super) fn project(local: &mut BlockValues, n: usize, displacements: usize) {
 mod tests {
     use super::*;
 
-    /// A 3 × 3 block next to a second field: [\[1, 2\], \[2, 1\]] has the eigenvalues 3 and −1, and becomes 3/2 [\[1, 1\], \[1, 1\]].
+    /// A block of 3 × 3 with a second field: [\[1, 2\], \[2, 1\]] has the eigenvalues 3 and −1, and becomes 3/2 [\[1, 1\], \[1, 1\]].
     #[test]
     fn takes_the_negative_part_away_and_nothing_else() {
         let mut local = BlockValues::new(4);

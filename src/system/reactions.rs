@@ -1,4 +1,4 @@
-//! Products of the tangent with a change of the state: the change of the reactions at the prescribed dofs, and that of the equations with
+//! Products of the tangent with a change of the state: the change of the reactions at the prescribed dofs, and the change of the equations due to
 //! prescribed motions.
 
 use super::contribution::Contribution;
@@ -6,19 +6,19 @@ use super::{At, BlockValues, Dofs, EvalError, System, Want, skew};
 
 /// Rows of a product that are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rows {
-    /// Of the prescribed dofs: the change of the reactions
+pub enum WantedRows {
+    /// Rows of the prescribed dofs, which give the change of the reactions
     Prescribed,
-    /// Of the free dofs; the change is then one of prescribed dofs
+    /// Rows of the free dofs; the change is then one of prescribed dofs
     Free,
 }
 
-/// Adds (K + A) dx + Σ h dλ, for each (dx, dλ), to these rows of its `r` \[unknowns\]. Only blocks with a prescribed dof are evaluated.
+/// Adds (K + A) dx + Σ h dλ, for each (dx, dλ), to the wanted rows of its `r` \[unknowns\]. Only blocks with a prescribed dof are evaluated.
 pub fn add_products(
     system: &System,
     at: &At,
     lambda: &[f64],
-    rows: Rows,
+    rows: WantedRows,
     changes: &[(&[f64], &[f64])],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {
@@ -40,13 +40,13 @@ pub fn add_products(
     Ok(())
 }
 
-/// Sets the rows of free dofs to zero, which hold no reaction.
+/// Sets the rows of free dofs to zero, since they hold no reaction.
 pub fn keep_prescribed(system: &System, r: &mut [f64]) {
     let all = r.iter_mut().enumerate().filter(|(dof, _)| !is_fixed(system, *dof as u32));
     all.for_each(|(_, value)| *value = 0.0);
 }
 
-/// Σ h·dx of every constraint, for each dx.
+/// Returns Σ h·dx of every constraint, for each dx.
 pub fn constraint_changes(system: &System, at: &At, changes: &[&[f64]]) -> Result<Vec<Vec<f64>>, EvalError> {
     let mut out = vec![vec![0.0; system.constraints.len()]; changes.len()];
     let mut values = BlockValues::new(system.largest());
@@ -70,18 +70,18 @@ fn is_fixed(system: &System, dof: u32) -> bool {
     system.dofs.equation[dof as usize] == Dofs::FIXED
 }
 
-impl Rows {
+impl WantedRows {
     fn have(self, system: &System, dof: u32) -> bool {
         is_fixed(system, dof) == (self == Self::Prescribed)
     }
 }
 
-/// Of one contribution, for each (dx, dλ) with its own multiplier.
+/// Adds the products of one contribution, for each (dx, dλ) with its own multiplier.
 fn add(
     system: &System,
     of: &Contribution,
     at: &At,
-    rows: Rows,
+    rows: WantedRows,
     changes: &[(&[f64], f64)],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {

@@ -1,4 +1,4 @@
-//! The skew part A of the tangent, which few effects have, and on few unknowns.
+//! The skew part A of the tangent, which few effects have, and only on few unknowns.
 
 use super::{Assembled, At, BlockValues, Dofs, System};
 
@@ -15,7 +15,7 @@ pub(super) fn add(system: &System, at: &At, increment: Option<&[f64]>, out: &mut
     });
 }
 
-/// (i, j, A_ij) of every block in its order, i and j places in `State::x`; A_ji = −A_ij is implied.
+/// Calls `each` with (i, j, A_ij) for every block in order; i and j are indices in `State::x`, and A_ji = −A_ij is implied.
 pub(super) fn each_entry(system: &System, at: &At, mut each: impl FnMut(u32, u32, f64)) {
     for skew in system.effects.iter().filter_map(|e| e.capabilities().skew) {
         let mut values = BlockValues::new(skew.blocks().largest());

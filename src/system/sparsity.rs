@@ -1,4 +1,4 @@
-//! Sparsity of the tangent: numbering of the unknowns, pattern of K, and the slot in it of every local entry.
+//! Sparsity of the tangent: the numbering of the unknowns, the pattern of K, and the slot of every local entry in it.
 
 use super::dofs::MeanGraph;
 use super::groups::{self, Groups};
@@ -8,19 +8,19 @@ use crate::math::sparse::SymPattern;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Blocks that enter the tangent.
+/// Blocks that contribute to the tangent.
 #[derive(Clone, Copy)]
 pub(super) struct TangentBlocks<'a> {
     pub blocks: &'a Blocks,
-    /// Through which they depend on the body, if they do
+    /// Means through which they depend on the body, if any
     pub means: Option<&'a Arc<Means>>,
-    /// Whether all of them contribute at every state, in groups
+    /// Whether all of them contribute at every state and are summed in groups
     pub in_groups: bool,
 }
 
 /// Slots in K of the local entries of a list of blocks.
 pub(super) enum Slots {
-    /// Of each entry with column ≤ row, block after block
+    /// Slot of each entry with column ≤ row, block after block
     Entries(Vec<u32>),
     Groups(Groups),
 }
@@ -34,7 +34,7 @@ pub(super) struct Sparsity {
 }
 
 impl Sparsity {
-    /// The pattern of these lists of blocks, with what is prescribed or tied; None if every dof is.
+    /// Builds numbering and pattern for these lists of blocks, given the prescribed dofs and the ties; `None` if no dof is free.
     pub fn new(nodes: usize, hosts: &[u32], held: (&[Prescribed], &Ties), all: &[TangentBlocks]) -> Option<Self> {
         let direct = || all.iter().filter(|list| list.means.is_none()).map(|list| list.blocks);
         let coupled = CoupledMeans::new(all);
@@ -53,7 +53,7 @@ impl Sparsity {
     }
 }
 
-/// Pattern of K. Unknowns of a node couple with the same others, so pairs of nodes are sorted, not of unknowns.
+/// The pattern of K. All unknowns of a node couple with the same other unknowns, so that pairs of nodes are sorted instead of pairs of unknowns.
 fn sparse<'a>(dofs: &Dofs, all: impl Iterator<Item = &'a Blocks>) -> SymPattern {
     let (mut first, mut of_equation, mut last) = (Vec::new(), Vec::with_capacity(dofs.free.len()), None);
     for (e, &dof) in dofs.free.iter().enumerate() {
@@ -93,7 +93,7 @@ fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> Rc<[u32]> {
     list.dofs(b).map(|dof| dofs.equation[dof as usize]).collect()
 }
 
-/// Slots of the entries of blocks of dofs, [`Dofs::FIXED`] where a dof is prescribed.
+/// Slots of the entries of blocks of dofs; [`Dofs::FIXED`] where a dof is prescribed.
 fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
     let mut out = Vec::new();
     for b in 0..list.len() {
@@ -111,9 +111,9 @@ fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
     out
 }
 
-/// The means of a system, each set once, and their couplings.
+/// The means of a system, each set included once, and their couplings.
 struct CoupledMeans<'a> {
-    /// Set of means and the index of its first one
+    /// Sets of means, each with the index of its first mean
     sets: Vec<(&'a Arc<Means>, u32)>,
     graph: MeanGraph,
 }

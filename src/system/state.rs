@@ -2,25 +2,25 @@
 
 use crate::math::signal::{Clock, Ramp};
 
-/// Everything that changes during a run, in SI units. A clone of it is a checkpoint of the mechanics.
+/// Everything that changes during a run, in SI units. A clone is a checkpoint of the mechanics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     pub t: f64,
-    /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, in units that make them lengths)
+    /// \[3 × nodes + scalars\] displacement \[m\], then the second field (pressures, scaled to lengths)
     pub x: Vec<f64>,
-    /// \[3 × nodes\] velocity \[m/s\]
+    /// \[3 × nodes + scalars\] velocity \[m/s\]
     pub v: Vec<f64>,
-    /// \[3 × nodes\] acceleration \[m/s²\]
+    /// \[3 × nodes + scalars\] acceleration \[m/s²\]
     pub a: Vec<f64>,
-    /// \[constraints\] multipliers, in the unit that pairs with g (cable: tension \[N\])
+    /// \[constraints\] multipliers, in the unit that is conjugate to g (for a cable, the tension \[N\])
     pub lambda: Vec<f64>,
-    /// Further variables of the integrator (BDF2: last x and v; generalised-α: algorithmic acceleration; at a start the known accelerations)
+    /// Further variables of the integrator (BDF2: previous x and v; generalised-α: algorithmic acceleration; at a start, the known accelerations)
     pub memory: Vec<f64>,
     /// Last accepted step \[s\], 0 at the start
     pub dt: f64,
     /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
-    /// The known part of the signals that a controller decides during the run; empty if there are none
+    /// The known part of the signals that are set during the run; empty without such signals
     pub inputs: Vec<Ramp>,
 }
 
@@ -30,13 +30,13 @@ impl State {
         Clock { t: self.t, inputs: &self.inputs }
     }
 
-    /// The inputs of an evaluation at this state, which no step has led to: `old` is x, no time has passed, and the rates do not depend on x.
+    /// The inputs of an evaluation at this state itself, not at the end of a step: `old` is x, no time has passed, and the rates do not depend on x.
     ///
     /// ```
     /// use durometer::prelude::*;
     ///
     /// let state = State { t: 0.5, ..State::rest(8, 0) };
-    /// // That of a static step from rest
+    /// // The inputs of a static step from rest
     /// let old = State::rest(8, 0).x;
     /// let at = At { dt: f64::INFINITY, old: &old, ..state.at() };
     /// assert!(at.is_static() && at.t == 0.5 && at.x.len() == 24);
@@ -46,7 +46,7 @@ impl State {
         At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Rates::default() }
     }
 
-    /// Rest in the reference configuration.
+    /// A state at rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
         Self {
@@ -63,7 +63,7 @@ impl State {
     }
 }
 
-/// Derivatives of the rates by x that the integrator implies: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
+/// Derivatives of the rates with respect to x that the integrator implies: ∂v/∂x = cv·I \[1/s\], ∂a/∂x = ca·I \[1/s²\]; both 0 in statics.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rates {
     pub cv: f64,
@@ -71,14 +71,14 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Whether both belong to steps whose lengths differ by rounding only.
+    /// Whether both belong to steps whose lengths differ only by rounding.
     pub fn is_near(&self, other: &Self) -> bool {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs();
         near(self.cv, other.cv) && near(self.ca, other.ca)
     }
 }
 
-/// Inputs of one evaluation; [`State::at`] makes one.
+/// Inputs of one evaluation; [`State::at`] builds them.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
@@ -89,14 +89,14 @@ pub struct At<'a> {
     pub a: &'a [f64],
     /// x at the start of the step
     pub old: &'a [f64],
-    /// History at the start of the step: of the whole state for a system, [blocks × `HistoryVariables::size`] for an effect
+    /// History at the start of the step: the whole history of the state for a system, [blocks × `HistoryVariables::size`] for an effect
     pub history: &'a [f64],
     pub inputs: &'a [Ramp],
     pub rates: Rates,
 }
 
 impl<'a> At<'a> {
-    /// Whether time only orders the loads, and nothing has a rate.
+    /// Whether the evaluation is static: time only orders the loads, and rates vanish.
     pub fn is_static(&self) -> bool {
         self.dt.is_infinite()
     }
@@ -112,14 +112,14 @@ impl<'a> At<'a> {
     }
 }
 
-/// Derivatives of the inputs of an evaluation by a parameter.
+/// Derivatives of the inputs of an evaluation with respect to a parameter.
 #[derive(Clone, Copy)]
 pub struct Perturbation<'a> {
     pub x: &'a [f64],
-    /// Of v and a at fixed x, without the part that K contains through cv and ca
+    /// Derivative of v at fixed x, as for `a`, without the part that K contains through cv and ca
     pub v: &'a [f64],
     pub a: &'a [f64],
     pub old: &'a [f64],
-    /// As in [`At`]: of the whole state for a system, of its blocks for an effect
+    /// Derivative of the history, with the extent of [`At::history`]
     pub history: &'a [f64],
 }

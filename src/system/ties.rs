@@ -1,8 +1,8 @@
-//! Nodes that follow other nodes, u = Σ_k w_k u_k, as those of a rigid part follow the four nodes that carry it.
+//! Nodes that follow other nodes, u = Σ_k w_k u_k, as the nodes of a rigid part follow the four nodes that carry it.
 //!
-//! They have no equations. An effect or a constraint on them is one on the nodes that they follow: with the map T of its block,
-//! r → Tᵀ r and K → Tᵀ K T. Fields are completed where they leave the equations ([`System::expand`](super::System::expand)), so that
-//! every displacement, velocity and direction of a run obeys the map exactly.
+//! They have no equations. An effect or a constraint on them becomes one on the nodes that they follow: with the map T of its block, r → Tᵀ r and K →
+//! Tᵀ K T. Fields are completed where they leave the equations ([`System::expand`](super::System::expand)), so that every displacement, velocity and
+//! direction of a run obeys the map exactly.
 
 use super::{
     At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, ConstraintValues, Effect, EnergyRole, EvalError,
@@ -13,14 +13,14 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Nodes that follow others, with their weights; a followed node follows none.
+/// Nodes that follow others, with their weights; a followed node does not follow any node.
 #[derive(Clone, Debug, Default)]
 pub struct Ties {
     weights: BTreeMap<u32, Vec<(u32, f64)>>,
 }
 
 impl Ties {
-    /// Node and (followed node, weight) of each tie.
+    /// Builds ties from each node and its (followed node, weight) pairs.
     pub fn new(ties: impl IntoIterator<Item = (u32, Vec<(u32, f64)>)>) -> Self {
         Self { weights: ties.into_iter().collect() }
     }
@@ -39,7 +39,7 @@ impl Ties {
         self.weights.keys().copied()
     }
 
-    /// Puts the nodes that follow others where they belong in a field \[unknowns\].
+    /// Computes the values of the nodes that follow others in a field \[unknowns\].
     pub fn complete(&self, x: &mut [f64]) {
         for (&node, followed) in &self.weights {
             for i in 0..3 {
@@ -48,7 +48,7 @@ impl Ties {
         }
     }
 
-    /// A field \[unknowns\] with the nodes that follow others where they belong.
+    /// Returns a field \[unknowns\] in which the nodes that follow others have their values.
     pub fn completed<'f>(&self, field: &'f [f64]) -> Cow<'f, [f64]> {
         let mut field = Cow::Borrowed(field);
         if !self.is_empty() {
@@ -57,7 +57,7 @@ impl Ties {
         field
     }
 
-    /// An effect on the nodes that are followed.
+    /// Transfers an effect to the nodes that are followed.
     pub fn effect(&self, effect: Box<dyn Effect>) -> Box<dyn Effect> {
         match self.changed(effect.blocks(), effect.capabilities().means) {
             Some(part) => Box::new(TiedEffect { inner: effect, part }),
@@ -65,7 +65,7 @@ impl Ties {
         }
     }
 
-    /// A constraint on the nodes that are followed.
+    /// Transfers a constraint to the nodes that are followed.
     pub fn constraint(&self, constraint: Box<dyn Constraint>) -> Box<dyn Constraint> {
         match self.changed(constraint.blocks(), constraint.means()) {
             Some(part) => Box::new(TiedConstraint { inner: constraint, part }),
@@ -73,7 +73,7 @@ impl Ties {
         }
     }
 
-    /// None if no block has a node that follows others.
+    /// The transferred blocks and their maps; `None` if no block has a node that follows others.
     fn changed(&self, blocks: &Blocks, means: Option<&Arc<Means>>) -> Option<Tied> {
         if let Some(means) = means {
             let lists = || means.lists().iter();
@@ -122,7 +122,7 @@ impl Ties {
     }
 }
 
-/// T of one block.
+/// The map T of one block.
 struct BlockMap {
     /// Nodes of the block without those that follow others, and the followed ones
     nodes: Vec<u32>,
@@ -131,7 +131,7 @@ struct BlockMap {
 }
 
 impl BlockMap {
-    /// The original unknown `p` by the new ones; scalars stay behind the nodes.
+    /// The original unknown `p` in terms of the new ones; scalars come after the nodes.
     fn unknown(&self, p: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (node, component) = (p / 3, p % 3);
         let of_node = self.parts.get(node).map_or(&[][..], Vec::as_slice).iter();
@@ -163,10 +163,10 @@ impl BlockMap {
     }
 }
 
-/// Blocks on the nodes that are followed.
+/// Blocks transferred to the nodes that are followed.
 struct Tied {
     blocks: Blocks,
-    /// \[blocks\] None where the block is the original one; empty where all depends on means
+    /// \[blocks\] `None` if the block is unchanged; empty if everything depends on means
     maps: Vec<Option<BlockMap>>,
     means: Option<Arc<Means>>,
 }
@@ -222,7 +222,7 @@ impl Effect for TiedEffect {
 }
 
 impl PastDerivative for TiedEffect {
-    /// Tᵀ times that of the effect, of directions that are completed.
+    /// Tᵀ times the derivative of the effect, for directions that are completed.
     fn along(&self, at: &At, by: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let Some(past) = self.inner.capabilities().past else { return Ok(()) };
         let n = self.inner.blocks().size(b);

@@ -1,11 +1,10 @@
-//! Tangents of blocks that exist at one state only. They are inserted after all others, into a pattern that is wider than that of the
-//! system where they need it.
+//! Tangents of blocks that exist only at one state. They are inserted after all others, into a wider pattern than that of the system if they need it.
 
 use super::{Assembled, BlockValues, Blocks, Dofs, System};
 use crate::math::low_rank::Pattern;
 use std::sync::Arc;
 
-/// Tangents of blocks that have no slots.
+/// Tangents of blocks without slots.
 #[derive(Default)]
 pub(super) struct TransientTangents {
     /// Equations of a block, [`Dofs::FIXED`] where a dof is prescribed, and its K_e, row by row
@@ -13,14 +12,14 @@ pub(super) struct TransientTangents {
 }
 
 impl TransientTangents {
-    /// Keeps K_e of a block.
+    /// Stores K_e of a block.
     pub fn push(&mut self, system: &System, blocks: &Blocks, b: usize, values: &BlockValues) {
         let n = blocks.size(b);
         let equations = blocks.dofs(b).map(|dof| system.dofs.equation[dof as usize]).collect();
         self.blocks.push((equations, values.k[..n * n].to_vec()));
     }
 
-    /// Moves K into a pattern that holds these blocks too, and adds them.
+    /// Moves K into a pattern that also contains these blocks, and adds them.
     pub fn insert(&self, system: &System, x: &[f64], out: &mut Assembled) {
         if !self.fit(&out.pattern) {
             self.widen(system, x, out);
@@ -42,12 +41,12 @@ impl TransientTangents {
         out.k = k;
     }
 
-    /// Whether the pattern holds every pair of the blocks.
+    /// Whether the pattern contains every pair of the blocks.
     fn fit(&self, pattern: &Pattern) -> bool {
         self.blocks.iter().all(|(equations, _)| pairs(equations).all(|(i, j)| pattern.slot(i, j).is_some()))
     }
 
-    /// Adds the pairs of the blocks, and those that may be coupled soon, to the pattern.
+    /// Extends the pattern by the pairs of the blocks and by those that may be coupled soon.
     fn widen(&self, system: &System, x: &[f64], out: &mut Assembled) {
         let of_nodes = |nodes: &Vec<u32>| -> Vec<u32> {
             nodes.iter().flat_map(|n| 3 * n..3 * n + 3).map(|dof| system.dofs.equation[dof as usize]).collect()

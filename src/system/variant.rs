@@ -1,15 +1,15 @@
-//! A system with the same equations and other values: for residuals at other parameters. It shares numbering and pattern, and has no slots, so no
-//! tangent.
+//! Variants of a system, with the same equations and other values, for residuals at other parameters. A variant shares numbering, pattern and slots
+//! with the system, but lacks the effects that do not vary, so that its tangent has no meaning.
 
 use super::{
     At, BlockValues, Blocks, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Prescribed, System,
     SystemError, Ties, Want,
 };
 
-/// Effects, constraints and motions of a system, before they are numbered.
+/// Effects, constraints and prescribed motions of a system, before they are numbered.
 pub struct SystemParts {
     pub nodes: usize,
-    /// As in [`System::with_scalars`]
+    /// Host node of each scalar, as in [`System::with_scalars`]
     pub hosts: Vec<u32>,
     pub effects: Vec<Box<dyn Effect>>,
     pub constraints: Vec<Box<dyn Constraint>>,
@@ -18,14 +18,14 @@ pub struct SystemParts {
 }
 
 impl SystemParts {
-    /// The system.
+    /// Builds the system.
     pub fn system(self) -> Result<System, SystemError> {
         let Self { nodes, hosts, effects, constraints, prescribed, ties } = self;
         System::tied(nodes, &hosts, effects, constraints, prescribed, ties)
     }
 
-    /// A system with the equations of `of`, in which effects that do not `vary`, by their place, are left out. An error names what differs between
-    /// the two beyond values.
+    /// Builds a system with the equations of `of`; effects for whose index `vary` is false are left out. The error names what differs between the two
+    /// systems apart from values.
     pub fn variant(self, of: &System, vary: impl Fn(usize) -> bool) -> Result<System, SystemError> {
         let Self { nodes, hosts, effects, constraints, prescribed, ties } = self;
         let differ = |what: &str| Err(SystemError::Structure { what: what.into() });
@@ -77,9 +77,9 @@ impl SystemParts {
     }
 }
 
-/// In the place of an effect that does not vary.
+/// A placeholder for an effect that does not vary.
 struct Unvaried {
-    /// Of that effect
+    /// Role of that effect
     role: EnergyRole,
     blocks: Blocks,
 }

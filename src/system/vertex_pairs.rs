@@ -1,36 +1,36 @@
 //! Entries of K by pairs of vertices.
 //!
-//! A *vertex* is a node with its three unknowns, or an unknown of the second field. In the sums of a group the entries of two vertices are side by
-//! side, so that a block needs one place for each pair of its vertices; in K they are in consecutive rows of consecutive columns.
+//! A *vertex* is a node with its three unknowns, or an unknown of the second field. In the sums of a group, the entries of two vertices are
+//! contiguous, so that a block stores one place for each pair of its vertices; in K they are in consecutive rows of consecutive columns.
 
 use super::{BlockValues, Dofs};
 
-/// Entries of a block of `n` unknowns with column ≤ row, or its pairs of `n` vertices.
+/// Number of entries with column ≤ row of a block of `n` unknowns, or of pairs of `n` vertices.
 pub(super) fn triangle(n: usize) -> usize {
     n * (n + 1) / 2
 }
 
-/// Entries of the largest pair of vertices.
+/// Number of entries of the largest pair of vertices.
 pub(super) const LARGEST: usize = 9;
 
-/// Place of the entry in row r and column c among those of two nodes: those on the diagonal, above it, and below it, so that a transposition
-/// exchanges the last two threes.
+/// Position of the entry in row r and column c among the nine entries of two nodes: first the diagonal, then those above it and those below it, so
+/// that a transposition swaps the last two groups of three.
 const OF_NODES: [[usize; 3]; 3] = [[0, 3, 4], [6, 1, 5], [7, 8, 2]];
 
-/// Entries of K of two vertices.
+/// The entries of K for two vertices.
 pub(super) struct Pair {
-    /// Of the first entry of the first column
+    /// Slot of the first entry of the first column
     pub slot: u32,
-    /// Slots from one column to the next, and one less from there on
+    /// Number of slots from the first column to the second; one less for each further column
     pub stride: u32,
-    /// In the sums: of two nodes as in [`OF_NODES`], otherwise component by component of the node
+    /// Offset in the sums, which are ordered as in [`OF_NODES`] for two nodes, otherwise by the components of the node
     pub offset: u32,
     pub rows: Components,
     pub columns: Components,
     pub on_diagonal: bool,
 }
 
-/// Components of a vertex: how many, and a bit for each one that is free.
+/// Components of a vertex: their number, and a bit for each free one.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Components {
     pub count: u8,
@@ -38,10 +38,10 @@ pub(super) struct Components {
 }
 
 impl Components {
-    /// Of a node that is free.
+    /// Components of a free node.
     const ALL: Self = Self { count: 3, free: 0b111 };
 
-    /// Those of the vertex whose unknowns begin with this one.
+    /// Components of the vertex whose unknowns begin with `first`.
     pub fn of(dofs: &Dofs, first: u32) -> Self {
         let count = if first < dofs.displacements { 3 } else { 1 };
         let is_free = |i: &u32| dofs.equation[(first + i) as usize] != Dofs::FIXED;
@@ -55,13 +55,13 @@ impl Components {
 }
 
 impl Pair {
-    /// Entries of K, counting one of the diagonal once.
+    /// Number of entries in the lower triangle of K.
     pub fn count(&self) -> usize {
         let (rows, columns) = (self.rows.free.count_ones() as usize, self.columns.free.count_ones() as usize);
         if self.on_diagonal { triangle(rows) } else { rows * columns }
     }
 
-    /// Adds its sums to K from slot `first` on.
+    /// Adds the sums of the pair to `k`, which begins at slot `first` of K.
     pub fn add(&self, sums: &[f64], first: u32, k: &mut [f64]) {
         let sums = &sums[self.offset as usize..];
         let (slot, stride) = ((self.slot - first) as usize, self.stride as usize);
@@ -84,13 +84,13 @@ impl Pair {
     }
 }
 
-/// Places of the unknowns and entries of one block in the sums of its group.
+/// Positions of the unknowns and entries of one block in the sums of its group.
 pub(super) struct Places<'a> {
     pub nodes: usize,
-    /// First unknown of each vertex: its nodes, then its unknowns of the second field
+    /// First unknown of each vertex: nodes come first, then unknowns of the second field
     pub vertices: &'a [u32],
-    /// Twice the offset of each pair, first those of nodes, then those of further unknowns with the nodes and with each other; odd where the first of
-    /// the two vertices is the column in K
+    /// Twice the offset of each pair, first the pairs of nodes, then those of further unknowns with the nodes and with each other; odd if the first
+    /// of the two vertices is the column in K
     pub pairs: &'a [u32],
 }
 
@@ -121,7 +121,7 @@ impl Places<'_> {
         }
     }
 
-    /// Adds the entries with column ≤ row of a matrix of `n` unknowns; `k` holds them row by row, with what `value` makes numbers of.
+    /// Adds the entries with column ≤ row of a matrix of `n` unknowns; `k` holds them row by row, and `value` converts them to numbers.
     #[inline]
     pub fn add_matrix<T>(&self, to: &mut [f64], n: usize, k: &[T], value: impl Fn(&T) -> f64) {
         let mut pairs = self.pairs.iter();

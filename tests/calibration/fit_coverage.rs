@@ -8,7 +8,7 @@ use crate::common::Random;
 use crate::common::coverage::{Coverage, draws};
 use crate::common::made::table;
 use durometer::calibrate::{
-    Accuracy, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, Mode, Model, Sample, SlackChoice,
+    Accuracy, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, FittableLaw, Mode, Sample, SlackChoice,
     fit_experiment,
 };
 use rayon::prelude::*;
@@ -71,13 +71,13 @@ fn scenarios() -> Vec<Scenario> {
 }
 
 impl Scenario {
-    fn model(&self) -> Model {
+    fn model(&self) -> FittableLaw {
         let terms = match self.law {
             "neo_hookean" => 1,
             "ogden" => self.values.len() / 2,
             _ => self.values.len(),
         };
-        Model::new(self.law, Some(terms)).expect("registered")
+        FittableLaw::new(self.law, Some(terms)).expect("registered")
     }
 
     fn draw(&self, seed: u64) -> Experiment {

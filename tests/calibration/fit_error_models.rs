@@ -8,8 +8,8 @@ use crate::common::Random;
 use crate::common::coverage::{Coverage, draws};
 use crate::common::made::table;
 use durometer::calibrate::{
-    ColumnChoice, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, Loss, Mode, Model, Preparation, Sample,
-    SlackChoice, Weighting, fit_experiment,
+    ColumnChoice, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, FittableLaw, Loss, Mode, Preparation,
+    Sample, SlackChoice, Weighting, fit_experiment,
 };
 use rayon::prelude::*;
 
@@ -56,9 +56,9 @@ impl Case {
         Self { law, values, curves, noise, weighting: Weighting::Absolute, loss: Loss::Squares }
     }
 
-    fn model(&self) -> Model {
+    fn model(&self) -> FittableLaw {
         let terms = if ["neo_hookean", "gent"].contains(&self.law) { 1 } else { self.values.len() };
-        Model::new(self.law, Some(terms)).expect("registered")
+        FittableLaw::new(self.law, Some(terms)).expect("registered")
     }
 
     fn samples(&self, seed: u64) -> Vec<Sample> {

@@ -3,7 +3,7 @@
 use crate::common::Random;
 use crate::common::made::{fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
-    FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, compare_experiment,
+    FitOptions, FitResult, FitWarning, FittableLaw, Loss, Mode, Sample, SolverCheck, StretchRange, compare_experiment,
     fit_experiment,
 };
 use durometer::math::statistics::larger;
@@ -11,7 +11,7 @@ use durometer::math::statistics::larger;
 /// Reference case 21b: two rows and six constants. No standard error is finite, and the directions are named.
 #[test]
 fn two_points_do_not_determine_ogden() {
-    let model = Model::new("ogden", Some(3)).expect("registered");
+    let model = FittableLaw::new("ogden", Some(3)).expect("registered");
     let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.3, 1.9], 2, |p| p);
     let r = fitted(model, &[Mode::Uniaxial], clean);
     assert!(!r.is_determined() && r.parameters.iter().all(|e| e.std_error.is_infinite()), "{:?}", r.parameters);
@@ -24,7 +24,7 @@ fn two_points_do_not_determine_ogden() {
 #[test]
 fn strains_of_rounding_are_refused() {
     for law in ["neo_hookean", "mooney_rivlin", "ogden"] {
-        let model = Model::new(law, None).expect("registered");
+        let model = FittableLaw::new(law, None).expect("registered");
         let of = |largest: f64| {
             let rows = (1..40).map(|k| 1.0 + largest * f64::from(k) / 39.0);
             let rows = rows.map(|stretch| Sample {
@@ -46,7 +46,7 @@ fn strains_of_rounding_are_refused() {
 /// Planar tests see C10 + C01 alone (I₁ = I₂): the direction and what is determined are named.
 #[test]
 fn planar_tests_see_the_sum_of_mooney_rivlin() {
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", Some(2)).expect("registered");
     let clean = samples(model, &[0.1e6, 0.1e6], &[Mode::Planar], [1.05, 2.0], 12, |p| p);
     let r = fitted(model, &[Mode::Planar], clean);
     assert!(r.parameters.iter().all(|e| e.std_error.is_infinite()));
@@ -60,7 +60,7 @@ fn planar_tests_see_the_sum_of_mooney_rivlin() {
 /// rows pull.
 #[test]
 fn outliers_pull_at_squares_and_not_at_huber() {
-    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let values = [0.17e6, 4e3];
     let mut noise = Random::seed(5);
     let mut rows = samples(model, &values, &[Mode::Uniaxial], [1.05, 2.5], 100, |p| p * (1.0 + 0.005 * noise.normal()));
@@ -88,7 +88,7 @@ fn outliers_pull_at_squares_and_not_at_huber() {
 /// otherwise, and a comparison does not rank it among the unstable ones.
 #[test]
 fn compression_reaches_its_principal_stretches() {
-    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let compressed = |values: &[f64]| table(samples(model, values, &[Mode::Uniaxial], [0.99, 0.4], 40, |p| p));
     let o = options(model, &[Mode::Uniaxial]);
     let values = [20e3, -1e3];
@@ -106,7 +106,7 @@ fn compression_reaches_its_principal_stretches() {
 /// warned of at the stretch at which C10, C01 lose it, and --stable removes it.
 #[test]
 fn uniaxial_data_warn_of_biaxial_use() {
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", Some(2)).expect("registered");
     let (c10, c01) = (0.2e6, -0.03e6);
     let e = table(samples(model, &[c10, c01], &[Mode::Uniaxial], [1.02, 2.0], 30, |p| p));
     let mut o = options(model, &[Mode::Uniaxial]);
@@ -136,7 +136,7 @@ fn uniaxial_data_warn_of_biaxial_use() {
 /// Reference case 21g: three terms stay three. No two exponents are alike and no factor is zero.
 #[test]
 fn three_ogden_terms_do_not_collapse() {
-    let model = Model::new("ogden", Some(3)).expect("registered");
+    let model = FittableLaw::new("ogden", Some(3)).expect("registered");
     let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.05, 7.0], 30, |p| p);
     let r = fitted(model, &[Mode::Uniaxial], clean);
     let alpha: Vec<f64> = r.parameters.iter().skip(1).step_by(2).map(|e| e.value).collect();
@@ -163,7 +163,7 @@ fn terms_and_volumetric_parts_are_checked() {
 /// take 4√(40·0.95·0.05) = 5.5. C10 of the same fit and μ of the right law are never named.
 #[test]
 fn constants_that_may_be_zero_are_named() {
-    let model = |law: &str| Model::new(law, None).expect("registered");
+    let model = |law: &str| FittableLaw::new(law, None).expect("registered");
     let named = |law: &str, seed: u64| {
         let mut noise = Random::seed(seed);
         let rows =
@@ -185,7 +185,7 @@ fn constants_that_may_be_zero_are_named() {
 /// A wild data point in one of two specimens drives the Gent law to its end there; no other data point sees the constants. The fit says so.
 #[test]
 fn a_wild_data_point_of_a_specimen_is_no_panic() {
-    let model = Model::new("gent", None).expect("registered");
+    let model = FittableLaw::new("gent", None).expect("registered");
     let mut rows = vec![];
     for specimen in 0..2 {
         let of = samples(model, &[0.1e6, 80.0], &[Mode::Uniaxial], [1.1, 1.5], 5, |p| p);
@@ -202,7 +202,7 @@ fn a_wild_data_point_of_a_specimen_is_no_panic() {
 /// determined; one more mode decides. Equibiaxial tests tell the signs apart.
 #[test]
 fn the_sign_of_terms_is_open_in_planar_tests() {
-    let model = |terms: usize| Model::new("ogden", Some(terms)).expect("registered");
+    let model = |terms: usize| FittableLaw::new("ogden", Some(terms)).expect("registered");
     let one: &[f64] = &[0.3e6, 1.8];
     let two: &[f64] = &[0.4e6, 1.3, 2e3, 5.0];
     let fit = |values: &[f64], modes: &[Mode], end: f64, noise: f64, seed: u64| {

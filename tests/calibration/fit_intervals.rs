@@ -3,14 +3,14 @@
 use crate::common::Random;
 use crate::common::coverage::Coverage;
 use durometer::calibrate::{
-    Band, ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Model, Sample,
-    SlackChoice, Treatment, fit, fit_experiment,
+    Band, ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, FittableLaw, Mode,
+    Sample, SlackChoice, Treatment, fit, fit_experiment,
 };
 use durometer::math::statistics::{deviation, larger, median};
 use nalgebra::{DMatrix, DVector};
 
 /// A table of uniaxial rows at evenly spread λ with these errors [Pa].
-fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) -> Experiment {
+fn table(model: FittableLaw, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) -> Experiment {
     let text = b"stretch,nominal stress (Pa)\n1.1,1\n1.2,1\n";
     let mut e =
         Experiment::parse("made.csv", text, None, &ColumnChoice::default(), Some(Mode::Uniaxial)).expect("valid");
@@ -23,7 +23,7 @@ fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) ->
     e
 }
 
-fn fitted(e: &Experiment, model: Model) -> FitResult {
+fn fitted(e: &Experiment, model: FittableLaw) -> FitResult {
     let o = FitOptions { terms: Some(model.terms), ranges: 0, ..FitOptions::new(model.name()) };
     fit_experiment(e, &o).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
 }
@@ -37,7 +37,7 @@ fn white(seed: u64, n: usize, size: f64) -> Vec<f64> {
 /// reaches to zero, its shape is open, and both hold whatever has the same stresses.
 #[test]
 fn a_term_that_may_share_with_a_vanished_one_is_open() {
-    let model = Model::new("ogden", Some(2)).expect("registered");
+    let model = FittableLaw::new("ogden", Some(2)).expect("registered");
     let mut seen = 0;
     for seed in 1..=12 {
         let e = table(model, &[40e3, 2.0, 0.0, 2.0], [1.02, 1.75], &white(seed, 25, 150.0));
@@ -49,7 +49,7 @@ fn a_term_that_may_share_with_a_vanished_one_is_open() {
         seen += 1;
         assert!(mu.interval[0].abs() < 1e-3 * mu.value && mu.interval[1] > mu.value, "{seed}: {mu:?}");
         assert_eq!(alpha.interval, [f64::NEG_INFINITY, f64::INFINITY], "{seed}");
-        let one = fitted(&e, Model::new("ogden", Some(1)).expect("registered"));
+        let one = fitted(&e, FittableLaw::new("ogden", Some(1)).expect("registered"));
         assert!(one.is_determined() && (one.parameters[0].value / mu.value - 1.0).abs() < 1e-6);
     }
     assert!(seen > 2, "a term vanishes in {seen} of 12");
@@ -70,7 +70,7 @@ fn correlated(seed: u64, n: usize, size: f64) -> Vec<f64> {
 /// tabulated. The interval is skewed: J_m is seen less the larger it is.
 #[test]
 fn the_profile_of_gent_ends_where_the_likelihood_says() {
-    let model = Model::new("gent", None).expect("registered");
+    let model = FittableLaw::new("gent", None).expect("registered");
     let e = table(model, &[0.3e6, 60.0], [1.05, 5.0], &white(11, 40, 1e4));
     let r = fitted(&e, model);
     let square = |jm: f64| {
@@ -93,7 +93,7 @@ fn the_profile_of_gent_ends_where_the_likelihood_says() {
 /// Rows that soften show no upturn: J_m may grow without end, which a symmetric interval cannot say.
 #[test]
 fn a_constant_without_a_limit_has_an_open_profile() {
-    let model = Model::new("gent", None).expect("registered");
+    let model = FittableLaw::new("gent", None).expect("registered");
     let e = table(model, &[0.3e6, 400.0], [1.05, 2.0], &white(2, 40, 3e4));
     let r = fitted(&e, model);
     let [low, high] = r.parameters[1].interval;
@@ -109,7 +109,7 @@ fn a_constant_without_a_limit_has_an_open_profile() {
 /// lose no more than 1e-9 of it.
 #[test]
 fn correlated_errors_are_those_of_the_dense_matrices() {
-    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let (n, p) = (40, 2);
     let e = table(model, &[0.17e6, 4e3], [1.05, 2.5], &correlated(4, n, 5e3));
     let r = fitted(&e, model);
@@ -174,7 +174,7 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
 /// A specimen that was recorded ten times as densely has the weight of the others: constants and intervals stay.
 #[test]
 fn a_specimen_counts_once() {
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let own = |mu: f64, specimen: usize| {
         let e = table(model, &[mu], [1.05, 2.0], &white(mu as u64, 20, 500.0));
         e.samples.into_iter().map(move |s| Sample { specimen, ..s }).collect::<Vec<_>>()
@@ -195,7 +195,7 @@ fn a_specimen_counts_once() {
 /// that begins after the slack has no data points without stress: its errors count as correlated, and the interval holds the truth. A biaxial test refuses.
 #[test]
 fn slack_is_fitted_where_it_shows() {
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let made = |from: f64, e0: f64| {
         let mut e = table(model, &[0.3e6], [from, 2.0], &white(7, 100, 100.0));
         for s in &mut e.samples {
@@ -240,7 +240,7 @@ fn slack_is_fitted_where_it_shows() {
 /// and t₀.₉₇₅(4) = 2.776 by hand.
 #[test]
 fn specimens_scatter_and_one_is_an_outlier() {
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let moduli = [0.297e6, 0.309e6, 0.3e6, 0.294e6, 0.42e6];
     let folder = tempfile::tempdir().expect("a temporary folder");
     let files: Vec<_> = (0..5).map(|k| folder.path().join(format!("{}.csv", ["a", "b", "c", "d", "e"][k]))).collect();
@@ -301,7 +301,7 @@ fn specimens_scatter_and_one_is_an_outlier() {
 /// scatter whose median is 0.83 of the true one, 3.6 in all, known to 14 %: the scatter of the draws to 10 %, and the median as well.
 #[test]
 fn slack_of_one_specimen_is_sought_in_all() {
-    let model = Model::new("yeoh", Some(2)).expect("known");
+    let model = FittableLaw::new("yeoh", Some(2)).expect("known");
     let truth = [30e3, 5e3];
     let (mut all, mut said) = ([vec![], vec![]], 0);
     for seed in 0..50 {
@@ -342,7 +342,8 @@ fn slack_of_one_specimen_is_sought_in_all() {
 /// the curve of one more specimen in 20 draws at each of its stretches. That of the laws alone held it in 52 % at the worst stretch.
 #[test]
 fn the_band_of_the_next_specimen_holds_with_a_law_that_does_not_fit() {
-    let (truth, law) = (Model::new("gent", None).expect("known"), Model::new("neo_hookean", None).expect("known"));
+    let (truth, law) =
+        (FittableLaw::new("gent", None).expect("known"), FittableLaw::new("neo_hookean", None).expect("known"));
     let (draws, specimens) = (20, 4);
     // t₀.₉₇₅ of three degrees of freedom
     let factor = 3.182_446 * 1.25_f64.sqrt();
@@ -383,7 +384,7 @@ fn the_band_of_the_next_specimen_holds_with_a_law_that_does_not_fit() {
 fn slack_is_found_where_noise_leaves_it_visible() {
     let draws = 50;
     let fit = |law: &str, values: &[f64], slack: f64, noise: f64, soft: bool, seed: u64| {
-        let model = Model::new(law, Some(values.len())).expect("registered");
+        let model = FittableLaw::new(law, Some(values.len())).expect("registered");
         let stress = |l: f64| {
             model.stress(values, Mode::Uniaxial, l) * if soft { 1.0 - 0.6 * (5.0 - 5.0 * l).exp() } else { 1.0 }
         };
@@ -403,9 +404,9 @@ fn slack_is_found_where_noise_leaves_it_visible() {
         (all.len(), found)
     };
     for rate in [2.0, 4.0, 6.0] {
-        let mut e = table(Model::new("neo_hookean", None).expect("registered"), &[1e5], [1.0, 2.0], &[0.0; 100]);
+        let mut e = table(FittableLaw::new("neo_hookean", None).expect("registered"), &[1e5], [1.0, 2.0], &[0.0; 100]);
         e.samples.iter_mut().for_each(|s| s.stress = 1e3 * (rate * (s.stretch - 1.0)).exp_m1());
-        let r = fitted(&e, Model::new("neo_hookean", None).expect("registered"));
+        let r = fitted(&e, FittableLaw::new("neo_hookean", None).expect("registered"));
         assert!(r.slack.is_empty(), "exp {rate}: {:?}", r.slack);
     }
     for (law, values) in [("neo_hookean", &[1e5][..]), ("mooney_rivlin", &[4e4, 1e4])] {

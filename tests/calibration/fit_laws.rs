@@ -3,7 +3,7 @@
 use crate::common::Random;
 use crate::common::made::{case, fitted, models, options, samples, table, truth};
 use durometer::calibrate::{
-    FitOptions, FitWarning, Mode, Model, Partner, Sample, SolverCheck, Weighting, fit_experiment,
+    FitOptions, FitWarning, FittableLaw, Mode, Partner, Sample, SolverCheck, Weighting, fit_experiment,
 };
 use durometer::math::statistics::larger;
 use rayon::prelude::*;
@@ -105,7 +105,7 @@ fn noisy_data_give_intervals_that_hold_the_truth() {
 /// standard deviation of 0.49 % over 2000 tables. About ten seconds of one core.
 #[test]
 fn intervals_of_yeoh_cover_the_truth() {
-    let model = Model::new("yeoh", Some(3)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(3)).expect("registered");
     let values = truth("yeoh", 3);
     let clean = samples(model, &values, &[Mode::Uniaxial], [1.05, 4.0], 12, |p| p);
     let top = clean.iter().map(|s| s.stress).fold(0.0, larger);
@@ -128,7 +128,7 @@ fn intervals_of_yeoh_cover_the_truth() {
 /// With noise in proportion to the stress the relative weights are the right ones: the constant of small strain comes out closer.
 #[test]
 fn relative_weights_listen_to_small_stresses() {
-    let model = Model::new("yeoh", Some(3)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(3)).expect("registered");
     let values = truth("yeoh", 3);
     let (mut absolute, mut relative) = (0.0, 0.0);
     for seed in 0..40 {
@@ -170,7 +170,7 @@ fn biaxial_stresses_are_those_of_scenes() {
 #[test]
 fn biaxial_and_shear_tables_give_the_constants_back() {
     use durometer::calibrate::{ColumnChoice, Experiment};
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", Some(2)).expect("registered");
     let values = [0.15e6, 0.03e6];
     let stress = |a: f64, b: f64| {
         model.at(&values, &Sample { mode: Mode::Biaxial, stretch: a, second: b, stress: 0.0, line: 1, specimen: 0 })
@@ -203,7 +203,7 @@ fn biaxial_and_shear_tables_give_the_constants_back() {
     let row = |k: i32| (0.1 * f64::from(k), law(0.1 * f64::from(k)));
     let text: String = (-10..=10).map(row).map(|(g, p)| format!("{g},{p}\n")).collect();
     let e = read(&format!("shear strain,shear stress (Pa)\n{text}"), Mode::SimpleShear).expect("readable");
-    let o = options(Model::new("neo_hookean", None).expect("registered"), &[Mode::SimpleShear]);
+    let o = options(FittableLaw::new("neo_hookean", None).expect("registered"), &[Mode::SimpleShear]);
     let r = fit_experiment(&e, &o).expect("fits");
     assert!((r.parameters[0].value / (2.0 * (values[0] + values[1])) - 1.0).abs() < 1e-12, "τ = 2(C10 + C01)γ");
     let message = read("stretch,shear stress (Pa)\n1.1,1\n", Mode::SimpleShear).expect_err("no γ").to_string();
@@ -215,7 +215,7 @@ fn biaxial_and_shear_tables_give_the_constants_back() {
 /// differences of neighbouring rows are correlated by −2/3 and 1/6, and are within four of it, n = 200; a given value is taken as it is.
 #[test]
 fn weights_by_noise_listen_to_the_quiet_mode() {
-    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", Some(2)).expect("registered");
     let values = [0.15e6, 0.03e6];
     let modes = [Mode::Uniaxial, Mode::Equibiaxial];
     let (mut absolute, mut weighted) = (0.0, 0.0);

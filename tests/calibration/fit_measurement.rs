@@ -2,15 +2,15 @@
 
 use crate::common::made::{models, table, truth};
 use durometer::calibrate::{
-    Accuracy, ColumnChoice, ErrorModel, Experiment, FitError, FitOptions, FitResult, Mode, Model, Sample, SlackChoice,
-    fit_experiment,
+    Accuracy, ColumnChoice, ErrorModel, Experiment, FitError, FitOptions, FitResult, FittableLaw, Mode, Sample,
+    SlackChoice, fit_experiment,
 };
 
 const LENGTH: f64 = 0.033;
 const AREA: f64 = 18e-6;
 
 /// Data points with a small pattern, so that the fit is no rounding.
-fn pull(model: Model, values: &[f64], mode: Mode) -> Vec<Sample> {
+fn pull(model: FittableLaw, values: &[f64], mode: Mode) -> Vec<Sample> {
     let one = |k: u64| {
         let stretch = 1.05 + 0.9 * k as f64 / 39.0;
         let stress = model.stress(values, mode, stretch) * (1.0 + 1e-5 * (5.0 * k as f64).sin());
@@ -19,7 +19,7 @@ fn pull(model: Model, values: &[f64], mode: Mode) -> Vec<Sample> {
     (0..40).map(one).collect()
 }
 
-fn options(model: Model, mode: Mode, accuracy: &[&str]) -> FitOptions {
+fn options(model: FittableLaw, mode: Mode, accuracy: &[&str]) -> FitOptions {
     let mut o = FitOptions::new(model.name());
     (o.terms, o.modes, o.slack, o.ranges) = (Some(model.terms), vec![mode], SlackChoice::No, 0);
     o.accuracy =
@@ -48,7 +48,7 @@ fn a_contribution_is_the_change_of_the_answer() {
     ];
     let sizes = [1.0, 2e-5, 1e-5, 1e-6, 1e-5, 1e-8];
     // Two terms of Ogden are hardly determined by these data
-    let most = |m: &Model| if m.name() == "ogden" { 1 } else { 2 };
+    let most = |m: &FittableLaw| if m.name() == "ogden" { 1 } else { 2 };
     for model in models()
         .into_iter()
         .filter(|m| ["neo_hookean", "yeoh", "gent", "ogden"].contains(&m.name()) && m.terms <= most(m))
@@ -75,7 +75,7 @@ fn a_contribution_is_the_change_of_the_answer() {
 /// Half-widths are added in quadrature, and stated in every output.
 #[test]
 fn stated_errors_widen_the_interval() {
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let samples = pull(model, &[0.1e6], Mode::Uniaxial);
     let plain = fitted(samples.clone(), &options(model, Mode::Uniaxial, &[]));
     let wide = fitted(samples, &options(model, Mode::Uniaxial, &["stress_scale=2%", "strain_scale=1%"]));
@@ -98,7 +98,7 @@ fn stated_errors_widen_the_interval() {
 /// The zeros of several specimens are in their scatter; the common scale is not.
 #[test]
 fn zeros_of_specimens_count_once() {
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let mut samples = vec![];
     for specimen in 0..3 {
         let values = [0.1e6 * (1.0 + 0.02 * (specimen as f64 - 1.0))];
@@ -114,7 +114,7 @@ fn zeros_of_specimens_count_once() {
 /// Three uniaxial specimens and one in equibiaxial tension: the zero of that one is in no scatter, and its own alone is added.
 #[test]
 fn the_zero_of_a_single_specimen_of_a_mode_counts() {
-    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", None).expect("registered");
     let of = |specimen: usize, mode: Mode, factor: f64| {
         let values = [0.04e6 * factor, 0.02e6 * factor];
         pull(model, &values, mode).into_iter().map(move |s| Sample { specimen, ..s })
@@ -145,14 +145,14 @@ fn the_zero_of_a_single_specimen_of_a_mode_counts() {
 /// half of the travel.
 #[test]
 fn the_compliance_of_the_machine_is_taken_out() {
-    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let model = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let values = [0.3e6, -2e3];
     for compliance in [2e-4, 2e-3] {
         compliance_is_taken_out(model, &values, compliance);
     }
 }
 
-fn compliance_is_taken_out(model: Model, values: &[f64; 2], compliance: f64) {
+fn compliance_is_taken_out(model: FittableLaw, values: &[f64; 2], compliance: f64) {
     let mut texts = ["displacement [mm];force [N]\n".to_string(), "displacement [mm];true stress [Pa]\n".to_string()];
     for k in 1..40 {
         let stretch = 1.0 + 0.02 * f64::from(k);
@@ -212,7 +212,7 @@ fn a_stated_error_that_makes_no_sense_is_refused() {
         let message = text.parse::<Accuracy>().expect_err(text).to_string();
         assert!(message.contains(fact), "{text}: {message}");
     }
-    let model = Model::new("neo_hookean", None).expect("registered");
+    let model = FittableLaw::new("neo_hookean", None).expect("registered");
     let e = table(pull(model, &[0.1e6], Mode::Uniaxial));
     for (text, fact) in [("force_zero=1N", "--area"), ("compliance=1 mm/N", "--area")] {
         let message = fit_experiment(&e, &options(model, Mode::Uniaxial, &[text])).expect_err(text).to_string();
@@ -223,7 +223,7 @@ fn a_stated_error_that_makes_no_sense_is_refused() {
 /// Two test pieces of different sections, of which one has a stated scale: an error of the force is one of each section, the scale one of its piece, in whatever order the tables are given.
 #[test]
 fn each_test_piece_has_its_own_errors() {
-    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", None).expect("registered");
     let (uniaxial, planar) = (AREA, 100e-6);
     let of = |mode: Mode, area: f64, accuracy: &str| {
         let mut e = table(pull(model, &[0.04e6, 0.02e6], mode));
@@ -264,7 +264,7 @@ fn each_test_piece_has_its_own_errors() {
 /// The cross-section of a test piece is its own: of two pieces in two modes each error moves the constants by itself, that of the load cell both together.
 #[test]
 fn a_cross_section_is_of_one_test_piece() {
-    let model = Model::new("mooney_rivlin", None).expect("registered");
+    let model = FittableLaw::new("mooney_rivlin", None).expect("registered");
     let of = |specimen: usize, mode: Mode| {
         pull(model, &[0.04e6, 0.02e6], mode).into_iter().map(move |s| Sample { specimen, ..s })
     };

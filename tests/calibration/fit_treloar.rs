@@ -2,8 +2,8 @@
 
 use crate::common::tools;
 use durometer::calibrate::{
-    Compared, Comparison, FitOptions, FitRequest, FitResult, FitWarning, Misfit, Mode, Model, PredictionKind, Residual,
-    SolverCheck, StretchRange, compare, fit, fittable_laws, read_law_file, read_law_table,
+    Compared, Comparison, FitOptions, FitRequest, FitResult, FitWarning, FittableLaw, Misfit, Mode, PredictionKind,
+    Residual, SolverCheck, StretchRange, compare, fit, fittable_laws, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -38,7 +38,7 @@ pub fn compared() -> &'static Comparison {
 }
 
 /// √(Σr²/ΣP²) of a law with given constants over the rows of a fit.
-fn misfit(rows: &[Residual], model: Model, values: &[f64]) -> f64 {
+fn misfit(rows: &[Residual], model: FittableLaw, values: &[f64]) -> f64 {
     let r2: f64 = rows.iter().map(|r| (r.measured - model.stress(values, r.mode, r.stretch)).powi(2)).sum();
     (r2 / rows.iter().map(|r| r.measured.powi(2)).sum::<f64>()).sqrt()
 }
@@ -54,7 +54,7 @@ fn ogdens_constants_of_1972() {
     let published = [0.63e6, 1.3, 0.0012e6, 5.0, -0.01e6, -2.0];
     let r = treloar("ogden", Some(3), &Mode::PULLED, None);
     println!("{r}\n{:?}", r.solver_check);
-    let model = Model::new("ogden", Some(3)).expect("registered");
+    let model = FittableLaw::new("ogden", Some(3)).expect("registered");
     let of = |mode: Option<Mode>, v: &[f64]| {
         let rows: Vec<Residual> = r.residuals.iter().filter(|x| mode.is_none_or(|m| x.mode == m)).copied().collect();
         misfit(&rows, model, v)
@@ -78,7 +78,7 @@ fn ogdens_constants_of_1972() {
 fn arruda_and_boyces_constants_of_1993() {
     let r = treloar("arruda_boyce", None, &[Mode::Uniaxial], Some(StretchRange { from: 1.0, to: 5.4 }));
     println!("{r}");
-    let model = Model::new("arruda_boyce", None).expect("registered");
+    let model = FittableLaw::new("arruda_boyce", None).expect("registered");
     let published = misfit(&r.residuals, model, &[0.27e6, 26.5_f64.sqrt()]);
     println!("published {published:.4}, fitted {:.4}", r.misfit.rms_relative);
     assert!(r.misfit.rms_relative <= published && published < 0.12, "{published}");

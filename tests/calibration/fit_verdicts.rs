@@ -5,14 +5,14 @@ use crate::common::made::{fitted, options, samples, table};
 use crate::common::tools;
 use crate::fit_treloar::{compared, uniaxial};
 use durometer::calibrate::{
-    AuditKind, Compared, FitOptions, FitRequest, FitWarning, Loss, Mode, Model, Sample, SlackChoice, StretchRange,
-    Weighting, compare_experiment, fit, fit_experiment,
+    AuditKind, Compared, FitOptions, FitRequest, FitWarning, FittableLaw, Loss, Mode, Sample, SlackChoice,
+    StretchRange, Weighting, compare_experiment, fit, fit_experiment,
 };
 use durometer::math::statistics::larger;
 use std::path::{Path, PathBuf};
 
-fn model(law: &str, terms: usize) -> Model {
-    Model::new(law, Some(terms)).expect("registered")
+fn model(law: &str, terms: usize) -> FittableLaw {
+    FittableLaw::new(law, Some(terms)).expect("registered")
 }
 
 fn treloar() -> PathBuf {

@@ -9,7 +9,7 @@ use durometer::calibrate::inverse::{
     Bound, Bounds, Calibration, End, Failure, InverseError, Measured, MeasuredSpec, ObservedCurve, OffsetAxis,
     SceneModel, Settings, Unknown, calibrate,
 };
-use durometer::calibrate::{ErrorModel, Loss, Mode, Model, Weighting};
+use durometer::calibrate::{ErrorModel, FittableLaw, Loss, Mode, Weighting};
 use durometer::material::{LAWS, registry};
 use durometer::math::statistics::{deviation, larger};
 use durometer::mesh::Order;
@@ -166,9 +166,10 @@ fn every_law_is_found_again() {
         let measured = made(&truth, (1..=30).map(|k| 6e-3 * f64::from(k) / 30.0).collect());
         let start = moved(&law, &keys, 0.2);
         let c = found(&model(&bar(&start, "6 mm", 8), &keys, X, Y), &measured);
-        let off = |(f, u): (&durometer::calibrate::inverse::Found, &durometer::calibrate::inverse::Unknown)| {
-            (f.value / u.start - 1.0).abs()
-        };
+        let off =
+            |(f, u): (&durometer::calibrate::inverse::FittedConstant, &durometer::calibrate::inverse::Unknown)| {
+                (f.value / u.start - 1.0).abs()
+            };
         let worst = c.constants.iter().zip(&truth.unknown).map(off).fold(0.0, larger);
         println!(
             "{} {keys:?}: {worst:.1e} in {} solves, misfit {:.1e}",
@@ -493,7 +494,7 @@ fn a_gauge_length_reads_what_is_sought_with_the_rest_held() {
     };
     let stretches: Vec<f64> = (1..=20).map(|k| 1.0 + 3e-4 * f64::from(k) / length).collect();
     let form = |name: &str, terms: usize, values: &[f64], stretch: f64| {
-        Model::new(name, Some(terms)).expect("a law").stress(values, Mode::Uniaxial, stretch)
+        FittableLaw::new(name, Some(terms)).expect("a law").stress(values, Mode::Uniaxial, stretch)
     };
     let test = |stretch: f64| 120e3 * (stretch - stretch.powi(-2)) * (1.0 + 0.2 * (stretch - 1.0).powi(2));
     let factor = |name: &str, terms: usize, at: &dyn Fn(f64) -> Vec<f64>| {
@@ -956,7 +957,7 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
         let records = run_study(&study, folder.path(), Some(only));
         assert!(records.iter().all(CaseRecord::converged), "{only}");
     }
-    let summary = report::write(folder.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(folder.path()).unwrap_or_else(|e| panic!("{e}"));
     let mu = &summary.analysis["pull"]["constants"][0];
     let number = |key: &str| mu[key].as_f64().unwrap_or_else(|| panic!("{key}"));
     assert!((number("value") / 100e3 - 1.0).abs() < 5e-3, "{mu}");
@@ -974,7 +975,7 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
 /// the angle by about that much, so what is not linear is of the order of its square, 0.1 % of the angle; the rows add 0.12 % in μ.
 fn band(study: &Study, folder: &Path, summary: &report::Summary) {
     run_study(study, folder, Some("coarse"));
-    let summary_of_use = report::write(folder).unwrap_or_else(|e| panic!("{e}"));
+    let summary_of_use = report::write_report(folder).unwrap_or_else(|e| panic!("{e}"));
     let band = &summary_of_use.analysis["use"][0];
     let last = |v: &serde_json::Value| v.as_array().and_then(|a| a.last()?.as_f64()).expect("numbers");
     let peak = last(&band["y"]);

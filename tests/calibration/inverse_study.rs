@@ -137,12 +137,12 @@ fn run(folder: &Path) -> Result<Vec<CaseRecord>, RunError> {
 fn run_watched(folder: &Path, stop: &AtomicBool, watch: &impl Watch) -> Result<Vec<CaseRecord>, RunError> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let options = Options { jobs: 2, ..Options::new(stop) };
-    growing::run(&study, &folder.join("out"), &options, watch)
+    growing::run_study(&study, &folder.join("out"), &options, watch)
 }
 
 fn told(folder: &Path) -> (Summary, Table) {
     let out = folder.join("out");
-    let summary = report::write(&out).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&out).unwrap_or_else(|e| panic!("{e}"));
     let law = std::fs::read_to_string(out.join("law.toml")).expect("written").parse().expect("TOML");
     (summary, law)
 }
@@ -550,7 +550,7 @@ fn two_laws_are_two_files_and_two_curves_two_figures() {
     }
     run(study.path()).unwrap_or_else(|e| panic!("{e}"));
     let out = study.path().join("out");
-    let summary = report::write(&out).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&out).unwrap_or_else(|e| panic!("{e}"));
     println!("{}", summary.verdict);
     assert!(!out.join("law.toml").exists());
     for (k, name) in ["rubber", "end"].into_iter().enumerate() {
@@ -585,7 +585,7 @@ fn a_law_file_has_the_warnings_of_its_own_variant() {
     let rows: String = (1..=40).map(row).map(|(u, f)| format!("{u},{f}\n")).collect();
     std::fs::write(study.path().join("odd.csv"), format!("u,F\n{rows}")).expect("writable");
     run(study.path()).unwrap_or_else(|e| panic!("{e}"));
-    let summary = report::write(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
     let warnings = |variant: &str| -> Vec<String> {
         let path = study.path().join(format!("out/law-{variant}.toml"));
         let law: Table = std::fs::read_to_string(path).expect("written").parse().expect("TOML");
@@ -762,7 +762,7 @@ fn a_case_whose_start_is_refused_has_a_status_and_the_others_go_on() {
     assert_eq!(of("edge").status, NOT_SETTLED);
     let why = of("edge").status_detail.as_deref().unwrap_or_default();
     assert!(why.contains(&of("edge").id) && why.contains("effect.viscoelastic.prony.0.g"), "{why}");
-    let summary = report::write(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
     assert!(
         summary.warnings.iter().any(|w| w.contains("cannot begin at the values of its scene")),
         "{:?}",

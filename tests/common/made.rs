@@ -1,7 +1,7 @@
 //! Samples of every law with known constants.
 
 use durometer::calibrate::{
-    ColumnChoice, Experiment, FitOptions, FitResult, Mode, Model, Sample, fit_experiment, fittable_laws,
+    ColumnChoice, Experiment, FitOptions, FitResult, FittableLaw, Mode, Sample, fit_experiment, fittable_laws,
 };
 use durometer::material::{LoadCase, registry};
 
@@ -26,11 +26,11 @@ pub fn truth(law: &str, terms: usize) -> Vec<f64> {
 }
 
 /// Every law that is fitted as incompressible, with all its numbers of terms.
-pub fn models() -> Vec<Model> {
+pub fn models() -> Vec<FittableLaw> {
     let rubbers = fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible));
     let all = rubbers.flat_map(|e| {
         let counts = e.fit.iter().flat_map(|f| f.term_counts);
-        counts.map(|n| Model::new(e.info.name, Some(*n)).expect("registered"))
+        counts.map(|n| FittableLaw::new(e.info.name, Some(*n)).expect("registered"))
     });
     all.collect()
 }
@@ -56,7 +56,7 @@ pub fn table(samples: Vec<Sample>) -> Experiment {
 
 /// Samples of a law at evenly spread ln λ, with an error per sample.
 pub fn samples(
-    model: Model,
+    model: FittableLaw,
     values: &[f64],
     modes: &[Mode],
     [low, high]: [f64; 2],
@@ -74,10 +74,10 @@ pub fn samples(
 }
 
 /// Without repetitions over other ranges, which tests of ranges ask for.
-pub fn options(model: Model, modes: &[Mode]) -> FitOptions {
+pub fn options(model: FittableLaw, modes: &[Mode]) -> FitOptions {
     FitOptions { terms: Some(model.terms), modes: modes.to_vec(), ranges: 0, ..FitOptions::new(model.name()) }
 }
 
-pub fn fitted(model: Model, modes: &[Mode], samples: Vec<Sample>) -> FitResult {
+pub fn fitted(model: FittableLaw, modes: &[Mode], samples: Vec<Sample>) -> FitResult {
     fit_experiment(&table(samples), &options(model, modes)).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
 }

@@ -1,7 +1,7 @@
 //! Runs a study in the process of a test.
 
 use durometer::study::expand::Study;
-use durometer::study::run::growing::run;
+use durometer::study::run::growing;
 use durometer::study::run::runner::Options;
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 pub fn run_study(study: &Study, dir: &Path, only: Option<&str>) -> Vec<CaseRecord> {
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 2, only: only.map(Into::into), ..Options::new(&stop) };
-    run(study, dir, &options, &()).unwrap_or_else(|e| panic!("{e}"))
+    growing::run_study(study, dir, &options, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Reads `study.toml` of a folder and runs all its cases into the folder `results` next to it.

@@ -134,14 +134,14 @@ fn case(m: &Member, variant: &str) -> StoredCase {
 }
 
 pub fn study() -> (StudyRecord, Vec<StoredCase>) {
-    let q = |name: &str, label: &str, symbol: &str, unit: &str| Quantity {
+    let q = |name: &str, label: &str, symbol: &str, unit: &str| StudyQuantity {
         name: name.into(),
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
-    let deciding = |quantity: Quantity| Quantity { deciding: true, ..quantity };
+    let deciding = |quantity: StudyQuantity| StudyQuantity { deciding: true, ..quantity };
     let angle = || q("bending_angle_deg", "bending angle", "θ", "°");
     let roles = [
         ("sizes", Role::Sizes, "tet4"),
@@ -168,7 +168,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         tolerance: 0.05,
         quantities: BTreeMap::from([
             ("length".to_string(), vec![deciding(angle()), deciding(q("cable_tension_N", "cable tension", "T", "N"))]),
-            ("tension".to_string(), vec![Quantity { headline: true, ..angle() }]),
+            ("tension".to_string(), vec![StudyQuantity { headline: true, ..angle() }]),
         ]),
         groups: BTreeMap::new(),
         members: BTreeMap::new(),

@@ -114,7 +114,7 @@ fn motions_of_rounding_are_not_unresolved() {
     let unresolved = |scene: &Scene| {
         let run = run(scene);
         assert_eq!(run.status, Status::Converged);
-        let record = durometer::study::store::outcome::record(scene, &run, Spent::default());
+        let record = durometer::study::store::finished_run::record(scene, &run, Spent::default());
         record.probes.keys().filter(|probe| record.unresolved(probe, 0.0).is_some()).cloned().collect::<Vec<_>>()
     };
     let floor = "[[contact]]\nname = \"floor\"\nregion = \"brick\"\nobstacle = { kind = \"floor\", point = [\"0 m\", \"0 m\", \"0 m\"], normal = [0, 0, 1] }\nresponse = \"multiplier\"\nfriction = 0\n[[probe]]\nkind = \"energy\"";

@@ -757,7 +757,7 @@ fn a_large_strain_of_a_cable_is_noted() {
     for (ea, expected) in [(2.0, true), (4.5, false)] {
         for friction in ["", "friction = 0.1"] {
             let scene = beam_scene(&format!("EA = \"{ea} N\"\n{friction}"), &ramp_to("tension", 0.3, "N"), "0.25 s");
-            let notes = durometer::study::store::solver::notes(&scene, &run(&scene));
+            let notes = durometer::study::store::solver_record::notes(&scene, &run(&scene));
             let found = notes.iter().any(|note| note.starts_with("tendon is stretched by 15.0 % at t = 1.000000 s"));
             assert_eq!(found, expected, "EA = {ea} N: {notes:?}");
         }

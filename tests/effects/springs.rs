@@ -355,7 +355,7 @@ kind = "energy"
     let last = |name: &str| *common::column(&result, name).last().unwrap();
     assert!(last("bending_angle_deg") > 5.0 && last("cable_tension_N") > 0.0 && last("dissipated_J") > 0.0);
     assert!(last("stretch_max") > 1.0 && last("min_j") < 1.0 && last("elastic_J") > 0.0);
-    let record = durometer::study::store::outcome::record(&springs, &result, Spent::default());
+    let record = durometer::study::store::finished_run::record(&springs, &result, Spent::default());
     assert_eq!((record.law, record.formulation.as_str()), (None, "mass_spring"));
     let equal = scene(mesh(), &text("stiffness = \"20 N/m\""));
     assert!(equal.no_limit.is_some_and(|why| why.contains("1/h")));

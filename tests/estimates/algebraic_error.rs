@@ -60,9 +60,10 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
 #[test]
 fn values_of_rounding_have_no_algebraic_error_to_tell() {
     let (mut study, mut cases) = study();
-    let rounding = |name: &str| Quantity { name: name.into(), label: "side force".into(), ..Quantity::default() };
+    let rounding =
+        |name: &str| StudyQuantity { name: name.into(), label: "side force".into(), ..StudyQuantity::default() };
     let listed = study.quantities.get_mut("length").expect("variant");
-    listed.push(Quantity { unit: "N".into(), ..rounding("side_force_N") });
+    listed.push(StudyQuantity { unit: "N".into(), ..rounding("side_force_N") });
     for (k, c) in cases.iter_mut().enumerate() {
         c.record.steps_matter = Some(false);
         let side = ProbeRecord { peak: 1e-12 * (1 + k % 7) as f64, ..c.record.probes["cable_tension_N"].clone() };

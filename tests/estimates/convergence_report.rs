@@ -93,9 +93,9 @@ fn a_report_is_complete_and_can_be_redrawn() {
         if !keep.join("study.json").exists() {
             store(keep, &study());
         }
-        report::write(keep).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(keep).unwrap_or_else(|e| panic!("{e}"));
     }
-    let first = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let first = report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (page, summary) = (read("index.html"), read("summary.json"));
     assert!(page.contains(&first.verdict) && page.contains("<svg"));
@@ -120,7 +120,7 @@ fn a_report_is_complete_and_can_be_redrawn() {
         let least = if e.path().extension().is_some_and(|e| e == "tex") { 200 } else { 1000 };
         assert!(e.metadata().expect("file").len() > least, "{:?} is empty", e.path());
     }
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary, read("summary.json"), "redrawing changes nothing");
     assert_eq!(page, read("index.html"), "redrawing changes nothing");
 }
@@ -157,7 +157,7 @@ fn table_and_figure_have_the_order_of_the_limit() {
     assert_eq!([&row[column("p finest")], &row[column("p")]], [&format!("{finest:.2}"), &format!("{p:.2}")]);
     let dir = tempfile::tempdir().expect("temporary folder");
     store(dir.path(), &(study, cases));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let svg = std::fs::read_to_string(dir.path().join("figures/error-h.svg")).expect("written");
     assert!(svg.contains(&format!("</tspan> = {p:.2}\n")), "no p = {p:.2}");
     // Where noise hides the differences nothing is extrapolated, although there is a fit
@@ -169,7 +169,7 @@ fn table_and_figure_have_the_order_of_the_limit() {
 #[test]
 fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary folder");
-    let message = || report::write(dir.path()).expect_err("must be refused").to_string();
+    let message = || report::write_report(dir.path()).expect_err("must be refused").to_string();
     assert!(message().contains("study.json does not exist") && message().contains("durometer run"));
     store(dir.path(), &study());
     let path = |name: &str| dir.path().join(name);
@@ -178,13 +178,13 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
             std::fs::remove_file(e.path()).expect("file");
         }
     }
-    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert!(summary.verdict.starts_with("No verdict"), "{}", summary.verdict);
     let not_run: Vec<&String> = summary.warnings.iter().filter(|w| w.contains("no result")).collect();
     assert!(not_run.len() == 1 && not_run[0].contains(" cases have no result yet: "), "{not_run:?}");
     assert!(not_run[0].ends_with(" more.") && summary.verdict.contains(" more."), "{not_run:?}: {}", summary.verdict);
     std::fs::write(path("cases/sizes-length-4500.csv"), "t_s,bending_angle_deg\n0,0\n0.1,fast\n").expect("file");
-    let damaged = || report::write(dir.path()).unwrap_or_else(|e| panic!("{e}")).damaged.join("\n");
+    let damaged = || report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}")).damaged.join("\n");
     assert!(damaged().contains("line 3: bending_angle_deg is \"fast\""), "{}", damaged());
     std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
     assert!(damaged().contains("sizes-length-9300.json: it is not a valid record"), "{}", damaged());

@@ -11,7 +11,7 @@ use durometer::study::kinds::convergence::report::quantities::{quantities, setti
 use durometer::study::kinds::convergence::verdict;
 use durometer::study::locking;
 use durometer::study::report;
-use durometer::study::run::inputs::InputRecord;
+use durometer::study::run::uncertain_constants::UncertainConstantRecord;
 use durometer::study::store::record::*;
 use std::collections::BTreeMap;
 
@@ -148,7 +148,12 @@ fn constants_count_by_the_derivatives_of_the_leading_family() {
         let share = leading.iter().position(|id| *id == r.id).map_or(0.28, |k| 0.07 + 0.01 * k as f64);
         let derivatives = BTreeMap::from([(COLUMN.to_string(), share * reference.value / 1e4)]);
         let correlation = BTreeMap::new();
-        r.inputs = vec![InputRecord { constant: "laws.rubber.mu".into(), half_width: 1e4, derivatives, correlation }];
+        r.inputs = vec![UncertainConstantRecord {
+            constant: "laws.rubber.mu".into(),
+            half_width: 1e4,
+            derivatives,
+            correlation,
+        }];
     }
     let inputs = of_constants(&cases).expect("every case has derivatives");
     assert!(inputs.case == leading[0] && (inputs.share - 0.07).abs() < 1e-12, "{inputs:?}");
@@ -433,7 +438,7 @@ fn a_refused_family_is_the_last_to_be_a_reference() {
     assert!(leads(&cases).1);
     let dir = tempfile::tempdir().expect("a folder");
     synthetic::store(dir.path(), &(study, cases));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let page = std::fs::read_to_string(dir.path().join("index.html")).expect("a page");
     assert!(page.contains("distances from the limit of one that is refused"));
 }

@@ -3,7 +3,7 @@
 use crate::common::studies::run_study;
 use durometer::scene::ExtremeKind;
 use durometer::study::expand::Study;
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::coverage::analysis::{CoverageFindings, analyse};
 use durometer::study::kinds::coverage::mark::{Estimator, Standing};
 use durometer::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
@@ -58,7 +58,7 @@ struct Made {
 /// One problem: a family of tet4 with f = 2 + h², whose own bars are `bars` times the error, and two families of the truth that are
 /// `apart`.
 fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
-    let quantity = Quantity { name: "F_N".into(), ..Quantity::default() };
+    let quantity = StudyQuantity { name: "F_N".into(), ..StudyQuantity::default() };
     let mut cases = vec![];
     for (n, bar) in [2, 3, 4].into_iter().zip(bars) {
         let error = 1.0 / (n * n) as f64;
@@ -242,7 +242,7 @@ fn what_cannot_be_judged_is_refused() {
 #[test]
 fn a_part_of_the_shipped_study() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/coverage/study.toml");
-    let mut study = Study::read_extent(&file, &[], Extent::Quick).unwrap_or_else(|e| panic!("{e}"));
+    let mut study = Study::read_scope(&file, &[], StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"));
     study.cases.retain(|c| c.variant == "nu0.45" && !c.family.ends_with("-b"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     run_study(&study, folder.path(), None);

@@ -6,13 +6,13 @@ use durometer::math::statistics::larger;
 use durometer::report::figure::Drawn;
 use durometer::report::style::{Style, within};
 use durometer::study::analysis::Analysis;
+use durometer::study::case_outcome::CaseOutcome;
 use durometer::study::kinds::convergence::figures::bodies;
 use durometer::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
 use durometer::study::kinds::robustness::figures::{failed, matrix};
 use durometer::study::kinds::validation::budget::Contribution;
 use durometer::study::kinds::validation::figures::{budget, score};
 use durometer::study::kinds::validation::findings::{Prediction, ValidationFindings};
-use durometer::study::outcome::CaseOutcome;
 use durometer::study::report;
 use durometer::study::store::record::{Role, StoredCase, StudyRecord};
 use durometer::study::store::results::Results;
@@ -120,7 +120,7 @@ fn figures_of_awkward_studies_are_legible() {
         let dir = tempfile::tempdir().expect("a folder");
         synthetic::store(dir.path(), study);
         for of in STYLES {
-            within(style(of), || report::write(dir.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
+            within(style(of), || report::write_report(dir.path())).unwrap_or_else(|e| panic!("{name}: {e}"));
             let drawn = drawings(dir.path());
             assert!(!drawn.is_empty(), "{name}: no figure");
             wrong.extend(
@@ -274,7 +274,7 @@ fn a_matrix_of_many_cases_takes_several_pages() {
 fn curves_of_meshes_differ_without_colour() {
     let dir = tempfile::tempdir().expect("a folder");
     synthetic::store(dir.path(), &synthetic::study());
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let (_, svg) = drawings(dir.path()).into_iter().find(|(name, _)| name == "curves-length").expect("curves");
     let lines = |color: &str| svg.matches(&format!("stroke=\"{color}\" stroke-width=\"9\"")).count();
     let (first, second) = (lines("#0072B2"), lines("#D55E00"));
@@ -349,7 +349,7 @@ fn no_cost_of_a_table_is_rounded_to_zero() {
     }
     let dir = tempfile::tempdir().expect("a folder");
     synthetic::store(dir.path(), &study);
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let table = |name: &str| std::fs::read_to_string(dir.path().join(format!("tables/{name}.csv"))).expect("a table");
     assert!(table("cases").contains(",0.0000321,0.000123"), "{}", table("cases"));
     assert!(table("effects").contains(",0.0000456,"), "{}", table("effects"));

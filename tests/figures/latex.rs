@@ -230,7 +230,7 @@ fn the_generated_parts_make_a_paper_of_two_pages() {
         case.record.integrator = integrator.into();
     }
     synthetic::store(dir.path(), &study);
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let paper = dir.path().join("paper");
     let read = |name: &str| std::fs::read_to_string(paper.join(name)).expect("a part");
     let (methods, bib, markdown) = (read("methods.tex"), read("references.bib"), read("methods.md"));

@@ -220,7 +220,7 @@ fn a_restart_keeps_the_stop_that_ended_the_run() {
     assert_eq!((&again.status, &again.rows), (&Status::Converged, &whole.rows));
 }
 
-/// A column that is no finite number ends the run with a status; no file holds it, and the study has its report.
+/// A column that is not a finite number ends the run with a status; no file holds it, and the study has its report.
 #[test]
 fn no_number_that_is_not_finite_is_stored() {
     let cable = "[[constraint]]\nkind = \"cable\"\npull_point = [\"1e200 mm\", \"10 mm\", \"10 mm\"]\n\
@@ -234,13 +234,14 @@ fn no_number_that_is_not_finite_is_stored() {
         let csv = std::fs::read_to_string(csv).expect("stored");
         assert!(!csv.contains("inf") && !csv.contains("NaN"), "{csv}");
     }
-    report::write(&keep.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(&keep.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
     let said = durometer(keep.path(), &["simulate", "scene.toml", "--out", "one"]);
     let error = said.err;
     assert_eq!(said.code, Some(3), "{error}");
     assert!(error.contains("is not a finite number"), "{error}");
     let scene = scene(block(4, 1, 1, 0.1, 0.02, 0.02, Order::Linear), SCENE);
-    let mut record = durometer::study::store::outcome::record(&scene, &scene.run(), Spent { wall_s: 1.0, cpu_s: 1.0 });
+    let mut record =
+        durometer::study::store::finished_run::record(&scene, &scene.run(), Spent { wall_s: 1.0, cpu_s: 1.0 });
     assert!(folder::json(&record).is_ok());
     record.wall_s = f64::NAN;
     assert!(folder::json(&record).expect_err("no reader takes it").contains("no reader takes"));
@@ -258,7 +259,7 @@ fn names_are_text() {
         let study = STUDY.replace("label = \"force\"", &format!("label = \"{label}\""));
         let keep = folder(&scene, &study.replace("\"F\"", &format!("\"{label}\"")));
         assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
-        let said = report::write(&keep.path().join("results")).unwrap_or_else(|e| panic!("{label}: {e}"));
+        let said = report::write_report(&keep.path().join("results")).unwrap_or_else(|e| panic!("{label}: {e}"));
         assert!(!said.warnings.join("\n").contains("without a figure"), "{label}: {:?}", said.warnings);
         let page = std::fs::read_to_string(keep.path().join("results/index.html")).expect("written");
         assert!(!page.contains("<b>'") && !page.contains("\" <b>"), "{label}");
@@ -274,7 +275,7 @@ fn figures_of_slender_bodies_fit_on_a_page() {
     let keep = folder(&rod, &study.replace("[4, 1, 1]", "[1, 1, 8]").replace("[8, 2, 2]", "[1, 1, 16]"));
     assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
     let results = keep.path().join("results");
-    let said = report::write(&results).unwrap_or_else(|e| panic!("{e}"));
+    let said = report::write_report(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(!said.warnings.join("\n").contains("without a figure"), "{:?}", said.warnings);
     for name in ["meshes", "bent"] {
         let bytes = std::fs::read(results.join(format!("figures/{name}.png"))).expect("drawn");
@@ -302,7 +303,7 @@ fn damaged_results_do_not_block_a_study() {
         ["", "{", "\u{1f}\u{8b}", &surface("[[0,0,0],[1,0,0],[0,0,1e9]]"), &surface("[[0,0,0],[1,0,0],[0,0,1e300]]")]
     {
         std::fs::write(&skin, content).expect("writable");
-        report::write(&results).unwrap_or_else(|e| panic!("{content}: {e}"));
+        report::write_report(&results).unwrap_or_else(|e| panic!("{content}: {e}"));
     }
     let path = cases.join("sizes-pull-a.json");
     let text = std::fs::read_to_string(&path).expect("stored");
@@ -312,13 +313,13 @@ fn damaged_results_do_not_block_a_study() {
         changed["cpu_s"] = cpu.into();
         changed["wall_s"] = cpu.into();
         std::fs::write(&path, changed.to_string()).expect("writable");
-        report::write(&results).unwrap_or_else(|e| panic!("{cpu}: {e}"));
+        report::write_report(&results).unwrap_or_else(|e| panic!("{cpu}: {e}"));
     }
     for name in ["sizes-pull-a.csv", "sizes-pull-b.skin.json.gz", "sizes-pull-a.json"] {
         std::fs::write(cases.join(name), "").expect("writable");
     }
     assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
-    let said = report::write(&results).unwrap_or_else(|e| panic!("{e}"));
+    let said = report::write_report(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(!said.warnings.join("\n").contains("damaged"), "{:?}", said.warnings);
 }
 

@@ -97,7 +97,7 @@ fn ambiguous_curves_are_refused() {
         ("t,F\n0,0\n1,2\n", OF_THE_TABLE, ["column \"t\" has no unit", "unit = "]),
         ("t [s],F [mm]\n0,0\n1,2\n", OF_THE_TABLE, ["the unit \"mm\" of the table cannot be taken", "in the scene"]),
         ("t,G\n0,0\n1,2\n", STATED, ["there is no column \"F\"", "t, G"]),
-        ("t,F\n0,0\n1,x\n", STATED, ["line 3: \"x\" in column F is no finite number", "remove the line"]),
+        ("t,F\n0,0\n1,x\n", STATED, ["line 3: \"x\" in column F is not a finite number", "remove the line"]),
     ] {
         let error = read(folder.path(), table.as_bytes(), keys).expect_err(table);
         assert!(facts.iter().all(|fact| error.contains(fact)), "{table}: {error}");

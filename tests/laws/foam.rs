@@ -3,7 +3,7 @@
 use crate::common;
 use crate::common::{Random, column, run, scene};
 use durometer::calibrate::{
-    AuditKind, FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, Sign, SlackChoice,
+    AuditKind, FitError, FitOptions, FitRequest, FitResult, FittableLaw, Mode, Partner, Sample, Sign, SlackChoice,
     StrainKind, fit, fit_experiment,
 };
 use durometer::material::{LoadCase, Want};
@@ -18,8 +18,8 @@ const ONE: &[f64] = &[20e3, 5.0];
 const TWO: &[f64] = &[20e3, 8.0, 6e3, -2.0];
 const NU: f64 = 0.12;
 
-fn model(terms: usize, nu: f64) -> Model {
-    Model::new("hyperfoam", Some(terms)).expect("registered").with_poisson(nu)
+fn model(terms: usize, nu: f64) -> FittableLaw {
+    FittableLaw::new("hyperfoam", Some(terms)).expect("registered").with_poisson(nu)
 }
 
 /// The stresses of the fit are those of the law of scenes, whose lateral stretches are solved from zero lateral stress, in every mode; the

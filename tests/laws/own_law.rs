@@ -2,11 +2,11 @@
 
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
-use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
+use durometer::calibrate::{FittableLaw, Mode, Sample, fit_experiment};
 use durometer::material::check::check_property;
 use durometer::material::isochoric::{self, InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
-use durometer::material::split::{Isochoric, Part, Split, fitted_parameters, law_parameters, required};
+use durometer::material::split::{Isochoric, IsochoricPart, Split, fitted_parameters, law_parameters, required};
 use durometer::material::volumetric::CHOICES;
 use durometer::material::{
     Chosen, FitForm, FitTerms, LaneResponse, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter,
@@ -117,7 +117,7 @@ const ENTRY: LawEntry = Split::<Demiray>::entry(KEYS, &[200e3, 30e3, 0.8]).with_
 #[derive(Clone, Copy, Debug)]
 struct Flawed(Demiray);
 
-impl Part for Flawed {
+impl IsochoricPart for Flawed {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
@@ -165,7 +165,7 @@ const STIFF: usize = 3;
 /// An entry of the tangents of several gradients is not a number
 const BLANK: usize = 4;
 
-impl<const MISTAKE: usize> Part for Mistaken<MISTAKE> {
+impl<const MISTAKE: usize> IsochoricPart for Mistaken<MISTAKE> {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
@@ -291,7 +291,7 @@ dt = "0.5 s"
     assert_eq!(run.status, Status::Converged);
 
     // A fit of exact data gives the constants
-    let model = Model::new("demiray", None).expect("it can be fitted");
+    let model = FittableLaw::new("demiray", None).expect("it can be fitted");
     let truth = [30e3, 0.8];
     let samples = (1..=20).map(|k| {
         let stretch = 1.0 + 0.05 * f64::from(k);

@@ -88,7 +88,7 @@ fn bad_flags_are_refused_before_the_run() {
     );
     refuses(
         &["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m\n0,x\n")],
-        "line 2: a value is no finite number",
+        "line 2: a value is not a finite number",
     );
     refuses(&["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m\n0\n")], "line 2: it has not as many values");
     // 0.0021 that was cut off is 0.002

@@ -13,7 +13,7 @@ use durometer::report::plot::{Axis, Plot};
 use durometer::report::table::{Table, headings};
 use durometer::study::analysis::Analysis;
 use durometer::study::content::Content;
-use durometer::study::kind::{Expansion, Extent, Kind, StudyKind};
+use durometer::study::kind::{Expansion, Kind, StudyKind, StudyScope};
 use durometer::study::spec::{FamilySpec, VariantSpec};
 use durometer::study::store::results::{self, Results};
 use schemars::JsonSchema;
@@ -233,10 +233,10 @@ fine = { "mesh.grid.divisions" = [4, 2, 2] }
 fn a_kind_of_study_is_a_type() {
     let kind = Kind::of::<Count>();
     let file = Path::new("study.toml");
-    let expansion = (kind.expand)(file, COUNT_STUDY, Extent::Whole).unwrap_or_else(|e| panic!("{e}"));
+    let expansion = (kind.expand)(file, COUNT_STUDY, StudyScope::Whole).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((expansion.variants.len(), expansion.families.len()), (1, 1));
     let mistake =
-        (kind.expand)(file, &format!("colour = 1\n{COUNT_STUDY}"), Extent::Whole).err().expect("an unknown key");
+        (kind.expand)(file, &format!("colour = 1\n{COUNT_STUDY}"), StudyScope::Whole).err().expect("an unknown key");
     assert!(mistake.to_string().contains("colour"), "{mistake}");
 
     // Cases that a kind of the registry has run

@@ -4,7 +4,7 @@ use crate::bar::{Bar, Weight, states};
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::reduction::training::greedy::{Choice, Search};
+use durometer::reduction::training::greedy::{NextStates, Search};
 use durometer::reduction::{ReducedModel, Training, errors};
 use durometer::scene::Scene;
 
@@ -19,7 +19,7 @@ fn bar(shift: f64, points: usize) -> Scene {
 }
 
 /// A model of one mode, its errors at its own states, and the states that a search would add.
-fn judged(shift: f64) -> (ReducedModel, Vec<Vec<(f64, f64)>>, Choice) {
+fn judged(shift: f64) -> (ReducedModel, Vec<Vec<(f64, f64)>>, NextStates) {
     let (scene, names) = (bar(shift, LOADS.len()), vec!["xmax_z_m".to_string()]);
     let states = states(&scene, &LOADS.map(|load| vec![load]), &names);
     let training = Training::new(&scene, &states, &names).unwrap_or_else(|e| panic!("{e}"));

@@ -8,7 +8,7 @@ mod walk;
 
 use durometer::material::law_from_table;
 use durometer::scene::{SceneError, SceneSpec};
-use durometer::study::kind::{COMMON_KEYS, Extent};
+use durometer::study::kind::{COMMON_KEYS, StudyScope};
 use durometer::study::schema;
 use durometer::study::study_file;
 use files::files_below;
@@ -126,7 +126,7 @@ fn read_scene(text: &str) -> Result<(), SceneError> {
 }
 
 fn read_study(text: &str) -> Result<(), SceneError> {
-    study_file::parse(Path::new("study.toml"), text, Extent::Whole).map(|_| ())
+    study_file::parse(Path::new("study.toml"), text, StudyScope::Whole).map(|_| ())
 }
 
 /// Compares the keys of one table with those of the reader. Returns what is wrong.

@@ -9,11 +9,11 @@ use durometer::scene::{Body, Run, Scene, SceneSpec, column};
 use durometer::solve::Status;
 use durometer::study::analysis::Analysis;
 use durometer::study::case::Case;
+use durometer::study::case_outcome::CaseOutcome;
 use durometer::study::expand::Study;
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::robustness::analysis::{RobustnessFindings, analyse};
 use durometer::study::kinds::robustness::record::RobustnessRecord;
-use durometer::study::outcome::CaseOutcome;
 use durometer::study::store::record::StudyRecord;
 use durometer::study::store::results::{self, Results};
 use std::collections::BTreeSet;
@@ -27,7 +27,7 @@ fn file() -> PathBuf {
 
 fn quick(changes: &[(&str, Value)]) -> Study {
     let changes: Vec<_> = changes.iter().map(|(key, value)| (key.to_string(), value.clone())).collect();
-    Study::read_extent(&file(), &changes, Extent::Quick).unwrap_or_else(|e| panic!("{e}"))
+    Study::read_scope(&file(), &changes, StudyScope::Quick).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn kept(study: &StudyRecord) -> RobustnessRecord {

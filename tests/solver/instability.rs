@@ -6,7 +6,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::scene::{ErrorEstimator, EstimateError, Run, Scene, lost_volumes, parse_scene};
 use durometer::solve::{Driver, Failure, Integrator, Status, StepSettings, TimeSpan};
-use durometer::study::store::solver::notes;
+use durometer::study::store::solver_record::notes;
 use durometer::system::{At, Rates, State, System, Want};
 use nalgebra::DMatrix;
 

@@ -339,7 +339,7 @@ fn a_time_budget_stops_the_run_and_changes_no_number() {
     let run = |numerics: &str| {
         let scene = scene(block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear), &crumpled(start, numerics));
         let run = common::run(&scene);
-        let record = durometer::study::store::outcome::record(&scene, &run, Spent::default());
+        let record = durometer::study::store::finished_run::record(&scene, &run, Spent::default());
         (run, record)
     };
     let (without, _) = run("");

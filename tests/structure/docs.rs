@@ -546,7 +546,7 @@ fn example_scenes_and_studies_are_read() {
                 durometer::study::study_file::parse(
                     &folder.path().join("study.toml"),
                     block,
-                    durometer::study::kind::Extent::Whole,
+                    durometer::study::kind::StudyScope::Whole,
                 )
                 .unwrap_or_else(|e| panic!("{page}: {e}"));
                 studies += 1;

@@ -2,7 +2,7 @@
 
 use durometer::study::expand::Study;
 use durometer::study::listing::{State, list};
-use durometer::study::run::growing::run;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::results;
@@ -79,7 +79,8 @@ fn after(at: &Path, text: &str) -> (usize, Vec<State>, Vec<CaseRecord>) {
     let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let states = list(&study, &at.join("r")).into_iter().map(|c| c.state).collect();
     let (stop, watch) = (AtomicBool::new(false), Computed::default());
-    run(&study, &at.join("r"), &Options { jobs: 1, ..Options::new(&stop) }, &watch).unwrap_or_else(|e| panic!("{e}"));
+    run_study(&study, &at.join("r"), &Options { jobs: 1, ..Options::new(&stop) }, &watch)
+        .unwrap_or_else(|e| panic!("{e}"));
     let found = results::read(&at.join("r")).unwrap_or_else(|e| panic!("{e}"));
     (watch.0.into_inner(), states, found.cases.into_iter().map(|c| c.record).collect())
 }

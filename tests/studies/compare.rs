@@ -14,7 +14,7 @@ fn written() -> &'static [String; 2] {
     FILES.get_or_init(|| {
         let dir = tempfile::tempdir().expect("a temporary folder");
         synthetic::store(dir.path(), &synthetic::study());
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         ["study.json", "summary.json"].map(|name| std::fs::read_to_string(dir.path().join(name)).expect("a result"))
     })
 }
@@ -123,7 +123,7 @@ fn raised(factor: f64) -> tempfile::TempDir {
     }
     let dir = tempfile::tempdir().expect("a temporary folder");
     synthetic::store(dir.path(), &(study, cases));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     rewrite(&dir, &mut |s| drop(s.as_object_mut().expect("an object").remove("claims")));
     dir
 }

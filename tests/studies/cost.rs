@@ -13,7 +13,7 @@ use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
 use durometer::study::run::work::RepeatRecord;
 use durometer::study::store::record::{
-    CaseRecord, FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord,
+    CaseRecord, FamilyRecord, LockingRecord, Role, StoredCase, StudyQuantity, StudyRecord,
 };
 use durometer::study::store::results::Results;
 use std::collections::BTreeMap;
@@ -103,12 +103,12 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
             members: vec![],
         })
         .collect();
-    let tension = Quantity {
+    let tension = StudyQuantity {
         name: "cable_tension_N".into(),
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -190,7 +190,7 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     for file in [
         "figures/work-precision-length.pdf",
         "figures/work-amounts-length.png",
@@ -255,17 +255,17 @@ fn twice_the_cells_take_no_less_than_was_measured() {
 #[test]
 fn a_quantity_that_no_mesh_changes_has_costs_and_no_panel() {
     let (mut study, stored) = study();
-    let angle = Quantity {
+    let angle = StudyQuantity {
         name: "bending_angle_deg".into(),
         label: "bending angle".into(),
         symbol: "θ".into(),
         unit: "°".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities.get_mut("length").expect("a variant").push(angle);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let table = read("tables/iso-error.csv");
     let rows: Vec<&str> = table.lines().filter(|row| row.starts_with("bending angle")).collect();
@@ -288,7 +288,7 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     assert!(a.quantities[0].settings.is_empty() && a.quantities[0].lines.is_empty(), "{:?}", a.quantities[0]);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     for figure in ["work-precision-length.svg", "work-amounts-length.svg"] {
         assert!(!dir.path().join("figures").join(figure).exists(), "{figure}");
     }

@@ -4,7 +4,7 @@ use crate::common::program::call;
 use crate::common::stores::{contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::growing::run;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::runner::{Options, RunError, Watch};
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
@@ -63,7 +63,7 @@ impl Watch for Second<'_> {
 fn into_r(at: &Path, watch: &dyn Watch, redo: bool) -> Result<Vec<CaseRecord>, RunError> {
     let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    run(&study, &at.join("r"), &Options { jobs: 1, redo, ..Options::new(&stop) }, watch)
+    run_study(&study, &at.join("r"), &Options { jobs: 1, redo, ..Options::new(&stop) }, watch)
 }
 
 /// A run of files that were edited since does not begin while another one goes on, which keeps the results of before for what it cannot compute any more.
@@ -87,7 +87,7 @@ fn runs_before_and_after_an_edit_are_apart() {
     // The exit code follows what the report is made of
     std::fs::write(at.join("load.csv"), "t,w\n0,0\n1,-1\n").expect("room");
     let kept = whole(into_r(at, &(), false));
-    let summary = |()| report::write(&at.join("r")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = |()| report::write_report(&at.join("r")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary(()).others(&kept), [] as [&CaseRecord; 0]);
     assert_eq!(summary(()).failed(&records).len(), 1, "one broke");
     std::fs::write(at.join("load.csv"), "t,w\n0,0\n1,-1.5\n").expect("room");

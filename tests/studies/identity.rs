@@ -4,7 +4,7 @@ use durometer::material::{Chosen, Law, LawEntry, LawInfo, Moduli, Values, find, 
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::growing::run;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::folder::Store;
@@ -119,7 +119,7 @@ fn computed_of(folder: &Path, accept_build: bool, only: Option<&str>) -> Vec<Str
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, watch) = (AtomicBool::new(false), Computed::default());
     let options = Options { jobs: 1, accept_build, only: only.map(Only::from), ..Options::new(&stop) };
-    let records = run(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
+    let records = run_study(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     assert!(records.iter().all(CaseRecord::converged), "{records:?}");
     let mut cases = watch.0.into_inner().expect("no panic");
     cases.sort();
@@ -179,14 +179,14 @@ fn a_run_of_some_cases_leaves_the_results_of_the_others() {
     std::fs::write(at.join("law.toml"), LAW.replace("100", "110")).expect("writable");
     assert_eq!(computed_of(at, false, Some("one")), ["one"]);
     assert_eq!(std::fs::read(&other).expect("it stays"), before);
-    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary.outdated, ["ways-press-other"]);
     assert_eq!(summary.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>(), ["ways-press-one"]);
     let warned = |w: &String| w.contains("result of case ways-press-other is of other inputs");
     assert!(summary.warnings.iter().any(warned), "{:?}", summary.warnings);
     std::fs::write(at.join("law.toml"), LAW).expect("writable");
     assert_eq!(computed_of(at, false, Some("one")), ["one"]);
-    let counted = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    let counted = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
     assert!(counted.outdated.is_empty() && counted.cases.len() == 2, "{:?}", counted.outdated);
     assert_eq!(computed(at), [""; 0]);
     assert_eq!(std::fs::read(&other).expect("it stays"), before);
@@ -212,7 +212,7 @@ fn results_of_a_registered_law_are_not_kept() {
     let force = || {
         let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
         let stop = AtomicBool::new(false);
-        let records = run(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &notes);
+        let records = run_study(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &notes);
         records.unwrap_or_else(|e| panic!("{e}"))[0].probes["zmax_reaction_z_N"].last
     };
     let before = force();
@@ -242,15 +242,15 @@ fn a_stopped_run_leaves_no_mixture() {
     let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 1, ..Options::new(&stop) };
-    let records = run(&study, &at.join("results"), &options, &Stops(&stop)).unwrap_or_else(|e| panic!("{e}"));
+    let records = run_study(&study, &at.join("results"), &options, &Stops(&stop)).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(records.len(), 1);
-    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((summary.cases.len(), summary.outdated.len()), (1, 1));
     assert_eq!(summary.cases[0].id, records[0].id);
     let all = ["one", "other"].map(|name| at.join(format!("results/cases/ways-press-{name}.json")));
     assert!(all.iter().all(|record| record.is_file()), "nothing is lost");
     assert_eq!(computed(at).len(), 1);
-    assert!(report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).outdated.is_empty());
+    assert!(report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).outdated.is_empty());
 }
 
 /// Changes the surface of the obstacle when the first case is finished.
@@ -280,11 +280,11 @@ fn a_file_that_changes_during_a_run_leaves_no_mixture() {
     let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 1, ..Options::new(&stop) };
-    let records = run(&study, &at.join("results"), &options, &Meddles(at)).unwrap_or_else(|e| panic!("{e}"));
+    let records = run_study(&study, &at.join("results"), &options, &Meddles(at)).unwrap_or_else(|e| panic!("{e}"));
     let (one, other) = (&records[0], &records[1]);
     assert!(one.converged() && other.status == "InputsChanged", "{records:?}");
     assert!(other.status_detail.as_ref().is_some_and(|why| why.contains("plate.stl")), "{other:?}");
-    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
     assert!(summary.cases.iter().all(|c| c.id != other.id || c.status == "InputsChanged"), "{:?}", summary.cases);
     assert_eq!(computed(at), ["one", "other"]);
 }
@@ -354,7 +354,7 @@ fn an_edit_during_a_search_is_seen_though_it_is_taken_back() {
         let study = Study::read(&at.join("search-study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
         let stop = AtomicBool::new(false);
         let watch = Edits { folder: at, from, to, states: Mutex::new(0) };
-        let records = run(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &watch);
+        let records = run_study(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &watch);
         let records = records.unwrap_or_else(|e| panic!("{e}"));
         let values = Store::at(&at.join("results")).calibration(&records[0].id).map(|found| found.values());
         let states = *watch.states.lock().expect("no panic");
@@ -399,7 +399,7 @@ fn a_case_that_is_refused_has_no_changed_file() {
     let (stop, watch) = (AtomicBool::new(false), Notes::default());
     let only = Some(Only::from("finger-overpull-tet4-pull-110"));
     let options = Options { jobs: 1, only, ..Options::new(&stop) };
-    let records = run(&study, keep.path(), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
+    let records = run_study(&study, keep.path(), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((records.len(), records[0].status.as_str()), (1, "Refused"));
     let notes = watch.0.into_inner().expect("no panic");
     assert!(!notes.iter().any(|note| note.contains("has changed")), "{notes:?}");
@@ -426,7 +426,7 @@ fn a_damaged_result_is_computed_again() {
     assert_eq!(computed(at), ["one"]);
     let text = std::fs::read_to_string(&record).expect("stored");
     std::fs::write(&record, text.replacen("\"steps\": ", "\"steps\": 1", 1)).expect("writable");
-    let page = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    let page = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
     assert!(page.contains("cases/ways-press-one.json: its contents are not those that were stored"), "{page}");
     assert_eq!(computed(at), ["one"]);
 }
@@ -446,9 +446,9 @@ fn another_build_is_seen() {
     let of_another = text.replace(own_digest, "").replace(&source, &"0".repeat(64));
     std::fs::write(&path, sealed(&of_another)).expect("writable");
     assert_eq!(computed_with(at, true), [""; 0]);
-    let said = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    let said = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
     assert!(said.contains(&format!("ways-press-one ({own}, sources 000000000000")), "{said}");
     assert_eq!(computed(at), ["one"]);
-    let said = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
+    let said = report::write_report(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).warnings.join("\n");
     assert!(!said.contains("other builds"), "{said}");
 }

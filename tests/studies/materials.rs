@@ -11,7 +11,7 @@ use durometer::study::expand::Study;
 use durometer::study::kinds::comparison::findings::{ComparedMember, ComparisonFindings, ComparisonRecord};
 use durometer::study::kinds::comparison::{analysis, finer};
 use durometer::study::report;
-use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
+use durometer::study::store::record::{FamilyRecord, Role, Series, StoredCase, StudyQuantity, StudyRecord};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -57,13 +57,13 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
     study.details = serde_json::json!({ "reference": "base" });
     study.variants = vec!["length".into()];
     study.families = vec![family("laws", Role::Members), family("fine", Role::Finer)];
-    let q = |name: &str, against| Quantity {
+    let q = |name: &str, against| StudyQuantity {
         name: name.into(),
         label: name[..name.rfind('_').unwrap_or(0)].replace('_', " "),
         symbol: "q".into(),
         unit: "N".into(),
         against,
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     let length = q("cable_length_m", None);
     // The imposed length is the same under every law and is left out.
@@ -232,7 +232,7 @@ fn the_error_of_the_mesh_is_claimed_where_it_is_known() {
     assert!(!none.quantities[0].sentence.contains("finer mesh"), "{}", none.quantities[0].sentence);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, coarse));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (methods, figure) = (read("paper/methods.md"), read("figures/comparison-length.tex"));
     assert!(
@@ -263,7 +263,7 @@ fn a_loop_may_miss_its_start_by_half_a_percent() {
 fn the_report_holds_both_figures() {
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &study());
-    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary.kind, "comparison");
     assert!(summary.analysis["cable_tension_N"]["length"]["members"].is_array());
     for file in
@@ -296,11 +296,11 @@ fn a_caption_of_curves_says_what_is_left_out() {
     }
     let quantities = study.quantities.get_mut("length").expect("quantities");
     let tension = quantities[0].clone();
-    quantities.extend(names.map(|name| Quantity { name: name.into(), against: None, ..tension.clone() }));
+    quantities.extend(names.map(|name| StudyQuantity { name: name.into(), against: None, ..tension.clone() }));
     let drawn = |stored: Vec<StoredCase>| {
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(study.clone(), stored));
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         ["figures/comparison-length.svg", "index.html"]
             .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
     };
@@ -323,7 +323,7 @@ fn figures_of_every_style_keep_their_type_and_their_legends() {
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
     for (name, style) in STYLES {
-        style::within(style, || report::write(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        style::within(style, || report::write_report(dir.path())).unwrap_or_else(|e| panic!("{e}"));
         let svg = std::fs::read_to_string(dir.path().join("figures/comparison-length.svg")).expect("a figure");
         let (_, view) = svg.split_once("viewBox=\"0 0 ").expect("a view box");
         let units: f64 = view.split(' ').next().and_then(|w| w.parse().ok()).expect("a width");
@@ -357,7 +357,7 @@ fn a_page_has_no_empty_part() {
     stored.iter_mut().for_each(|c| c.record.status = "StepTooSmall".into());
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let page = std::fs::read_to_string(dir.path().join("index.html")).expect("a page");
     for part in page.split("<table>").skip(1) {
         let table = part.split("</table>").next().expect("a table");

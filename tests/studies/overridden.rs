@@ -31,7 +31,7 @@ fn such_a_study_has_no_verdict() {
     let (mut study, cases) = synthetic::study();
     let summary = |study: &(StudyRecord, Vec<StoredCase>)| {
         synthetic::store(dir.path(), study);
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"))
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"))
     };
     let before = summary(&(study.clone(), cases.clone()));
     assert!(before.supported == Some(true) && !before.claims.is_empty(), "{}", before.verdict);

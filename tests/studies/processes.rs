@@ -5,7 +5,7 @@ use crate::common::program::without_mesher;
 use crate::common::stores::{contents, write_rod};
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
-use durometer::study::run::growing::run;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use nix::sys::signal::{Signal, kill};
@@ -89,7 +89,7 @@ fn in_library(folder: &Path, out: &str, isolation: Isolation, watch: &dyn Watch)
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
     let options = Options { jobs: 2, isolation, ..Options::new(&stop) };
-    run(&study, &folder.join(out), &options, watch).unwrap_or_else(|e| panic!("{e}"))
+    run_study(&study, &folder.join(out), &options, watch).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn command(folder: &Path, out: &str, more: &[&str]) -> Command {

@@ -4,7 +4,7 @@ use crate::common::program::call;
 use crate::common::stores::{contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::growing::run;
+use durometer::study::run::growing::run_study;
 use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use std::collections::BTreeSet;
@@ -65,10 +65,10 @@ fn a_stopped_run_marks_the_earlier_report() {
     let read = || Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stopped = || {
         let stop = AtomicBool::new(false);
-        run(&read(), &dir, &Options { jobs: 1, redo: true, ..Options::new(&stop) }, &Stops(&stop))
+        run_study(&read(), &dir, &Options { jobs: 1, redo: true, ..Options::new(&stop) }, &Stops(&stop))
             .unwrap_or_else(|e| panic!("{e}"));
     };
-    let report = || report::write(&dir).unwrap_or_else(|e| panic!("{e}"));
+    let report = || report::write_report(&dir).unwrap_or_else(|e| panic!("{e}"));
     let is_marked = || {
         let summary = std::fs::read(dir.join("summary.json")).expect("a summary");
         let summary: serde_json::Value = serde_json::from_slice(&summary).expect("JSON");

@@ -11,7 +11,7 @@ use durometer::study::expand::Study;
 use durometer::study::kinds::comparison;
 use durometer::study::kinds::sweep::analysis::{self, Along, Judged, SweepFindings, SweepRecord, Trend};
 use durometer::study::report;
-use durometer::study::store::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::store::record::{EffectRecord, FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
@@ -69,12 +69,12 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
     }];
     let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points, judged: Judged::Peak };
     study.details = serde_json::to_value(sweep).expect("numbers and strings");
-    let tension = Quantity {
+    let tension = StudyQuantity {
         name: "cable_tension_N".into(),
         label: "cable tension".into(),
         symbol: "T".into(),
         unit: "N".into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     };
     study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
     (study, stored)
@@ -216,7 +216,7 @@ fn a_trend_is_that_of_a_rising_value() {
         assert!(q.sentence.contains("rises with key p p, whatever the others are"), "{}", q.sentence);
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(grid, stored));
-        let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        let summary = report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         let decisions = summary.decisions.expect("decisions");
         assert_eq!(decisions["cable_tension_N, length along p"], "rising", "{p:?}");
         let table = std::fs::read_to_string(dir.path().join("tables/dependence.csv")).expect("written");
@@ -348,7 +348,7 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     stored[5].record.status = "StepTooSmall".into();
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert!(summary.warnings.iter().any(|w| w.contains("p1_q2: StepTooSmall")), "{:?}", summary.warnings);
     let decided = |along: &str| {
         summary.decisions.as_ref().expect("decisions")[&format!("cable_tension_N, length along {along}")].as_str()
@@ -388,7 +388,7 @@ fn an_axis_without_two_points_is_not_judged() {
 
     let (grid, mut stored) = self::study(&P, &Q, |p, q| p * q);
     let other =
-        Quantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
+        StudyQuantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
     study.quantities.get_mut("length").expect("quantities").push(other);
     for case in stored.iter_mut().filter(|c| c.record.member.starts_with("p1_")) {
         let probe = case.record.probes["cable_tension_N"].clone();
@@ -411,7 +411,7 @@ fn peaks_that_are_changes_are_called_so() {
         }
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(study, stored));
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         ["against-cable_tension_N-length", "map-length", "sweep-length"].map(|name| {
             let svg = std::fs::read_to_string(dir.path().join(format!("figures/{name}.svg"))).expect("drawn");
             svg.to_lowercase().contains("change of cable tension")
@@ -434,11 +434,11 @@ fn quantities_in_the_same_words_have_columns_of_their_own() {
         case.record.probes.insert("other_N".into(), probe);
     }
     let quantities = study.quantities.get_mut("length").expect("quantities");
-    let other = Quantity { name: "other_N".into(), ..quantities[0].clone() };
+    let other = StudyQuantity { name: "other_N".into(), ..quantities[0].clone() };
     quantities.push(other);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let table = std::fs::read_to_string(dir.path().join("tables/points.csv")).expect("a table");
     assert!(table.starts_with("p [kPa],q [kPa],Control,cable_tension_N [N],other_N [N],Status,"), "{table}");
     assert!(table.contains("\n1,1,length,1.000,2.000,Converged,"), "{table}");
@@ -450,7 +450,7 @@ fn a_map_has_numbers_or_a_colour_bar() {
     let map = |q: &[f64]| {
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &study(&[1.0, 2.0], q, |p, q| p * q));
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn")
     };
     let (few, many) = (map(&Q), map(&(1..=20).map(f64::from).collect::<Vec<_>>()));
@@ -466,7 +466,7 @@ fn a_map_of_rounding_has_one_colour() {
     let dir = tempfile::tempdir().expect("temporary folder");
     let q: Vec<f64> = (1..=20).map(f64::from).collect();
     synthetic::store(dir.path(), &study(&[1.0, 2.0], &q, |p, q| 100.0 * (1.0 + 2.0 * f64::EPSILON * (p + q))));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let map = std::fs::read_to_string(dir.path().join("figures/map-length.svg")).expect("drawn");
     assert!(["\n90\n", "\n100\n", "\n110\n"].iter().all(|tick| map.contains(tick)), "{map}");
 }
@@ -475,7 +475,7 @@ fn a_map_of_rounding_has_one_colour() {
 fn against(study: &(StudyRecord, Vec<StoredCase>)) -> [String; 2] {
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), study);
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     ["figures/against-cable_tension_N-length.svg", "index.html"]
         .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
 }
@@ -540,7 +540,7 @@ fn each_axis_has_a_panel() {
     let drawn = |stored: Vec<StoredCase>| {
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(study.clone(), stored));
-        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
         ["figures/against-cable_tension_N-length.svg", "index.html"]
             .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
     };
@@ -664,7 +664,7 @@ fn a_list_takes_values_in_any_order() {
     assert!(said.contains("It differs between the points of the list, by 67 %."), "{said}");
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let drawn = std::fs::read_to_string(dir.path().join("figures/against-cable_tension_N-length.svg")).expect("drawn");
     assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
 }
@@ -680,7 +680,7 @@ fn figures_of_a_list_name_all_its_keys() {
     study.details = serde_json::to_value(sweep).expect("numbers and strings");
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study, stored));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let [against, over_time, page] =
         ["figures/against-cable_tension_N-length.svg", "figures/sweep-length.svg", "index.html"]
             .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"));
@@ -866,7 +866,7 @@ fn a_cumulative_family_adds_up() {
     assert!(whole.verdict.starts_with("With everything declared, length, a step takes"), "{}", whole.verdict);
     let dir = tempfile::tempdir().expect("temporary folder");
     synthetic::store(dir.path(), &(study.record.clone(), stored.to_vec()));
-    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    report::write_report(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     for file in
         ["figures/sequence-length.pdf", "tables/sequence-costs.csv", "tables/evaluations.csv", "tables/answers.csv"]
     {

@@ -1,6 +1,6 @@
 //! A beam whose runs a formula replaces, and programs around it.
 
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::findings::ValidationFindings;
 use durometer::study::kinds::validation::plan::ValidationPlan;
@@ -138,7 +138,7 @@ pub const LOADS: [(&str, f64); 3] = [("none", 1.0), ("light", 100.0), ("heavy", 
 /// Plan of a study text in a folder, to which the scene is written.
 pub fn plan(folder: &Path, text: &str) -> Result<ValidationPlan, String> {
     std::fs::write(folder.join("scene.toml"), SCENE).expect("writable");
-    let (_, expansion) = durometer::study::study_file::parse(&folder.join("study.toml"), text, Extent::Whole)
+    let (_, expansion) = durometer::study::study_file::parse(&folder.join("study.toml"), text, StudyScope::Whole)
         .map_err(|e| e.to_string())?;
     Ok(serde_json::from_value(expansion.details).expect("a plan"))
 }

@@ -3,7 +3,7 @@
 use crate::beam::{LOADS, SCENE, STUDY, by_formula, drop, found};
 use crate::common::program::durometer;
 use durometer::math::random::SplitMix;
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::COVERAGE;
 use durometer::study::kinds::validation::plan::ValidationPlan;
@@ -276,7 +276,7 @@ fn mistakes_are_named_together() {
         .replace("light = 5.0 }", "lihgt = 5.0 }")
         .replace("keys = [\"effect.load.traction.to\"]", "keys = [\"effect.load.pressure\"]")
         .replace("name = \"heavy\"", "name = \"heavy\"\nexperiment = \"light\"");
-    let why = durometer::study::study_file::parse(&folder.path().join("study.toml"), &text, Extent::Whole)
+    let why = durometer::study::study_file::parse(&folder.path().join("study.toml"), &text, StudyScope::Whole)
         .err()
         .expect("it is refused")
         .to_string();
@@ -299,7 +299,7 @@ fn a_measured_value_is_a_finite_number() {
     for (value, said) in [("light = nan", "nan"), ("light = [5.0, -inf]", "-inf")] {
         let why = crate::beam::plan(folder.path(), &STUDY.replace("light = 5.0", value)).expect_err(value);
         let line = 1 + STUDY[..STUDY.find("light = 5.0").expect("a value")].matches('\n').count();
-        let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is no finite number; give one");
+        let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is not a finite number; give one");
         assert!(why.contains(&part), "{part} is missing in: {why}");
     }
 }

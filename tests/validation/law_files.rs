@@ -1,7 +1,7 @@
 //! Constants of law files with their intervals are inputs of a validation.
 
 use crate::beam::{SCENE, STUDY, by_formula};
-use durometer::study::kind::Extent;
+use durometer::study::kind::StudyScope;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::COVERAGE;
 use durometer::study::kinds::validation::plan::ValidationPlan;
@@ -11,7 +11,7 @@ fn plan(provenance: &str) -> ValidationPlan {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = SCENE.replace("nu = 0.3", &format!("nu = 0.3\nprovenance = {{ {provenance} }}"));
     std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
-    let read = durometer::study::study_file::parse(&folder.path().join("study.toml"), STUDY, Extent::Whole);
+    let read = durometer::study::study_file::parse(&folder.path().join("study.toml"), STUDY, StudyScope::Whole);
     let (_, expansion) = read.unwrap_or_else(|e| panic!("{e}"));
     serde_json::from_value(expansion.details).expect("a plan")
 }

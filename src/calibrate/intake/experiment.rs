@@ -126,7 +126,7 @@ impl Experiment {
         unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
         let accuracy = card.as_ref().map(|c| c.accuracy.clone()).unwrap_or_default();
-        let label = |p: &parts::Part| p.label.as_ref().map_or_else(|| file.into(), |l| format!("{file}, {l}"));
+        let label = |p: &parts::SpecimenLines| p.label.as_ref().map_or_else(|| file.into(), |l| format!("{file}, {l}"));
         Ok(Self {
             file: file.into(),
             specimens: parts.iter().map(label).collect(),

@@ -18,7 +18,7 @@ use std::collections::HashMap;
 const ROWS: usize = 5;
 
 /// The lines of one specimen.
-pub struct Part<'a> {
+pub struct SpecimenLines<'a> {
     /// `None` where the file has one specimen
     pub label: Option<String>,
     pub lines: Vec<&'a Line>,
@@ -70,12 +70,12 @@ impl<'a> Whole<'a> {
     }
 
     /// Divides the lines below the column names.
-    pub fn divide(&self, audit: &mut Audit) -> Result<Vec<Part<'a>>, FitError> {
+    pub fn divide(&self, audit: &mut Audit) -> Result<Vec<SpecimenLines<'a>>, FitError> {
         let starts = self.repeated()?;
         if !starts.is_empty() {
             return self.by_names(&starts, audit);
         }
-        let all = || vec![Part { label: None, lines: self.body.iter().collect() }];
+        let all = || vec![SpecimenLines { label: None, lines: self.body.iter().collect() }];
         let Some(at) = self.columns.specimen else { return Ok(all()) };
         let rows: Vec<&'a Line> = self.body.iter().filter(|l| self.is_row(l)).collect();
         let label = |line: &'a Line| line.cells.get(at).map_or("", String::as_str);
@@ -104,7 +104,7 @@ impl<'a> Whole<'a> {
             ),
             vec![],
         );
-        let part = |label: &'a str| Part {
+        let part = |label: &'a str| SpecimenLines {
             label: Some(format!("specimen {label}")),
             lines: of.remove(label).expect("listed"),
         };
@@ -129,7 +129,7 @@ impl<'a> Whole<'a> {
         Ok(found)
     }
 
-    fn by_names(&self, starts: &[usize], audit: &mut Audit) -> Result<Vec<Part<'a>>, FitError> {
+    fn by_names(&self, starts: &[usize], audit: &mut Audit) -> Result<Vec<SpecimenLines<'a>>, FitError> {
         let is_title = |l: &&Line| {
             !l.is_empty()
                 && !l.cells.iter().any(|c| table::is_number(c))
@@ -157,7 +157,7 @@ impl<'a> Whole<'a> {
                 );
                 audit.add(AuditKind::LeftOut, message, rows);
             }
-            parts.push(Part { label: Some(label), lines: own[..length].iter().collect() });
+            parts.push(SpecimenLines { label: Some(label), lines: own[..length].iter().collect() });
             let Some(next) = self.body.get(end) else { break };
             let header: Vec<_> = own[length..].iter().map(|l| pair(&l.cells)).collect();
             let (other, unclear) = Dimensions::of_header(&header);

@@ -12,7 +12,7 @@ const STAYS: f64 = 0.01;
 /// Constants of the laws of a scene, found from measured curves. SI units; curves in the units of the scene's columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    pub constants: Vec<Found>,
+    pub constants: Vec<FittedConstant>,
     /// \[constants × constants\] of their errors \[SI\]; none where a direction is not determined
     pub covariance: Option<Vec<Vec<f64>>>,
     /// Directions that the curves do not determine, or hardly, and constants that are held at a bound, in words
@@ -57,7 +57,7 @@ pub struct FittedCurve {
     /// equal, and with several specimens of one test
     pub runs_p: Option<f64>,
     /// Offsets of this curve, in the units of its columns
-    pub offsets: Vec<Found>,
+    pub offsets: Vec<FittedConstant>,
     /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest \[–\]
     pub stretch: [f64; 3],
     pub stability: Vec<Stable>,
@@ -65,7 +65,7 @@ pub struct FittedCurve {
 
 /// A constant with its interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct FittedConstant {
     /// `laws.rubber.mu`
     pub key: String,
     pub symbol: String,
@@ -127,7 +127,7 @@ impl Calibration {
     }
 }
 
-impl Found {
+impl FittedConstant {
     /// The smallest interval that holds all of them; none where an end by profile likelihood was asked for and is open.
     pub fn widest(&self) -> Option<[f64; 2]> {
         let [a, b] = self.interval?;
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn what_moved_with_others_was_not_left_at_its_start() {
         let words = |value: f64| {
-            let found = Found {
+            let found = FittedConstant {
                 key: "laws.rubber.E".into(),
                 symbol: "E".into(),
                 unit: "Pa".into(),

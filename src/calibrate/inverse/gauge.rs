@@ -9,7 +9,7 @@ use crate::calibrate::judgement::misfit::{Misfit, residuals};
 use crate::calibrate::solve::refit::Held;
 use crate::calibrate::solve::{LawSetting, constants};
 use crate::calibrate::{
-    Experiment, FitError, FitOptions, Mode, Model, Partner, Sample, Weighting, fit_experiment, poisson,
+    Experiment, FitError, FitOptions, FittableLaw, Mode, Partner, Sample, Weighting, fit_experiment, poisson,
 };
 use crate::material::parameter::Values;
 use crate::material::{Moduli, Parameter};
@@ -34,18 +34,18 @@ fn read(
     let law = constant.ok_or("no constant of a law is looked for")?.law;
     let (entry, mut known, _) = model.spec.known_laws.given(&model.spec.laws[law]).map_err(|e| e.to_string())?;
     let title = entry.info.title;
-    let fitted = Model::new(entry.info.name, None)
+    let fitted = FittableLaw::new(entry.info.name, None)
         .map_err(|_| format!("the law of {law}, {title}, has no closed form for a homogeneous piece"))?;
     let with_e = partner_of_e(&known);
     if let Some(Ok(moduli)) = with_e.map(|_| Moduli::from_map(&known)) {
         known.insert("mu".into(), moduli.mu);
     }
     let own = fitted.form.parameters.iter().filter(|p| known.contains_key(p.name)).count();
-    let is_given = |form: &Model| {
+    let is_given = |form: &FittableLaw| {
         let parameters = form.parameters();
         parameters.len() == own && parameters.iter().all(|p| known.contains_key(p.name))
     };
-    let mut forms = fitted.form.term_counts.iter().map(|terms| Model { terms: *terms, ..fitted });
+    let mut forms = fitted.form.term_counts.iter().map(|terms| FittableLaw { terms: *terms, ..fitted });
     let form = forms.find(is_given).ok_or_else(|| {
         format!("the closed form of the law of {law}, {title}, has other constants than those that the scene gives")
     })?;
@@ -109,7 +109,12 @@ fn homogeneous(measured: &Measured, length: f64, section: f64) -> Experiment {
 }
 
 /// The constants of a law of which only some are fitted, and their relative misfit.
-fn some(experiment: &Experiment, options: &FitOptions, form: Model, held: Held) -> Result<(Vec<f64>, f64), FitError> {
+fn some(
+    experiment: &Experiment,
+    options: &FitOptions,
+    form: FittableLaw,
+    held: Held,
+) -> Result<(Vec<f64>, f64), FitError> {
     let (form, _) = poisson::of_options(options, form)?;
     let choice = choose(experiment, options)?;
     let setting = LawSetting { held: Some(held), ..choice.setting(options, form)? };

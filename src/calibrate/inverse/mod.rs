@@ -23,7 +23,7 @@ mod search;
 mod unknown;
 mod weights;
 
-pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
+pub use answer::{Calibration, FittedConstant, FittedCurve, Gauge, Stable};
 pub use bound::Bound;
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
@@ -45,7 +45,7 @@ use crate::math::statistics;
 use crate::scene::stretch::stretches;
 use crate::scene::{Scene, unit_of_column};
 use determined::{Coordinates, Searched};
-use model::Answer;
+use model::ModelAnswer;
 use nalgebra::DVector;
 use objective::{Objective, Point};
 use rounds::{rounds, search_again};
@@ -85,7 +85,7 @@ impl Settings {
 
 /// A search that came to its end, with what its judgement needs.
 struct Answered {
-    found: search::Found,
+    found: search::SearchResult,
     coordinates: Coordinates,
     start: Vec<f64>,
     gauge: Option<Gauge>,
@@ -122,7 +122,7 @@ pub fn calibrate(
     let Answered { found, coordinates, start, gauge, open, left } =
         find(&mut objective, &unknown, settings, from, until)?;
     let (solves, failed) = (objective.solves, objective.failed);
-    let search::Found { point, bound, end } = found;
+    let search::SearchResult { point, bound, end } = found;
     let Judged { errors, identified, places, pattern } = judge(&objective, &unknown, &point, &bound);
     let is_sound = |k: usize| {
         places[k].is_some_and(|i| identified.estimates[i].std_error.is_finite())
@@ -143,12 +143,12 @@ pub fn calibrate(
         let key = unknown.get(k).map_or_else(|| "offset".into(), |u| u.key.to_string());
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
         let found = (start[k], point.values[k], bound[k]);
-        Found {
+        FittedConstant {
             left: left[k] && bound[k].is_free() && end != End::OutOfTime,
             ..one(&key, parameter(&objective, &unknown, k), found, estimate, profile)
         }
     };
-    let all: Vec<Found> = (0..point.values.len()).map(found).collect();
+    let all: Vec<FittedConstant> = (0..point.values.len()).map(found).collect();
     let constants = all[..unknown.len()].to_vec();
     let directions = identified.directions.iter().filter(|_| open.is_empty());
     let unidentified = doubts(open.iter().cloned().chain(words(directions)), &constants, &unknown);
@@ -156,7 +156,7 @@ pub fn calibrate(
         let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
         (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
     });
-    let sum = |of: fn(&Answer) -> f64| point.answers.iter().map(of).sum::<f64>();
+    let sum = |of: fn(&ModelAnswer) -> f64| point.answers.iter().map(of).sum::<f64>();
     let calibration = Calibration {
         unidentified,
         covariance,
@@ -290,11 +290,11 @@ fn one(
     (start, value, bound): (f64, f64, Bound),
     estimate: Option<&Estimate>,
     profile: Option<[Option<f64>; 2]>,
-) -> Found {
-    Found {
+) -> FittedConstant {
+    FittedConstant {
         key: key.into(),
         symbol: parameter.symbol.into(),
-        unit: super::model::unit(&parameter).into(),
+        unit: super::fittable_law::unit(&parameter).into(),
         start,
         value,
         std_error: estimate.map(|e| e.std_error),
@@ -310,13 +310,13 @@ fn fitted(
     objective: &Objective,
     point: &Point,
     (errors, pattern): (&Errors, &DVector<f64>),
-    offsets: &[Found],
+    offsets: &[FittedConstant],
 ) -> Vec<FittedCurve> {
     // Each specimen has a level of its own, which is no pattern
     let is_apart = matches!(errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let one = |(of, curve): (usize, &ObservedCurve)| {
         let (answer, m) = (&point.answers[of], &curve.measured);
-        let own: Vec<(&objective::Offset, &Found)> =
+        let own: Vec<(&objective::Offset, &FittedConstant)> =
             objective.offsets.iter().zip(offsets).filter(|(o, _)| o.of == of).collect();
         let zero = own.iter().find(|(o, _)| o.axis == OffsetAxis::Zero).map_or(0.0, |(_, f)| f.value);
         let predicted: Vec<f64> = answer.y.iter().map(|y| y + zero).collect();
@@ -338,12 +338,12 @@ fn fitted(
                 curve.model.y
             ));
         }
-        let name = |f: &Found, axis| {
+        let name = |f: &FittedConstant, axis| {
             let (key, column) = match axis {
                 OffsetAxis::Slack => ("slack", &curve.model.x),
                 OffsetAxis::Zero => ("zero", &curve.model.y),
             };
-            Found { key: format!("{key} of {}", curve.name), unit: unit_of_column(column).into(), ..f.clone() }
+            FittedConstant { key: format!("{key} of {}", curve.name), unit: unit_of_column(column).into(), ..f.clone() }
         };
         FittedCurve {
             name: curve.name.clone(),
@@ -391,11 +391,11 @@ fn words<'a>(directions: impl Iterator<Item = &'a Direction>) -> Vec<String> {
 }
 
 /// All that the curves do not determine: these directions, and of the constants open ends, impossible ones, values of the start and bounds.
-fn doubts(directions: impl Iterator<Item = String>, constants: &[Found], unknown: &[Unknown]) -> Vec<String> {
+fn doubts(directions: impl Iterator<Item = String>, constants: &[FittedConstant], unknown: &[Unknown]) -> Vec<String> {
     let beyond = constants.iter().zip(unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
-    let of = |words: fn(&Found) -> Option<String>| constants.iter().filter_map(words);
-    let ends = of(Found::open_end).chain(beyond);
-    directions.chain(ends).chain(of(Found::left_at_start)).chain(of(Found::held)).collect()
+    let of = |words: fn(&FittedConstant) -> Option<String>| constants.iter().filter_map(words);
+    let ends = of(FittedConstant::open_end).chain(beyond);
+    directions.chain(ends).chain(of(FittedConstant::left_at_start)).chain(of(FittedConstant::held)).collect()
 }
 
 /// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.

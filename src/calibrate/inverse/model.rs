@@ -37,7 +37,7 @@ pub struct SceneModel {
 }
 
 /// Results of the model for some constants.
-pub struct Answer {
+pub struct ModelAnswer {
     /// \[data points\]
     pub y: Vec<f64>,
     /// \[data points × constants\]
@@ -53,7 +53,7 @@ pub struct Answer {
     pub gradient: f64,
 }
 
-impl Answer {
+impl ModelAnswer {
     /// y at the beginning of the protocol.
     pub fn at_rest(&self) -> f64 {
         self.curve.first().map_or(0.0, |point| point[1])
@@ -151,7 +151,7 @@ impl SceneModel {
         x: &[f64],
         slack: f64,
         watch: &mut dyn FnMut(Progress) -> bool,
-    ) -> Result<Answer, Failure> {
+    ) -> Result<ModelAnswer, Failure> {
         self.solved(values, x, slack, watch).map_err(|failure| match failure {
             // A fault of the scene itself shows at its own constants
             Failure::Input(why) if values != self.start() || is_of_values(&why) => Failure::Constants(why.to_string()),
@@ -165,7 +165,7 @@ impl SceneModel {
         x: &[f64],
         slack: f64,
         watch: &mut dyn FnMut(Progress) -> bool,
-    ) -> Result<Answer, Failure> {
+    ) -> Result<ModelAnswer, Failure> {
         let scene = self.scene(values)?;
         let wanted: Vec<f64> = x.iter().map(|x| x - slack).collect();
         let constants: Vec<ParameterKey> = self.unknown.iter().map(|u| u.key.clone()).collect();
@@ -227,7 +227,7 @@ impl SceneModel {
         let sensitivities = DMatrix::from_fn(n, p, |i, j| sum(&weights[i], &|r| sensitivities[r][j]));
         let slope = slopes.iter().map(|row| sum(row, &|i| values[i])).collect();
         let curve = x.iter().zip(&values).map(|(x, y)| [*x, *y]).collect();
-        Ok(Answer { y, sensitivities, slope, curve, run, scene, forward, gradient })
+        Ok(ModelAnswer { y, sensitivities, slope, curve, run, scene, forward, gradient })
     }
 
     /// The curve of an answer at other x.

@@ -3,10 +3,10 @@
 //! The unknowns are the constants of the laws, which all curves share, and after them the offsets of single curves: the slack e of x, ŷ(x − e), and
 //! the zero b of y, ŷ(x) + b.
 
-use super::model::{Answer, Failure};
+use super::model::{Failure, ModelAnswer};
 use super::observed::{ObservedCurve, origin};
 use super::offset::OffsetAxis;
-use super::weights::{self, Rows, Rule};
+use super::weights::{self, CurveValues, Rule};
 use super::{InverseError, Measured};
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::huber_share;
@@ -51,7 +51,7 @@ const OPPOSITE: f64 = -0.9;
 /// Values of all unknowns with what the scenes say there.
 pub struct Point {
     pub values: Vec<f64>,
-    pub answers: Vec<Answer>,
+    pub answers: Vec<ModelAnswer>,
     /// w(y − ŷ) and w∂ŷ/∂θ over all data points
     pub residual: DVector<f64>,
     pub jacobian: DMatrix<f64>,
@@ -71,9 +71,9 @@ pub struct Objective<'a> {
     /// Specimen, test and curve of each data point
     pub origin: Origin,
     /// Weights of the data points; 1 before the first answer
-    pub weights: Rows,
+    pub weights: CurveValues,
     /// √ of the weights of a robust loss in them; 1 without one
-    pub shares: Rows,
+    pub shares: CurveValues,
     rule: Rule,
     /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest; none before the first answer
     size: Option<f64>,
@@ -92,7 +92,7 @@ impl<'a> Objective<'a> {
     ) -> Result<Self, InverseError> {
         Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured)))?;
         let (origin, rule) = (origin(curves), Rule::new(curves, weighting)?);
-        let ones: Rows = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
+        let ones: CurveValues = curves.iter().map(|c| vec![1.0; c.measured.y.len()]).collect();
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
         Ok(Self {
@@ -143,7 +143,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Weights by the measured values, before there is an answer that is close to them.
-    pub fn weigh(&mut self, values: &[f64], answers: &[Answer]) {
+    pub fn weigh(&mut self, values: &[f64], answers: &[ModelAnswer]) {
         let changes = weights::measured(self.curves, answers, &self.zeros(values));
         self.weights = self.rule.weights(&changes, &changes, &self.origin);
         self.size = Some(weights::norm(&self.weights, &changes));
@@ -156,7 +156,7 @@ impl<'a> Objective<'a> {
     }
 
     /// The residuals of these answers with the weights of now.
-    pub fn point(&self, values: Vec<f64>, answers: Vec<Answer>) -> Point {
+    pub fn point(&self, values: Vec<f64>, answers: Vec<ModelAnswer>) -> Point {
         let (p, n) = (self.constants(), self.weights.iter().map(Vec::len).sum());
         let mut residual = DVector::zeros(n);
         let mut jacobian = DMatrix::zeros(n, values.len());
@@ -191,7 +191,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Slack, on a grid up to half of the range of x, and zero of a curve that fit the answer best, with a factor of y that is forgotten.
-    pub fn guess_offsets(&self, of: usize, answer: &Answer, values: &mut [f64]) {
+    pub fn guess_offsets(&self, of: usize, answer: &ModelAnswer, values: &mut [f64]) {
         let p = self.constants();
         let [slack, zero] = [OffsetAxis::Slack, OffsetAxis::Zero].map(|axis| self.offset(of, axis));
         // Those of an earlier search are kept

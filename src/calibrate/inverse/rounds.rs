@@ -25,7 +25,7 @@ pub(super) fn search_again(
     (start, first): (Point, &[f64]),
     until: Option<Instant>,
     shares: &mut [f64],
-) -> Result<search::Found, Failure> {
+) -> Result<search::SearchResult, Failure> {
     let spec = &objective.curves[0].model.spec;
     let size = objective.size();
     let is_silent = |point: &Point| -> Vec<bool> {
@@ -43,7 +43,7 @@ pub(super) fn search_again(
     let at_start = match at_start {
         Some(known) => known,
         None if !is_silent_somewhere => vec![false; at_answer.len()],
-        None if is_over() => return Ok(search::Found { end: End::OutOfTime, ..found }),
+        None if is_over() => return Ok(search::SearchResult { end: End::OutOfTime, ..found }),
         None => match ended(objective.at(first))? {
             Some(point) => is_silent(&point),
             None => return Ok(found),
@@ -56,7 +56,7 @@ pub(super) fn search_again(
         return Ok(found);
     }
     if is_over() {
-        return Ok(search::Found { end: End::OutOfTime, ..found });
+        return Ok(search::SearchResult { end: End::OutOfTime, ..found });
     }
     let Some(point) = ended(objective.at(&back))? else { return Ok(found) };
     let mut own = shares.to_vec();
@@ -66,7 +66,7 @@ pub(super) fn search_again(
         return Ok(again);
     }
     let end = if again.end == End::OutOfTime { End::OutOfTime } else { found.end };
-    Ok(search::Found { end, ..found })
+    Ok(search::SearchResult { end, ..found })
 }
 
 /// A forward solve; none of values that the scene cannot have.
@@ -87,11 +87,12 @@ pub(super) fn rounds(
     start: Point,
     until: Option<Instant>,
     shares: &mut [f64],
-) -> Result<search::Found, Failure> {
+) -> Result<search::SearchResult, Failure> {
     let (spec, curves) = (&objective.curves[0].model.spec, objective.origin.curves.clone());
     objective.begin_at(&start);
     let mut which = Searched::Determined { accuracy };
-    let mut found = search::Found { bound: vec![Bound::Free; start.values.len()], point: start, end: End::Stuck };
+    let mut found =
+        search::SearchResult { bound: vec![Bound::Free; start.values.len()], point: start, end: End::Stuck };
     for round in 0..=ROUNDS {
         let coordinates = Coordinates::new(unknown, spec, &found.point, objective.size(), which);
         shares.iter_mut().zip(coordinates.shares()).for_each(|(most, share)| *most = most.max(*share));
@@ -102,5 +103,5 @@ pub(super) fn rounds(
         }
         which = Searched::Told { accuracy, curves: &curves };
     }
-    Ok(search::Found { end: End::Stuck, ..found })
+    Ok(search::SearchResult { end: End::Stuck, ..found })
 }

@@ -53,7 +53,7 @@ pub enum End {
 }
 
 /// Result of a search.
-pub struct Found {
+pub struct SearchResult {
     pub point: Point,
     /// Of each unknown
     pub bound: Vec<Bound>,
@@ -78,7 +78,7 @@ pub fn search(
     coordinates: &Coordinates,
     start: Point,
     until: Option<Instant>,
-) -> Result<Found, Failure> {
+) -> Result<SearchResult, Failure> {
     let size = objective.size();
     let misfit = |p: &Point| 0.5 * (p.residual.norm() / size).powi(2);
     let (mut point, mut radius, mut longest) = (start, RADIUS, 0.0_f64);
@@ -88,16 +88,16 @@ pub fn search(
         let step = step(coordinates, &u, &point, size, radius);
         let bound = step.bound.clone();
         if step.full <= STILL * f || step.full <= ROUNDING {
-            return Ok(Found { point, bound, end: End::Settled });
+            return Ok(SearchResult { point, bound, end: End::Settled });
         }
         if radius < NOTHING || step.length == 0.0 {
             let end = at_the_last(objective, &point);
-            return Ok(Found { point, bound, end });
+            return Ok(SearchResult { point, bound, end });
         }
         let begin = Instant::now();
         // One step at least, so that a search that goes on comes to its end
         if tried > 0 && until.is_some_and(|until| begin + std::time::Duration::from_secs_f64(longest) > until) {
-            return Ok(Found { point, bound, end: End::OutOfTime });
+            return Ok(SearchResult { point, bound, end: End::OutOfTime });
         }
         let next_u = coordinates.within(&(&u + &step.change));
         match objective.at(&coordinates.values(&next_u)) {
@@ -119,7 +119,7 @@ pub fn search(
         longest = longest.max(begin.elapsed().as_secs_f64());
     }
     let (bound, end) = (vec![Bound::Free; u.len()], at_the_last(objective, &point));
-    Ok(Found { point, bound, end })
+    Ok(SearchResult { point, bound, end })
 }
 
 /// The end of a search that has no step left: a kink of the misfit is its least value, although the gradient does not vanish there.

@@ -6,7 +6,7 @@
 //! Specimens that repeat a test have equal weight, whatever the number of their data points.
 
 use super::InverseError;
-use super::model::Answer;
+use super::model::ModelAnswer;
 use super::observed::ObservedCurve;
 use crate::calibrate::Weighting;
 use crate::calibrate::judgement::origin::Origin;
@@ -16,7 +16,7 @@ use crate::calibrate::solve::noise;
 const NOTHING: f64 = 1e-9;
 
 /// A number of each data point, \[curves\]\[data points\].
-pub type Rows = Vec<Vec<f64>>;
+pub type CurveValues = Vec<Vec<f64>>;
 
 /// The rule by which the data points of some curves are weighted.
 pub struct Rule {
@@ -42,7 +42,7 @@ impl Rule {
     }
 
     /// Weights by `changes`, those of the scenes or the measured ones; neither these nor the size of a curve count below a share of what was `measured`.
-    pub fn weights(&self, changes: &Rows, measured: &Rows, origin: &Origin) -> Rows {
+    pub fn weights(&self, changes: &CurveValues, measured: &CurveValues, origin: &Origin) -> CurveValues {
         let is_alone = changes.len() == 1;
         let one = |(of, (changes, measured)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let least = noise::FLOOR * largest(measured);
@@ -71,8 +71,8 @@ impl Rule {
 }
 
 /// y − b − ŷ₀ of the measured curves, b the zero of each; of data that say that nothing changes their values.
-pub fn measured(curves: &[ObservedCurve], answers: &[Answer], zeros: &[f64]) -> Rows {
-    let one = |((curve, answer), zero): ((&ObservedCurve, &Answer), &f64)| {
+pub fn measured(curves: &[ObservedCurve], answers: &[ModelAnswer], zeros: &[f64]) -> CurveValues {
+    let one = |((curve, answer), zero): ((&ObservedCurve, &ModelAnswer), &f64)| {
         let y = &curve.measured.y;
         let changes: Vec<f64> = y.iter().map(|y| y - zero - answer.at_rest()).collect();
         if largest(&changes) > NOTHING * largest(y) { changes } else { y.clone() }
@@ -81,12 +81,12 @@ pub fn measured(curves: &[ObservedCurve], answers: &[Answer], zeros: &[f64]) -> 
 }
 
 /// ŷ − ŷ₀ of the scenes.
-pub fn simulated(answers: &[Answer]) -> Rows {
+pub fn simulated(answers: &[ModelAnswer]) -> CurveValues {
     answers.iter().map(|a| a.y.iter().map(|y| y - a.at_rest()).collect()).collect()
 }
 
 /// ‖w y‖ over all curves.
-pub fn norm(weights: &Rows, y: &Rows) -> f64 {
+pub fn norm(weights: &CurveValues, y: &CurveValues) -> f64 {
     let square = |(w, y): (&f64, &f64)| (w * y).powi(2);
     weights.iter().zip(y).flat_map(|(w, y)| w.iter().zip(y)).map(square).sum::<f64>().sqrt()
 }

@@ -4,7 +4,7 @@
 //! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
-use crate::calibrate::{Mode, Model, Sample};
+use crate::calibrate::{FittableLaw, Mode, Sample};
 use crate::material::{Law, LoadCase, StabilityLimit, material_stability};
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +45,7 @@ pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
 }
 
 /// The stable ranges of all load cases. `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
-pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
+pub fn certificate(model: FittableLaw, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
     model.law(values, 1e5 * modulus).map_or(vec![], |law| ranges(law.as_ref(), largest))
 }
 
@@ -118,7 +118,7 @@ mod tests {
             |stretch: f64| Sample { mode: Mode::Uniaxial, stretch, second: 1.0, stress: -1.0, line: 2, specimen: 0 };
         let pressed = Reach::of(&[0.9, 0.6, 0.4].map(row), 0.5);
         assert!((pressed.principal - 0.4_f64.powf(-0.5)).abs() < 1e-12 && pressed.largest() == 2.5, "{pressed:?}");
-        let yeoh = Model::new("yeoh", Some(2)).expect("registered");
+        let yeoh = FittableLaw::new("yeoh", Some(2)).expect("registered");
         let of = |c20: f64, reach: Reach| lost(&certificate(yeoh, &[20e3, c20], 40e3, reach.largest()), reach);
         assert!(of(-1e3, pressed).is_empty());
         let early = of(-2e3, pressed);

@@ -5,7 +5,7 @@
 
 use super::certificate::CASES;
 use super::misfit::Residual;
-use crate::calibrate::{Mode, Model, Partner};
+use crate::calibrate::{FittableLaw, Mode, Partner};
 use crate::material::Moduli;
 use crate::math::statistics::extent;
 use serde::Serialize;
@@ -31,7 +31,7 @@ pub struct Change {
 
 /// A fit with J = 1, as a scene takes it.
 pub struct Written<'a> {
-    pub model: Model,
+    pub model: FittableLaw,
     pub values: Vec<f64>,
     pub fitted: &'a [Residual],
     /// The volumetric part, quadratic where it is not chosen

@@ -23,7 +23,7 @@
 //!
 //! Limits: one ρ of all curves, so that intervals are too narrow where the errors of some curves alone are correlated (82 to 85 % in place of 95 %, three modes, ρ = 0.8 in two of them); two data points count as neighbours however far apart their stretches are.
 
-use super::correlation::{Correlation, Rows};
+use super::correlation::{Correlation, GroupedColumns};
 use super::directions::Directions;
 use nalgebra::{DMatrix, DVector};
 
@@ -118,7 +118,7 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
     let width = choices[0].along.ncols();
     let (mut covariance, mut shares) = (DMatrix::zeros(width, width), vec![0.0; choices.len()]);
     let (mut rho, mut effective) = (0.0, 0.0);
-    let along: Vec<Rows> = choices.iter().map(|choice| Rows::of(&choice.along)).collect();
+    let along: Vec<GroupedColumns> = choices.iter().map(|choice| GroupedColumns::of(&choice.along)).collect();
     for one in &grid {
         let (share, residual) = (weight(one) / sum, &choices[one.choice].residual);
         shares[one.choice] += share;
@@ -137,7 +137,7 @@ pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option
 fn on_grid((choices, choice): (&[Scaled], usize), curves: &[Vec<usize>], left: f64, white: usize) -> Vec<At> {
     let Scaled { u, residual, log: own, .. } = &choices[choice];
     let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
-    let (u, z) = (Rows::of(u), Rows::of(&z));
+    let (u, z) = (GroupedColumns::of(u), GroupedColumns::of(&z));
     let n = residual.len() as f64;
     let last = f64::from(GRID - 1);
     let w = WHITE[white];

@@ -36,7 +36,7 @@ impl Correlation {
     }
 
     /// ln|R| and the products ZᵀR⁻¹Z of columns Z, over all curves.
-    pub fn products(self, z: &Rows, curves: &[Vec<usize>]) -> (f64, DMatrix<f64>) {
+    pub fn products(self, z: &GroupedColumns, curves: &[Vec<usize>]) -> (f64, DMatrix<f64>) {
         let Self { rho, white } = self;
         let (mut log, mut sums) = (0.0, Sums::new(z.width));
         let (mut rest, mut expected) = (vec![[0.0; GROUP]; z.groups()], vec![[0.0; GROUP]; z.groups()]);
@@ -65,7 +65,7 @@ impl Correlation {
     }
 
     /// ZᵀRZ = Σᵢⱼ zᵢzⱼᵀRᵢⱼ over the pairs of each curve.
-    pub fn spread(self, z: &Rows, curves: &[Vec<usize>]) -> DMatrix<f64> {
+    pub fn spread(self, z: &GroupedColumns, curves: &[Vec<usize>]) -> DMatrix<f64> {
         let mut sums = Sums::new(z.width);
         // zⱼ + 2(1 − w)Σᵢ zᵢρ^(j−i) over the rows i before j: each pair counts once here, and the other half is that of the transposed matrix
         let (mut before, mut both) = (vec![[0.0; GROUP]; z.groups()], vec![[0.0; GROUP]; z.groups()]);
@@ -119,12 +119,12 @@ const SMALL: f64 = 1e-200;
 const GROUP: usize = 4;
 
 /// Columns over data points, held data point by data point; the last group is filled with zeros.
-pub struct Rows {
+pub struct GroupedColumns {
     width: usize,
     values: Vec<[f64; GROUP]>,
 }
 
-impl Rows {
+impl GroupedColumns {
     pub fn of(columns: &DMatrix<f64>) -> Self {
         let width = columns.ncols();
         let value = |k: usize, c: usize| if c < width { columns[(k, c)] } else { 0.0 };
@@ -275,7 +275,7 @@ mod tests {
             r.view_mut((7, 7), (5, 5)).copy_from(&dense(5, correlation));
             let mut random = SplitMix(3);
             let z = DMatrix::from_fn(12, 3, |_, _| random.unit() - 0.5);
-            let rows = Rows::of(&z);
+            let rows = GroupedColumns::of(&z);
             let (log, sum) = correlation.products(&rows, &curves);
             let inverse = r.clone().try_inverse().expect("a correlation");
             assert!((&sum - z.transpose() * inverse * &z).amax() < 1e-10 * sum.amax(), "{correlation:?}");
@@ -288,7 +288,7 @@ mod tests {
     /// A determinant that is less than any number, (1 − ρ²)^(n−1) without noise, and products of no columns, as where no constant changes anything.
     #[test]
     fn a_determinant_below_all_numbers_has_a_logarithm() {
-        let (rows, curves) = (Rows::of(&DMatrix::zeros(1000, 0)), [(0..1000).collect::<Vec<usize>>()]);
+        let (rows, curves) = (GroupedColumns::of(&DMatrix::zeros(1000, 0)), [(0..1000).collect::<Vec<usize>>()]);
         let correlation = Correlation { rho: 0.9, white: 0.0 };
         let (log, sum) = correlation.products(&rows, &curves);
         assert!((log / (999.0 * 0.19_f64.ln()) - 1.0).abs() < 1e-12, "{log}");

@@ -4,7 +4,7 @@
 //! of a constant is the one where all others are free: constants that only their combination determines, such as two large terms that cancel each other, have wide ones.
 
 use super::estimate::Estimate;
-use crate::calibrate::Model;
+use crate::calibrate::FittableLaw;
 use crate::calibrate::solve::LawFit;
 use crate::material::FitTerms;
 
@@ -16,7 +16,7 @@ pub fn undetermined(
     parameters: &[Estimate],
     open_signs: &[&'static str],
     answer: &LawFit,
-    model: Model,
+    model: FittableLaw,
 ) -> Vec<String> {
     let limits: Vec<&str> = limits(answer, model).into_iter().map(|(symbol, _)| symbol).collect();
     let mut left: Vec<&Estimate> = parameters.iter().collect();
@@ -35,7 +35,7 @@ pub fn undetermined(
 }
 
 /// Shape constants at an end of the interval that is searched, with their values.
-pub fn limits(answer: &LawFit, model: Model) -> Vec<(&'static str, f64)> {
+pub fn limits(answer: &LawFit, model: FittableLaw) -> Vec<(&'static str, f64)> {
     let FitTerms::Separable(family) = &model.form.terms else { return vec![] };
     let wall = family.wall();
     let at_wall = |(k, x): (usize, &f64)| {

@@ -10,7 +10,7 @@
 use super::directions::BLIND;
 use super::errors::Errors;
 use super::estimate::{Direction, Estimate};
-use crate::calibrate::model::unit;
+use crate::calibrate::fittable_law::unit;
 use crate::calibrate::solve::rows::padded;
 use crate::material::Parameter;
 use crate::math::statistics;

@@ -15,7 +15,7 @@ use crate::calibrate::intake::piece::Piece;
 use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::treatment::toe_line::ToeLine;
-use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, Model, Sample};
+use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, FittableLaw, Sample};
 use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -178,7 +178,7 @@ fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, s: &Sample) -
 }
 
 /// −∂P/∂ν \[Pa\], what an error of ν leaves in the residuals: central differences, to 1e-8.
-fn by_poisson(model: Model, values: &[f64], s: &Sample) -> f64 {
+fn by_poisson(model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
     const H: f64 = 1e-5;
     let at = |nu: f64| model.with_poisson(nu).at(values, s);
     (at(model.nu - H) - at(model.nu + H)) / (2.0 * H)

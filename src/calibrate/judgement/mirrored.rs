@@ -5,11 +5,11 @@
 
 use super::warning::FitWarning;
 use crate::calibrate::solve::LawFit;
-use crate::calibrate::{FitResult, Mode, Model};
+use crate::calibrate::{FitResult, FittableLaw, Mode};
 use crate::material::FitTerms;
 
 /// The constants with the other sign, where the fitted modes have the same stresses with both, and the places of those that have a sign.
-fn mirror(answer: &LawFit, model: Model) -> Option<(Vec<f64>, Vec<usize>)> {
+fn mirror(answer: &LawFit, model: FittableLaw) -> Option<(Vec<f64>, Vec<usize>)> {
     let FitTerms::Separable(family) = &model.form.terms else { return None };
     let one = |pair: &[f64]| [pair[0] * (family.factor)(-pair[1]).0 / (family.factor)(pair[1]).0, -pair[1]];
     let other: Vec<f64> = answer.mirrored.then(|| answer.values.chunks_exact(2).flat_map(one).collect())?;
@@ -20,13 +20,13 @@ fn mirror(answer: &LawFit, model: Model) -> Option<(Vec<f64>, Vec<usize>)> {
 }
 
 /// Symbols of the constants that may have either sign.
-pub fn either_sign(answer: &LawFit, model: Model) -> Vec<&'static str> {
+pub fn either_sign(answer: &LawFit, model: FittableLaw) -> Vec<&'static str> {
     let open = mirror(answer, model).map(|(_, open)| open).unwrap_or_default();
     open.into_iter().map(|k| answer.identified.estimates[k].symbol).collect()
 }
 
 /// Widens the intervals of constants with an open sign by the other sign, and names them.
-pub fn open_signs(mut result: FitResult, answer: &LawFit, model: Model) -> FitResult {
+pub fn open_signs(mut result: FitResult, answer: &LawFit, model: FittableLaw) -> FitResult {
     let Some((other, open)) = mirror(answer, model) else { return result };
     for k in open {
         let both = |[low, high]: [f64; 2]| [low.min(-high), high.max(-low)];
@@ -41,7 +41,7 @@ pub fn open_signs(mut result: FitResult, answer: &LawFit, model: Model) -> FitRe
 }
 
 /// The mode that was not fitted in which the stresses of two answers differ most at the ends of the fitted stretches, and by what part of the larger one \[–\].
-pub fn decisive(model: Model, own: &[f64], other: &[f64], result: &FitResult) -> Option<(Mode, f64)> {
+pub fn decisive(model: FittableLaw, own: &[f64], other: &[f64], result: &FitResult) -> Option<(Mode, f64)> {
     let differ = |mode: Mode, stretch: f64| {
         let [a, b] = [own, other].map(|values| model.stress(values, mode, stretch));
         (a - b).abs() / a.abs().max(b.abs())

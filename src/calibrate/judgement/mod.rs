@@ -1,4 +1,17 @@
 //! Judgement of a fit: errors and intervals of its constants, predictions, range of validity, warnings.
+//!
+//! | Subject | File |
+//! |---|---|
+//! | Where a data point is from: its specimen, test and curve | `origin`, `repeats` |
+//! | Misfit, and the slack that is fitted with the law | `misfit`, `slack` |
+//! | Constants with their intervals, and directions that the data leave open | `estimate`, `identify`, `directions`, `determined`, `profile` |
+//! | Errors of the data points, and the model of them that the data show | `errors`, `error_model` |
+//! | Models within one specimen: correlated errors, errors of unequal size | `curve_errors`, `correlated`, `correlation`, `unequal` |
+//! | Models of several specimens | `clusters`, `levels`, `specimen` |
+//! | Errors that all data points share | `measurement` |
+//! | Other answers: of shorter ranges, of constants with the other sign | `ranges`, `mirrored` |
+//! | What the law gives elsewhere, and where it holds | `predictions`, `validity`, `certificate`, `compressibility` |
+//! | Warnings | `warning`, `warnings` |
 
 pub(super) mod certificate;
 mod clusters;

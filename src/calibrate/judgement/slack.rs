@@ -21,7 +21,7 @@ use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
 use crate::calibrate::solve::{
     LawFit, LawSetting, ROUNDING, constants, fitted, jacobian, residual, solve, solve_untested,
 };
-use crate::calibrate::{FitError, Mode, Model, Sample};
+use crate::calibrate::{FitError, FittableLaw, Mode, Sample};
 use crate::math::statistics;
 use crate::math::svd::svd;
 use serde::Serialize;
@@ -97,7 +97,7 @@ pub fn search(
 }
 
 /// Strain offsets that a fit takes, and how they compare with none.
-pub struct Found {
+pub struct SlackFit {
     /// Empty where none is fitted
     pub offsets: Vec<Offset>,
     /// Largest offset that is significant and was not fitted, with the constants that go with it
@@ -105,8 +105,8 @@ pub struct Found {
 }
 
 /// `rows`: the fitted data points as measured.
-pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Result<Found, FitError> {
-    let nothing = Found { offsets: vec![], hint: None };
+pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Result<SlackFit, FitError> {
+    let nothing = SlackFit { offsets: vec![], hint: None };
     let biaxial = rows.iter().any(|s| s.mode == Mode::Biaxial);
     let mut curves: Vec<Offset> = Vec::new();
     for s in rows {
@@ -133,7 +133,7 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
         });
     }
     if choice == SlackChoice::Yes {
-        return Ok(Found { offsets: search(setting, rows, curves)?.0, hint: None });
+        return Ok(SlackFit { offsets: search(setting, rows, curves)?.0, hint: None });
     }
     if !may_matter(setting, rows, &curves)? {
         return Ok(nothing);
@@ -153,14 +153,14 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     let of_shown = offsets.iter().filter(|o| shown.contains(&o.mode));
     let taken: Vec<Offset> = of_shown.map(|o| Offset { strain: 0.0, ..*o }).collect();
     if !taken.is_empty() {
-        return Ok(Found { offsets: search(setting, rows, taken)?.0, hint: None });
+        return Ok(SlackFit { offsets: search(setting, rows, taken)?.0, hint: None });
     }
     let constants = solve(&own, &removed(rows, &offsets), None)?.identified.estimates;
-    Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
+    Ok(SlackFit { offsets: vec![], hint: Some((*largest, constants)) })
 }
 
 /// Whether the data points inside this offset show that they carry no stress.
-fn is_shown(model: Model, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
+fn is_shown(model: FittableLaw, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
     let strain = |s: &Sample| o.side * s.mode.strain(s.stretch);
     let up_to = |end: f64| rows.iter().filter(move |s| o.is_of(s) && strain(s) <= end * o.side * o.strain);
     let inside: Vec<&Sample> = up_to(1.0).filter(|s| strain(s) > 0.0).collect();

@@ -12,7 +12,7 @@
 
 use super::estimate::Estimate;
 use crate::calibrate::solve::{LawFit, LawSetting, Pattern, solve};
-use crate::calibrate::{FitError, Mode, Model, Sample};
+use crate::calibrate::{FitError, FittableLaw, Mode, Sample};
 use crate::math::statistics::{self, deviation, extent};
 use serde::{Deserialize, Serialize};
 
@@ -96,7 +96,7 @@ const STRETCHES: usize = 11;
 const NEAR: usize = 4;
 
 /// Stress of a measured curve at λ \[Pa\]: of its law, with the line through the residuals of the data points within `reach` of λ, and of the nearest four at least.
-fn smoothed(model: Model, fit: &LawFit, rows: &[Sample], mode: Mode, (stretch, reach): (f64, f64)) -> f64 {
+fn smoothed(model: FittableLaw, fit: &LawFit, rows: &[Sample], mode: Mode, (stretch, reach): (f64, f64)) -> f64 {
     let mut near: Vec<(f64, f64, f64)> = rows
         .iter()
         .zip(&fit.share)

@@ -12,8 +12,8 @@ use crate::calibrate::constant_format::list;
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
-    AuditKind, Experiment, FitResult, Loss, Mode, Model, Prediction, PredictionKind, Sample, SolverCheck, Treatment,
-    Weighting,
+    AuditKind, Experiment, FitResult, FittableLaw, Loss, Mode, Prediction, PredictionKind, Sample, SolverCheck,
+    Treatment, Weighting,
 };
 use crate::material::FitTerms;
 use crate::math::statistics::{extent, median};
@@ -26,7 +26,7 @@ const NOTHING: f64 = 5e-5;
 pub fn warnings(
     result: &FitResult,
     answer: &LawFit,
-    model: Model,
+    model: FittableLaw,
     (experiment, fitted): (&Experiment, &[Sample]),
     tolerance: f64,
 ) -> Vec<FitWarning> {
@@ -134,7 +134,7 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
 }
 
 /// The constants at the minimum next to the least one.
-fn other_minimum(result: &FitResult, answer: &LawFit, model: Model) -> Option<FitWarning> {
+fn other_minimum(result: &FitResult, answer: &LawFit, model: FittableLaw) -> Option<FitWarning> {
     let values = answer.others.first()?;
     let all = list(&result.parameters, values.iter().copied());
     let decides = decisive(model, &answer.values, values, result);
@@ -151,7 +151,7 @@ fn held(answer: &LawFit) -> Vec<FitWarning> {
     Mode::ALL.into_iter().flat_map(|m| [(m, false), (m, true)]).filter_map(of).collect()
 }
 
-fn unstable(result: &FitResult, model: Model, fitted: &[Sample]) -> Option<FitWarning> {
+fn unstable(result: &FitResult, model: FittableLaw, fitted: &[Sample]) -> Option<FitWarning> {
     let reach = Reach::of(fitted, model.nu);
     let lost = lost(&result.stability, reach);
     let linear = matches!(model.form.terms, FitTerms::Linear(_));
@@ -159,7 +159,7 @@ fn unstable(result: &FitResult, model: Model, fitted: &[Sample]) -> Option<FitWa
 }
 
 /// Data points outside the range at which the law is not defined.
-fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
+fn undefined(answer: &LawFit, model: FittableLaw, experiment: &Experiment) -> Option<FitWarning> {
     let not_defined = |s: &&Sample| !model.at(&answer.values, s).is_finite();
     let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(Sample::reach).collect();
     let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
@@ -198,7 +198,7 @@ fn outliers(rows: &[Residual]) -> Vec<u64> {
 }
 
 /// The law of the file, or of the scene that completes it, follows the fitted curve only as far as it is incompressible.
-fn compressible(result: &FitResult, model: Model) -> Option<FitWarning> {
+fn compressible(result: &FitResult, model: FittableLaw) -> Option<FitWarning> {
     if model.form.compressible {
         return None;
     }

@@ -5,7 +5,7 @@ use super::fit::of_data;
 use super::result::SofteningFit;
 use super::stated::widened;
 use crate::calibrate::intake::tables;
-use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, Model, SlackChoice};
+use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, FittableLaw, SlackChoice};
 
 /// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a rupture are left out, with an entry in the
 /// log.
@@ -45,6 +45,6 @@ pub fn fit_softening_experiment(
 
 /// Refuses a foam, whose law has no isochoric part.
 fn check_law(options: &FitOptions) -> Result<(), SofteningFitError> {
-    let model = Model::new(&options.law, options.terms)?;
+    let model = FittableLaw::new(&options.law, options.terms)?;
     if model.form.compressible { Err(SofteningFitError::NotIsochoric { law: model.name() }) } else { Ok(()) }
 }

@@ -5,8 +5,8 @@ use super::error::SofteningFitError;
 use super::path::{CyclicPath, divide};
 use super::result::{SofteningFit, summary};
 use super::rows::FirstLoading;
-use super::search::{Answer, Search};
-use crate::calibrate::fit::{Choice, choose};
+use super::search::{Search, SofteningSolution};
+use crate::calibrate::fit::{ChosenData, choose};
 use crate::calibrate::judgement::errors::{self, Errors, directions};
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::{Bounded, CurveSet, Experiment, FitOptions, FitResult, Sample, SlackChoice, fit_experiment};
@@ -25,7 +25,7 @@ pub(super) fn of_data(
     experiment: &Experiment,
     options: &FitOptions,
 ) -> Result<(FitResult, SofteningFit, Vec<CurveSet>), SofteningFitError> {
-    let Choice { modes, range, .. } = choose(experiment, options)?;
+    let ChosenData { modes, range, .. } = choose(experiment, options)?;
     let path = divide(experiment, &modes, range)?;
     let rows = path.softened.len();
     if rows < ROWS {
@@ -51,7 +51,7 @@ fn criterion(residual: &DVector<f64>, curves: &[Vec<usize>], constants: usize, f
 
 /// Residual and its errors of one answer, with what is needed to state intervals.
 struct Judged {
-    answer: Answer,
+    answer: SofteningSolution,
     residual: DVector<f64>,
     errors: Errors,
     /// Half-widths of the 95 % intervals of all four, in units of the search
@@ -78,7 +78,7 @@ fn judged(
     if elastic <= softening {
         return Err(SofteningFitError::None { file: law.data.clone(), elastic, softening });
     }
-    let judge = |answer: Answer| judge(&search, law, answer, &samples, floor);
+    let judge = |answer: SofteningSolution| judge(&search, law, answer, &samples, floor);
     let (plain, with) = (judge(without), judge(search.with_set(without)));
     let set =
         |j: &Judged| Bounded { value: j.answer.u[3], interval: [-1.0, 1.0].map(|s| j.answer.u[3] + s * j.half[3]) };
@@ -126,7 +126,7 @@ fn judged(
 
 /// Intervals of an answer. With B = (JᵀJ)⁻¹Jᵀ of its unknowns and K = ∂(ηP_law)/∂θ by the constants θ of the law, an error δθ of the law moves the unknowns by
 /// −BKδθ: half² = (t d)² + (t_θ)² (BK Σ_θ KᵀBᵀ), with the quantiles t and t_θ of the two fits, whose data points are different ones.
-fn judge(search: &Search, law: &FitResult, answer: Answer, samples: &[Sample], floor: f64) -> Judged {
+fn judge(search: &Search, law: &FitResult, answer: SofteningSolution, samples: &[Sample], floor: f64) -> Judged {
     let residual = search.residual(&answer);
     let rounding = residual.norm_squared() <= floor;
     let free = search.free(&answer);

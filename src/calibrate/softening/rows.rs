@@ -1,7 +1,7 @@
 //! Rows below the largest stretch, with what the law of the first loading says about them at a permanent set.
 
 use super::error::SofteningFitError;
-use crate::calibrate::{FitResult, Model, Sample};
+use crate::calibrate::{FitResult, FittableLaw, Sample};
 use crate::material::{Law, Want};
 use crate::math::tensor::Mat3;
 
@@ -25,7 +25,7 @@ pub struct Point {
 
 /// The law of the first loading.
 pub struct FirstLoading {
-    model: Model,
+    model: FittableLaw,
     values: Vec<f64>,
     part: Box<dyn Law>,
 }
@@ -33,11 +33,11 @@ pub struct FirstLoading {
 impl FirstLoading {
     /// Refuses a law without an isochoric part.
     pub fn of(law: &FitResult) -> Result<Self, SofteningFitError> {
-        let model = Model::new(law.law, Some(law.terms))?;
+        let model = FittableLaw::new(law.law, Some(law.terms))?;
         Self::with(model, law.parameters.iter().map(|p| p.value).collect())
     }
 
-    fn with(model: Model, values: Vec<f64>) -> Result<Self, SofteningFitError> {
+    fn with(model: FittableLaw, values: Vec<f64>) -> Result<Self, SofteningFitError> {
         // Only the isochoric part is used, which κ does not change
         let whole = model.law(&values, 1e9)?;
         let info = whole.info();

@@ -20,13 +20,13 @@ const STEP: f64 = 1e-6;
 
 /// 1/r, m, β and the share of the largest ln λ that stays, in units of 1, the largest W_m, 1 and 1.
 #[derive(Clone, Copy, Debug)]
-pub struct Answer {
+pub struct SofteningSolution {
     pub u: [f64; 4],
     /// Whether a set is an unknown
     set: bool,
 }
 
-impl Answer {
+impl SofteningSolution {
     /// r is at its bound.
     pub fn at_bound(&self) -> bool {
         self.u[0] >= MOST
@@ -50,14 +50,14 @@ impl<'a> Search<'a> {
         Self { first, rows, plain, unit, beta }
     }
 
-    pub fn softening(&self, answer: &Answer) -> Softening {
+    pub fn softening(&self, answer: &SofteningSolution) -> Softening {
         let u = &answer.u;
         Softening { r: 1.0 / u[0].max(1e-12), m: u[1] * self.unit, beta: u[2] }
     }
 
     /// No softening and no set.
-    pub fn elastic(&self) -> Answer {
-        Answer { u: [0.0, 1.0, 0.0, 0.0], set: false }
+    pub fn elastic(&self) -> SofteningSolution {
+        SofteningSolution { u: [0.0, 1.0, 0.0, 0.0], set: false }
     }
 
     /// Points at a set; a state at which the law is not defined has no stress that is a number.
@@ -70,19 +70,19 @@ impl<'a> Search<'a> {
     }
 
     /// η P_law of each row \[Pa\].
-    fn stress(&self, answer: &Answer, points: &[Point]) -> DVector<f64> {
+    fn stress(&self, answer: &SofteningSolution, points: &[Point]) -> DVector<f64> {
         let soft = self.softening(answer);
         DVector::from_iterator(points.len(), points.iter().map(|p| soft.at(p.energy, p.peak).eta * p.stress))
     }
 
     /// P − η P_law of each row \[Pa\].
-    pub fn residual(&self, answer: &Answer) -> DVector<f64> {
+    pub fn residual(&self, answer: &SofteningSolution) -> DVector<f64> {
         let measured = DVector::from_iterator(self.rows.len(), self.rows.iter().map(|r| r.sample.stress));
         measured - self.stress(answer, &self.points(answer.u[3]))
     }
 
     /// ∂(η P_law)/∂u, (n, 4): −erf x, s 2/√π e^{−x²} x/(m + βW_m) times 1 and W_m with s = 1/r, and differences by the set.
-    pub fn jacobian(&self, answer: &Answer) -> DMatrix<f64> {
+    pub fn jacobian(&self, answer: &SofteningSolution) -> DMatrix<f64> {
         let (soft, u) = (self.softening(answer), &answer.u);
         let points = self.points(u[3]);
         let row = |p: &Point| {
@@ -105,7 +105,7 @@ impl<'a> Search<'a> {
     }
 
     /// ∂(η P_law)/∂θ by the constants of the law, (n, constants): central differences, to 1e-8. A constant that cannot be moved has none.
-    pub fn by_law(&self, answer: &Answer) -> DMatrix<f64> {
+    pub fn by_law(&self, answer: &SofteningSolution) -> DMatrix<f64> {
         let n = self.rows.len();
         let column = |moved: Option<([FirstLoading; 2], f64)>| {
             let Some((laws, step)) = moved else { return DVector::zeros(n) };
@@ -120,20 +120,20 @@ impl<'a> Search<'a> {
     }
 
     /// Unknowns whose errors count. One that ends at its bound is among them: the data leave it open how far from the bound it is.
-    pub fn free(&self, answer: &Answer) -> Vec<usize> {
+    pub fn free(&self, answer: &SofteningSolution) -> Vec<usize> {
         let is_free = [true, true, self.beta, answer.set];
         (0..4).filter(|k| is_free[*k]).collect()
     }
 
-    fn inside(&self, u: [f64; 4], set: bool) -> Answer {
+    fn inside(&self, u: [f64; 4], set: bool) -> SofteningSolution {
         let beta = if self.beta { u[2].max(0.0) } else { 0.0 };
         let m = u[1].max(if beta > LEAST { 0.0 } else { LEAST });
         let share = if set { u[3].clamp(0.0, MOST_SET) } else { 0.0 };
-        Answer { u: [u[0].clamp(0.0, MOST), m, beta, share], set }
+        SofteningSolution { u: [u[0].clamp(0.0, MOST), m, beta, share], set }
     }
 
     /// Levenberg & Marquardt within the bounds; unknowns at a bound that is pressed on rest.
-    fn search(&self, from: Answer) -> (Answer, f64) {
+    fn search(&self, from: SofteningSolution) -> (SofteningSolution, f64) {
         let mut own = self.inside(from.u, from.set);
         let (mut r, mut damping) = (self.residual(&own), 1e-3);
         for _ in 0..ITERATIONS {
@@ -180,23 +180,24 @@ impl<'a> Search<'a> {
     }
 
     /// The best of searches from a grid, without a set.
-    pub fn best(&self) -> Answer {
+    pub fn best(&self) -> SofteningSolution {
         let betas: &[f64] = if self.beta { &[0.0, 0.1, 0.6] } else { &[0.0] };
         let grid = [0.2, 0.5, 0.8].into_iter().flat_map(|s| [0.02, 0.1, 0.5].map(|m| (s, m)));
-        let starts = grid.flat_map(|(s, m)| betas.iter().map(move |b| Answer { u: [s, m, *b, 0.0], set: false }));
+        let starts =
+            grid.flat_map(|(s, m)| betas.iter().map(move |b| SofteningSolution { u: [s, m, *b, 0.0], set: false }));
         let found = starts.map(|from| self.search(from));
         found.min_by(|a, b| a.1.total_cmp(&b.1)).expect("the grid has points").0
     }
 
     /// The best of searches with a set as an unknown, from an answer without one and from constants in its neighbourhood: a set that was hidden in the
     /// softening has moved them.
-    pub fn with_set(&self, from: Answer) -> Answer {
+    pub fn with_set(&self, from: SofteningSolution) -> SofteningSolution {
         let start = |(share, set): (f64, f64)| {
             let [s, m, b, _] = from.u;
-            self.search(Answer { u: [share * s, m, b, set], set: true })
+            self.search(SofteningSolution { u: [share * s, m, b, set], set: true })
         };
         let starts = [(1.0, 1e-3), (1.0, 0.05), (0.7, 0.05), (0.7, 0.15)];
         let found = starts.map(start).into_iter().filter(|f| f.1.is_finite());
-        found.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Answer { set: true, ..from }, |f| f.0)
+        found.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(SofteningSolution { set: true, ..from }, |f| f.0)
     }
 }

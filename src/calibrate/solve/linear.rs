@@ -9,7 +9,7 @@
 //! by the same SVD satisfy every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
 //! two then have to agree.
 
-use super::rows::{Rows, padded, side_by_side};
+use super::rows::{WeightedRows, padded, side_by_side};
 use super::solver_check::SolverCheck;
 use crate::calibrate::{FitError, Mode};
 use crate::material::FitTerms;
@@ -83,7 +83,7 @@ impl Cone {
 pub fn solve(
     derivatives: Derivatives,
     terms: usize,
-    rows: &Rows,
+    rows: &WeightedRows,
     stable: &[(Mode, f64)],
     always: bool,
 ) -> Result<Linear, FitError> {

@@ -13,7 +13,7 @@ pub(super) mod solver_check;
 pub use pattern::Pattern;
 
 use self::solver_check::SolverCheck;
-use crate::calibrate::Model;
+use crate::calibrate::FittableLaw;
 use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
 use crate::calibrate::judgement::misfit::sum_of_squares;
@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector};
 use noise::ModeNoise;
 use offset::{OFFSET, Offset};
 use refit::{Held, Refit};
-use rows::Rows;
+use rows::WeightedRows;
 use separable::Minimum;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,7 +37,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
 pub struct LawSetting {
-    pub model: Model,
+    pub model: FittableLaw,
     pub weighting: Weighting,
     /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
     pub noise: Vec<ModeNoise>,
@@ -172,7 +172,7 @@ fn weighted(
     near: Option<&LawFit>,
 ) -> Result<LawFit, FitError> {
     setting.goes_on()?;
-    let rows = Rows::new(samples, weight, setting.model.nu)?;
+    let rows = WeightedRows::new(samples, weight, setting.model.nu)?;
     let bare = |values, check, active, at| LawFit {
         values,
         identified: Identified::default(),

@@ -1,6 +1,6 @@
 //! Offset of the strain of a curve: how data points move with it, and which curves have one.
 
-use crate::calibrate::{Mode, Model, Sample};
+use crate::calibrate::{FittableLaw, Mode, Sample};
 use crate::material::Parameter;
 use crate::math::units::Dimension;
 use serde::Serialize;
@@ -56,13 +56,13 @@ impl Offset {
     }
 
     /// ∂P/∂e₀ \[Pa\] at a data point without its slack.
-    pub fn slope(&self, model: Model, values: &[f64], s: &Sample) -> f64 {
+    pub fn slope(&self, model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
         if !self.is_of(s) || s.stretch == 1.0 { 0.0 } else { -slope(model, values, s) }
     }
 }
 
 /// ∂P/∂e \[Pa\] of the law at a data point: central differences, to 1e-9.
-pub fn slope(model: Model, values: &[f64], s: &Sample) -> f64 {
+pub fn slope(model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
     const H: f64 = 1e-5;
     let strain = s.mode.strain(s.stretch);
     let at = |e: f64| model.at(values, &Sample { stretch: s.mode.stretch(e), ..*s });

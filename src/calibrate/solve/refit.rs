@@ -2,7 +2,7 @@
 
 use super::offset::Offset;
 use crate::calibrate::judgement::misfit::sum_of_squares;
-use crate::calibrate::{Model, Sample};
+use crate::calibrate::{FittableLaw, Sample};
 use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 
@@ -22,7 +22,7 @@ pub struct Held {
 /// The rows of a law with its unknowns: the constants, then strain offsets.
 #[derive(Clone, Copy)]
 pub struct Refit<'a> {
-    pub model: Model,
+    pub model: FittableLaw,
     pub slack: &'a [Offset],
     pub samples: &'a [Sample],
     pub weight: &'a [f64],

@@ -11,7 +11,7 @@ const LEAST_COSINE: f64 = 0.02;
 
 /// Weighted rows.
 #[derive(Clone, Debug)]
-pub struct Rows {
+pub struct WeightedRows {
     /// Mode and loaded, second, free principal stretch of each row
     pub places: Vec<(Mode, [f64; 3])>,
     /// wᵢ/N \[1/Pa\]
@@ -22,7 +22,7 @@ pub struct Rows {
     pub unit: f64,
 }
 
-impl Rows {
+impl WeightedRows {
     /// Refuses stresses that are zero or point against the stretch. `nu`: the lateral stretches follow it.
     pub fn new(samples: &[Sample], weight: &[f64], nu: f64) -> Result<Self, FitError> {
         let weighted: Vec<f64> = samples.iter().zip(weight).map(|(s, w)| w * s.stress).collect();

@@ -11,7 +11,7 @@
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
-use super::rows::{Rows, padded, side_by_side};
+use super::rows::{WeightedRows, padded, side_by_side};
 use super::solver_check::SolverCheck;
 use crate::calibrate::FitError;
 use crate::material::ShapedTerm;
@@ -68,7 +68,7 @@ pub struct Minimum {
 /// The objective with its factors eliminated.
 struct Projected<'a> {
     family: &'a ShapedTerm,
-    rows: &'a Rows,
+    rows: &'a WeightedRows,
     reach: f64,
 }
 
@@ -165,7 +165,7 @@ impl Hessian for Projected<'_> {
 /// `warm`: the only start, where a fit to nearly the same data is known. `goes_on` is asked before each start.
 pub fn solve(
     (family, terms): (&ShapedTerm, usize),
-    rows: &Rows,
+    rows: &WeightedRows,
     reach: f64,
     warm: Option<&[f64]>,
     goes_on: impl Fn() -> Result<(), FitError>,
@@ -266,7 +266,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
 }
 
 /// argmin's trust region has no test of its own: it runs in legs until the gradient is small or the objective stays.
-fn search(family: &ShapedTerm, rows: &Rows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
+fn search(family: &ShapedTerm, rows: &WeightedRows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
     let fail = |e: Error| FitError::Solver { solver: "argmin", status: e.to_string() };
     let own = || Projected { family, rows, reach };
     let mut x = start.to_vec();

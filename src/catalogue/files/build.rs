@@ -1,13 +1,13 @@
-//! Packs the files that the program brings: studies, data, bodies with their meshes, and the mesher.
+//! Packs the files that are bundled with the program: studies, data, bodies with their meshes, and the mesher.
 
 use flate2::{Compression, write::GzEncoder};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Folders that the program brings.
+/// Folders that are bundled with the program.
 const BROUGHT: [&str; 3] = ["data", "meshes", "studies"];
-/// Kinds of files there; others, such as measured tables of others that a user has put there, stay where they are.
+/// Extensions of the files that are packed; other files, such as measured tables that a user has added, are left out.
 const ENDINGS: [&str; 12] = ["csv", "gz", "inp", "json", "md", "py", "step", "stl", "toml", "txt", "vtk", "vtu"];
 
 /// Writes `files.tar.gz`, and `files.txt` with the digest, the length and the name of each file. The digest of this list names the contents.
@@ -28,7 +28,7 @@ fn main() {
         let mut hash = Sha256::new();
         hash.update(&bytes);
         writeln!(list, "{} {} {name}", hex(hash), bytes.len()).expect("a text takes every line");
-        // Not the folders of bodies: Python writes there when the tests of the mesher run
+        // The folders of bodies are not watched: Python writes there when the tests of the mesher run
         println!("cargo::rerun-if-changed={}", file.display());
     }
     for folder in ["data", "studies"] {
@@ -52,7 +52,7 @@ fn brought(root: &Path) -> Vec<(String, PathBuf)> {
     files
 }
 
-/// Whether the program brings a file of these folders: neither meshes of the cache, nor tests, nor measured tables that may not be passed on.
+/// Whether a file of these folders is bundled: not meshes of the cache, not tests, and not measured tables that may not be redistributed.
 fn is_brought(name: &str) -> bool {
     let left = ["meshes/cache/", "meshes/meshgen/tests/"].iter().any(|folder| name.starts_with(folder));
     let fetched = name.starts_with("data/silicones/") && name.ends_with(".csv");

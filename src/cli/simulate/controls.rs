@@ -5,7 +5,9 @@ use durometer::live::{Board, HandControl};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::control::process::Process;
 use durometer::scene::control::recording::{Recording, Replay};
-use durometer::scene::control::{ControlError, Controller, ControllerRecord, Observation, Opening, Reply, Setting};
+use durometer::scene::control::{
+    ControlError, Controller, ControllerRecord, Observation, Opening, Reply, SignalSetting,
+};
 use durometer::scene::{Checkpoint, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -178,7 +180,7 @@ impl Controller for Chosen {
         self.inner.as_ref()?.identity()
     }
 
-    fn would_set(&self, initial: &[f64], set: &[Setting]) -> Option<bool> {
+    fn would_set(&self, initial: &[f64], set: &[SignalSetting]) -> Option<bool> {
         self.inner.as_ref()?.would_set(initial, set)
     }
 

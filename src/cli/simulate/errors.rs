@@ -1,7 +1,7 @@
 //! Discretisation errors of one run: `--error`.
 
 use super::args::Args;
-use crate::bars::Bars;
+use crate::progress::Bars;
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::{Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, Run, Scene};
 use durometer::solve::Status;

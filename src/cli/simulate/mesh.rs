@@ -2,8 +2,8 @@
 
 use super::args::Args;
 use super::errors::{WITHOUT_FACETS, without_extent};
-use crate::bars::Bars;
 use crate::interrupt;
+use crate::progress::Bars;
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::{Body, RefinementStep, RefinementWatch, SceneSpec, refine};
 use durometer::study::run::runner::Watch;

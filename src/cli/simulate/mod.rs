@@ -6,11 +6,11 @@ mod drawing;
 mod earlier;
 mod errors;
 mod mesh;
+mod output;
 mod states;
-mod words;
 
-use crate::bars::Bars;
 use crate::outcome::{CommandResult, Outcome};
+use crate::progress::Bars;
 use crate::{interrupt, live};
 pub use args::Args;
 use controls::positive_time;
@@ -27,19 +27,19 @@ use durometer::storage;
 use durometer::study::overlay::{markers, overlays};
 use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
+use durometer::study::store::finished_run;
 use durometer::study::store::folder::{self, StoreError};
-use durometer::study::store::outcome;
 use durometer::study::store::partial_series::{NameLock, PartialSeries};
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
 use earlier::Earlier;
 use errors::{estimate, estimator};
 use mesh::mesh;
+use output::{completion, note_missing, note_quality, print_notes, tell};
 use states::{States, times};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use words::{completion, note_missing, note_quality, print_notes, tell};
 
 pub fn main(args: Args) -> CommandResult {
     match simulate(args) {
@@ -111,7 +111,7 @@ fn simulate(args: Args) -> CommandResult {
     let run = scene.run_with(options);
     let (spent, waited) = (stopwatch.spent(), controller.map_or(0.0, |c| c.waited.as_secs_f64()));
     let (mut drawn, film) = drawing.finish();
-    let mut record = outcome::record(&scene, &run, own_time(spent, &run, waited, &drawn));
+    let mut record = finished_run::record(&scene, &run, own_time(spent, &run, waited, &drawn));
     record.id.clone_from(&name);
     record.notes.extend(note.map(|note| controls::since(&run.controllers, note)));
     record.phases.build_s = build_s;

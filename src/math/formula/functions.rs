@@ -1,16 +1,16 @@
-//! Functions and constants in formulas.
+//! Functions and constants that formulas can use.
 
 use crate::math::statistics::{larger, smaller};
 use std::f64::consts::{E, LN_2, LN_10, PI, TAU};
 
-/// Constants by their names.
+/// Constants with their names.
 pub const CONSTANTS: [(&str, f64); 6] = [("PI", PI), ("π", PI), ("TAU", TAU), ("τ", TAU), ("E", E), ("e", E)];
 
 /// A function of one argument.
 pub struct Function {
     pub name: &'static str,
     pub value: fn(f64) -> f64,
-    /// None of a function with kinks or jumps
+    /// `None` for a function with kinks or jumps
     pub derivative: Option<fn(f64) -> f64>,
 }
 
@@ -22,7 +22,7 @@ const fn kinked(name: &'static str, value: fn(f64) -> f64) -> Function {
     Function { name, value, derivative: None }
 }
 
-/// Functions of one argument.
+/// The known functions of one argument.
 pub static FUNCTIONS: [Function; 26] = [
     smooth("sin", f64::sin, f64::cos),
     smooth("cos", f64::cos, |a| -a.sin()),
@@ -62,11 +62,11 @@ pub enum Operation {
     Power,
     Min,
     Max,
-    /// Of y and x
+    /// atan2(y, x), the angle of the point (x, y)
     Atan2,
 }
 
-/// Functions of two arguments; `min` and `max` take more.
+/// Functions of two arguments; `min` and `max` also take more.
 pub const PAIRS: [(&str, Operation); 3] =
     [("min", Operation::Min), ("max", Operation::Max), ("atan2", Operation::Atan2)];
 
@@ -84,7 +84,7 @@ impl Operation {
         }
     }
 
-    /// Derivatives by both arguments; not a number where there are none.
+    /// Derivatives with respect to both arguments; NaN for `min` and `max`, which have kinks.
     pub fn derivatives(self, a: f64, b: f64) -> [f64; 2] {
         match self {
             Self::Add => [1.0, 1.0],

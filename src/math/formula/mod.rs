@@ -1,7 +1,7 @@
 //! Formulas in files: arithmetic in named variables, `0.4 * (30 - bending_angle_deg) + 0.1 * sin(2 * PI * t)`.
 //!
-//! Operators `+ - * / ^` in the order of paper and of Python; functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of more, `min(a, b)`,
-//! `max(a, b)`, `atan2(y, x)`; constants `PI`, `TAU`, `E`. A name in braces, `{a b}`, may hold any characters.
+//! Operators `+ - * / ^` with the usual precedence, as in Python; functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of several:
+//! `min(a, b)`, `max(a, b)`, `atan2(y, x)`; constants `PI`, `TAU`, `E`. A name in braces, `{a b}`, may contain any characters.
 
 mod functions;
 mod parser;
@@ -11,20 +11,20 @@ use program::Program;
 use std::fmt;
 use std::sync::Arc;
 
-/// Longest text of a formula \[bytes\].
+/// Largest length of a formula \[bytes\].
 const LONGEST: usize = 4096;
 
-/// A formula whose value is brought to SI by a factor.
+/// A formula with a factor that converts its value to SI.
 #[derive(Clone)]
 pub struct Formula {
     text: String,
     factor: f64,
     variables: Vec<String>,
-    /// Every dof may hold a signal: shared
+    /// Shared, because every degree of freedom may hold a signal
     program: Arc<Program>,
 }
 
-/// Two formulas are the same if they are written the same.
+/// Two formulas are equal if their text and factor are.
 impl PartialEq for Formula {
     fn eq(&self, other: &Self) -> bool {
         self.text == other.text && self.factor == other.factor
@@ -38,7 +38,7 @@ impl fmt::Debug for Formula {
 }
 
 impl Formula {
-    /// The message names the part that cannot be read.
+    /// Parses a formula. The error message names the part that cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
         if text.len() > LONGEST {
             return Err(format!("it has {} characters, and at most {LONGEST} are read", text.len()));
@@ -52,17 +52,18 @@ impl Formula {
         &self.variables
     }
 
-    /// Value \[SI\] at the values of its variables.
+    /// Value \[SI\] for these values of the variables.
     pub fn value(&self, variables: &[f64]) -> f64 {
         self.factor * self.program.value(variables)
     }
 
-    /// Value \[SI\] of a formula in t alone, or in nothing.
+    /// Value \[SI\] of a formula with t as its only variable, or without variables.
     pub fn at(&self, t: f64) -> f64 {
         self.value(&[t][..self.variables.len()])
     }
 
-    /// d/dt \[SI\] of a formula in t alone, or in nothing; none where it has functions with kinks, and where the derivative has no finite value.
+    /// d/dt \[SI\] of a formula with t as its only variable, or without variables; `None` if it depends on t through functions with kinks, or if the
+    /// derivative is not finite.
     pub fn rate(&self, t: f64) -> Option<f64> {
         let rate = self.program.derivative(&[t][..self.variables.len()]);
         Some(self.factor * rate).filter(|rate| rate.is_finite())
@@ -162,7 +163,7 @@ mod tests {
             ("2(t)", "between \"2\" and \"(\" there is no operator"),
             ("2 * (t", "a \"(\" has no \")\""),
             ("(t, 2)", "a \",\" is outside of the arguments of a function"),
-            ("t)", "a \")\" closes no bracket"),
+            ("t)", "a \")\" has no opening bracket"),
             ("{t", "a \"{\" has no \"}\""),
             ("1.2.3", "\"1.2.3\" is no number"),
             ("5 % t", "\"%\" has no meaning in it; operators are + - * / ^"),
@@ -176,10 +177,10 @@ mod tests {
         }
     }
 
-    /// Random formulas are written with brackets around every operation and without those that the order makes superfluous, and evaluated next to it.
+    /// Random formulas are written with brackets around every operation and without superfluous ones, and are evaluated independently.
     #[test]
     fn random_formulas_have_the_values_of_their_operations() {
-        /// Its text, its value, and how tightly its last operation binds: 0 a sum, 1 a product, 2 a sign, 3 a power, 4 a value
+        /// Text, value, and precedence of the last operation: 0 a sum, 1 a product, 2 a sign, 3 a power, 4 a value
         type Made = (String, f64, u8);
         fn bracket((text, _, binds): &Made, least: u8) -> String {
             if *binds < least { format!("({text})") } else { text.clone() }
@@ -221,7 +222,7 @@ mod tests {
         }
     }
 
-    /// A value that is none is not replaced by the other one of two.
+    /// NaN is not replaced by the other of two values.
     #[test]
     fn the_larger_of_no_number_is_none() {
         for text in ["max(sqrt(-1), 0)", "max(0, sqrt(-1))", "min(1, 2, sqrt(-1))", "0 * min(sqrt(-1), 3)"] {
@@ -230,12 +231,12 @@ mod tests {
         assert_eq!(formula("sqrt(max(-1, 0)) + min(3, max(1, 2))").at(0.0), 2.0);
     }
 
-    /// Against differences over 2h, whose error is h²/6 of the third derivative and ε/h of the value.
+    /// Compared with differences over 2h, whose error is h²/6 of the third derivative and ε/h of the value.
     #[test]
     fn every_smooth_function_has_its_derivative() {
         let h = 1e-5;
         for function in functions::FUNCTIONS.iter().filter(|function| function.derivative.is_some()) {
-            // acosh alone begins at 1
+            // Only acosh begins at 1
             for t in if function.name == "acosh" { [1.3, 2.0] } else { [0.2, 0.7] } {
                 let one = formula(&format!("{}(t)", function.name));
                 let difference = (one.at(t + h) - one.at(t - h)) / (2.0 * h);

@@ -1,5 +1,5 @@
-//! Reads formulas. A sign applies to the power behind it, and powers group from the right, so that `-t^2` is −(t²) and `2^3^2` is 2⁹, as in Python and on
-//! paper:
+//! Parser of formulas. A sign applies to the power that follows it, and powers group from the right, so that `-t^2` is −(t²) and `2^3^2` is 2⁹, as in
+//! Python and in mathematics:
 //!
 //! ```text
 //! sum     = product { ("+" | "-") product }
@@ -14,14 +14,14 @@ use super::program::{Program, Step};
 use crate::wording::hint;
 use std::collections::BTreeSet;
 
-/// Most brackets and powers within each other.
+/// Largest nesting depth of brackets and powers.
 const DEEPEST: usize = 64;
 
-/// A piece of a formula.
+/// A token of a formula.
 #[derive(Clone, Copy, PartialEq)]
 enum Token<'a> {
     Number(&'a str),
-    /// Of a variable, a constant or a function
+    /// The name of a variable, a constant or a function
     Name(&'a str),
     Symbol(char),
 }
@@ -35,7 +35,7 @@ impl Token<'_> {
     }
 }
 
-/// The steps of a formula and the names of its variables in the order of the alphabet; the message names the part that cannot be read.
+/// Parses a formula into its steps and the names of its variables in alphabetical order; the error message names the part that cannot be read.
 pub fn parse(text: &str) -> Result<(Program, Vec<String>), String> {
     let tokens = tokens(text)?;
     let variables = variables(&tokens);
@@ -43,7 +43,7 @@ pub fn parse(text: &str) -> Result<(Program, Vec<String>), String> {
     parser.sum()?;
     match parser.tokens.get(parser.at) {
         None => Ok((Program(parser.steps), parser.variables.into_iter().map(String::from).collect())),
-        Some(Token::Symbol(')')) => Err("a \")\" closes no bracket".into()),
+        Some(Token::Symbol(')')) => Err("a \")\" has no opening bracket".into()),
         Some(token) => {
             let before = parser.tokens[parser.at - 1].words();
             Err(format!("between {before} and {} there is no operator", token.words()))
@@ -79,7 +79,7 @@ fn is_of_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// Length of the number with which the text begins: digits with a point, and an exponent where there is a whole one.
+/// Length of the number at the beginning of the text: digits with an optional point, and an exponent if it is complete.
 fn number(text: &str) -> usize {
     let digits = |from: usize, more: &str| {
         let is_part = |c: char| c.is_ascii_digit() || more.contains(c);
@@ -92,7 +92,7 @@ fn number(text: &str) -> usize {
     if end > from { end } else { mantissa }
 }
 
-/// Names that are no functions and no constants.
+/// Names that are neither functions nor constants.
 fn variables<'a>(tokens: &[Token<'a>]) -> Vec<&'a str> {
     let is_called = |k: usize| tokens.get(k + 1) == Some(&Token::Symbol('('));
     let names = tokens.iter().enumerate().filter_map(|(k, token)| match token {
@@ -105,14 +105,14 @@ fn variables<'a>(tokens: &[Token<'a>]) -> Vec<&'a str> {
 struct Parser<'a> {
     tokens: Vec<Token<'a>>,
     at: usize,
-    /// Brackets and powers around this place
+    /// Number of brackets and powers around this position
     depth: usize,
     variables: Vec<&'a str>,
     steps: Vec<Step>,
 }
 
 impl Parser<'_> {
-    /// The next symbol, if it is one of these.
+    /// Takes the next symbol if it is one of these.
     fn symbol(&mut self, of: &str) -> Option<char> {
         match self.tokens.get(self.at) {
             Some(Token::Symbol(c)) if of.contains(*c) => {
@@ -157,7 +157,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// A part one level deeper.
+    /// Parses a part one level deeper.
     fn within(&mut self, part: fn(&mut Self) -> Result<(), String>) -> Result<(), String> {
         self.depth += 1;
         if self.depth > DEEPEST {
@@ -207,7 +207,7 @@ impl Parser<'_> {
         })
     }
 
-    /// A function of what is in brackets.
+    /// Parses the call of a function with its arguments in brackets.
     fn call(&mut self, name: &str) -> Result<(), String> {
         let single = FUNCTIONS.iter().find(|function| function.name == name);
         let pair = PAIRS.iter().find(|(known, _)| *known == name);

@@ -1,19 +1,19 @@
-//! A formula as steps on a stack of values: in reverse Polish notation.
+//! A formula as a program for a stack machine, in reverse Polish notation.
 
 use super::functions::{Function, Operation};
 
-/// One step.
+/// One step of a program.
 #[derive(Clone, Copy)]
 pub enum Step {
-    /// Puts a number on the stack
+    /// Pushes a number
     Number(f64),
-    /// Puts the value of a variable on the stack
+    /// Pushes the value of a variable
     Variable(usize),
-    /// Turns the sign of the last value
+    /// Negates the last value
     Negate,
-    /// Takes the last value for that of a function
+    /// Replaces the last value by a function of it
     Apply(&'static Function),
-    /// Takes the last two values for one
+    /// Replaces the last two values by one
     Combine(Operation),
 }
 
@@ -24,12 +24,12 @@ struct Dual {
     rate: f64,
 }
 
-/// Factor times rate, where what does not move has no rate by any factor.
+/// Factor times rate; a zero rate stays zero whatever the factor, even NaN.
 fn chain(factor: f64, rate: f64) -> f64 {
     if rate == 0.0 { 0.0 } else { factor * rate }
 }
 
-/// Values at which arithmetic goes on.
+/// Numbers on which a program computes: values, or values with derivatives.
 trait Arithmetic: Copy {
     fn constant(value: f64) -> Self;
     fn negate(self) -> Self;
@@ -75,7 +75,7 @@ impl Arithmetic for Dual {
     }
 }
 
-/// The steps of a formula, which leave one value.
+/// The steps of a formula, which leave one value on the stack.
 #[derive(Default)]
 pub struct Program(pub Vec<Step>);
 
@@ -98,12 +98,12 @@ impl Program {
         pop(&mut stack)
     }
 
-    /// Value at the values of the variables.
+    /// Value for these values of the variables.
     pub fn value(&self, variables: &[f64]) -> f64 {
         self.run(|k| variables[k])
     }
 
-    /// Derivative by the first variable, with the others held; not a number where there is none.
+    /// Derivative with respect to the first variable with the others fixed; NaN if it does not exist.
     pub fn derivative(&self, variables: &[f64]) -> f64 {
         self.run(|k| Dual { value: variables[k], rate: if k == 0 { 1.0 } else { 0.0 } }).rate
     }

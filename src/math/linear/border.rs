@@ -6,13 +6,13 @@
 //! ⎣0   SD−1     S    ⎦   w
 //! ```
 //!
-//! Its Schur complement on x is K + B S Bᵀ, and the block of (f, w) is congruent to \[0 −1; −1 S\], which has m negative eigenvalues. So by
-//! Haynsworth (Linear Algebra Appl. 1, 1968) its negative eigenvalues are those of K + B S Bᵀ and m more, whatever the rank of B and S: S is not
-//! inverted, and a slack cable is no special case. The unknowns of a column are eliminated where it makes little fill. With D = 0 the
-//! pivot of f would be −BᵀK⁻¹B of what is eliminated before, zero for a column without rows and for one too many in a cell; with
-//! 0 < DS < 2 it is negative.
+//! Its Schur complement on x is K + B S Bᵀ, and the block of (f, w) is congruent to \[0 −1; −1 S\], which has m negative eigenvalues. By the inertia
+//! formula of Haynsworth (Linear Algebra Appl. 1, 1968), it therefore has m more negative eigenvalues than K + B S Bᵀ, whatever the ranks of B and S:
+//! S is not inverted, and a slack cable is not a special case. The unknowns of a column are eliminated where they cause little fill. With D = 0 the
+//! pivot of f would be −BᵀK⁻¹B of the unknowns eliminated before, which is zero for a column without rows and for a linearly dependent one in a cell;
+//! with 0 < DS < 2 it is negative.
 //!
-//! Limits: with more columns than a section of the body has nodes the border makes more fill than it avoids.
+//! Limits: with more columns than a section of the body has nodes, the border causes more fill than it avoids.
 
 use crate::math::low_rank::Pattern;
 use crate::math::ordering::minimum_degree;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// The bordered matrix: the positions of its entries and their values.
 pub(super) struct Border {
     pub pattern: Arc<SymPattern>,
-    /// Place of each row of K, of f and of w
+    /// Index of each row of K, of f and of w in the bordered matrix
     x: Vec<u32>,
     pub f: Vec<u32>,
     w: Vec<u32>,
@@ -32,7 +32,7 @@ pub(super) struct Border {
 }
 
 impl Border {
-    /// None where there is no low-rank part.
+    /// Builds the border of a pattern; `None` if there is no low-rank part.
     pub fn new(pattern: &Pattern, in_order: bool) -> Option<Self> {
         let (n, columns) = (pattern.n, &pattern.low_rank.columns);
         let inner = pattern.low_rank.inner.as_ref()?;
@@ -59,7 +59,7 @@ impl Border {
         Some(Self { pattern: Arc::new(bordered), x, f, w, sparse, values })
     }
 
-    /// The bordered matrix of these values.
+    /// Fills the bordered matrix with these values.
     pub fn fill(&mut self, pattern: &Pattern, values: &[f64]) {
         let (k, s) = values.split_at(pattern.sparse.nnz());
         let columns = &pattern.low_rank.columns;
@@ -71,7 +71,7 @@ impl Border {
             values[bordered.slot(i, j).expect("the pattern was made of these") as usize] += value;
         };
         let own = |i: u32| k[pattern.on_diagonal(i as usize)].abs();
-        // The stiffness along a mean limits how large D may be without hiding that of the body.
+        // The stiffness along a mean limits how large D may be without hiding the stiffness of the body
         let mut d = inner.multiply_abs(s, &vec![1.0; inner.n]);
         for (d, column) in d.iter_mut().zip(columns) {
             let stiffness = *d + column.iter().map(|&(i, b)| b * b * own(i)).sum::<f64>();
@@ -92,7 +92,7 @@ impl Border {
         }
     }
 
-    /// Columns of x, with zeros for f and w.
+    /// Extends columns of x by zeros for f and w.
     pub fn widen(&self, columns: &[f64]) -> Vec<f64> {
         let (n, size) = (self.x.len(), self.pattern.n);
         let mut wide = vec![0.0; columns.len() / n * size];
@@ -102,7 +102,7 @@ impl Border {
         wide
     }
 
-    /// x of the columns.
+    /// Extracts x from extended columns.
     pub fn narrow(&self, wide: &[f64], columns: &mut [f64]) {
         for (wide, column) in wide.chunks_exact(self.pattern.n).zip(columns.chunks_exact_mut(self.x.len())) {
             self.x.iter().zip(column).for_each(|(&place, value)| *value = wide[place as usize]);
@@ -110,7 +110,7 @@ impl Border {
     }
 }
 
-/// Order of elimination of the rows of K, which come first, and the columns of B: the one of the pattern, or one of its own.
+/// Elimination order of the rows of K, numbered first, and the columns of B: that of the pattern, or a new one.
 fn order(pattern: &Pattern, inner: &SymPattern, in_order: bool) -> Vec<usize> {
     let (n, after) = (pattern.n, &pattern.low_rank.after);
     if in_order {

@@ -1,21 +1,21 @@
-//! Direct solution with K + B S Bᵀ ([`Pattern`]): the bordered matrix ([`border`](super::border)) is factorised, by LDLᵀ without pivoting like
-//! that of a second field; without a low-rank part K itself.
+//! Direct solution with K + B S Bᵀ ([`Pattern`]): the bordered matrix ([`border`](super::border)) is factorised by LDLᵀ without pivoting, like that
+//! of a second field; without a low-rank part K itself is factorised.
 //!
-//! Limits: negative pivots of K alone mean nothing here, so LLᵀ is not tried with a border.
+//! Limits: negative pivots of K alone have no meaning here, so that LLᵀ is not tried with a border.
 
 use super::border::Border;
 use super::direct::{Direct, ZeroPivot};
 use crate::math::low_rank::Pattern;
 
-/// Factorisation of matrices of one pattern; without a low-rank part that of [`Direct`].
+/// Factorisation of matrices of one pattern; without a low-rank part, that of [`Direct`].
 pub(super) struct Bordered {
     border: Option<Border>,
-    /// Of K, or of the bordered matrix
+    /// Factorisation of K, or of the bordered matrix
     direct: Direct,
 }
 
 impl Bordered {
-    /// The factorisation of a pattern, as [`Direct::new`].
+    /// Prepares the factorisation of a pattern, with the arguments and the result of [`Direct::new`].
     pub fn new(pattern: &Pattern, in_order: bool) -> Option<Self> {
         let border = Border::new(pattern, in_order);
         let direct = match &border {
@@ -25,27 +25,27 @@ impl Bordered {
         direct.map(|direct| Self { border, direct })
     }
 
-    /// Entries of L.
+    /// Number of entries of L.
     pub fn nnz(&self) -> usize {
         self.direct.nnz()
     }
 
-    /// Memory apart from L while it is computed \[bytes\].
+    /// Memory in addition to L while it is computed \[bytes\].
     pub fn work_bytes(&self) -> usize {
         self.direct.work_bytes()
     }
 
-    /// Additions and multiplications of one factorisation.
+    /// Number of additions and multiplications of one factorisation.
     pub fn flops(&self) -> f64 {
         self.direct.flops()
     }
 
-    /// LLᵀ; false where a pivot is not positive, and with a border.
+    /// Factorises by LLᵀ; returns false if a pivot is not positive, and with a border.
     pub fn definite(&mut self, values: &[f64]) -> bool {
         self.border.is_none() && self.direct.definite(values)
     }
 
-    /// LDLᵀ; the number of negative eigenvalues of K + B S Bᵀ.
+    /// Factorises by LDLᵀ; returns the number of negative eigenvalues of K + B S Bᵀ.
     pub fn indefinite(&mut self, pattern: &Pattern, values: &[f64]) -> Result<usize, ZeroPivot> {
         let Some(border) = &mut self.border else { return self.direct.indefinite(values) };
         border.fill(pattern, values);
@@ -53,7 +53,7 @@ impl Bordered {
         Ok(pivots.saturating_sub(border.f.len()))
     }
 
-    /// Solves in place, unchecked; `columns` are one after the other.
+    /// Solves in place, without a check; `columns` holds consecutive columns.
     pub fn solve(&self, columns: &mut [f64]) {
         widened(self.border.as_ref(), columns, |wide| self.direct.solve(wide));
     }
@@ -65,7 +65,7 @@ impl Bordered {
     }
 }
 
-/// Solves for columns with the rows of the border added.
+/// Calls `solve` with the columns extended by the rows of the border, if there is one.
 fn widened(border: Option<&Border>, columns: &mut [f64], solve: impl FnOnce(&mut [f64])) {
     let Some(border) = border else { return solve(columns) };
     let mut wide = border.widen(columns);
@@ -159,14 +159,14 @@ mod tests {
         });
     }
 
-    /// The factor in the order of the pattern, and in one of its own.
+    /// The factor in the order of the pattern, and in an order of its own.
     fn factors(pattern: &Arc<Pattern>) -> [Factor; 2] {
         let mut other = Factor::new(Pattern::from(SymPattern::from_pairs(pattern.n, std::iter::empty())));
         other.take_pattern(pattern, false);
         [Factor::new(pattern.clone()), other]
     }
 
-    /// Solutions differ by the condition number, below 1e4 here, times rounding; in single precision by 6e-8 times it.
+    /// Solutions differ by the condition number, below 1e4 here, times the rounding; in single precision by the condition number times 6e-8.
     #[test]
     fn solves_and_counts_as_the_dense_matrix_does() {
         let counts = std::cell::RefCell::new(std::collections::BTreeSet::new());
@@ -191,8 +191,8 @@ mod tests {
         assert!(counts.borrow().len() > 4, "definite and indefinite ones: {counts:?}");
     }
 
-    /// A free chain, whose K is singular, and one pushed at a node, whose K has a negative eigenvalue, are both held by a spring at a mean:
-    /// nothing is unstable. A spring of the other sign makes it so.
+    /// A free chain, whose K is singular, and a chain pushed at a node, whose K has a negative eigenvalue, are both held by a spring at a mean:
+    /// nothing is unstable. A spring of the other sign makes them unstable.
     #[test]
     fn what_only_the_border_holds_is_stable() {
         let (n, column) = (12_usize, vec![(2, 0.5), (3, 0.5)]);
@@ -222,7 +222,7 @@ mod tests {
         }
     }
 
-    /// An S that is not the one factorised shows, although K is.
+    /// An S different from the factorised one is detected, even if K is the same.
     #[test]
     fn the_residual_is_that_of_the_whole_operator() {
         over_samples(|name, pattern, values, _| {

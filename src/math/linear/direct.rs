@@ -1,8 +1,9 @@
-//! LLᵀ and LDLᵀ of sparse matrices of one pattern by the multifrontal method (Duff & Reid, ACM Trans. Math. Softw. 9, 1983; Liu, SIAM
-//! Review 34, 1992), on as many threads as there are, with the same bits for any number.
+//! LLᵀ and LDLᵀ factorisations of sparse matrices of one pattern by the multifrontal method (Duff & Reid, ACM Trans. Math. Softw. 9, 1983; Liu, SIAM
+//! Review 34, 1992), on the threads in use, with bit-identical results for any number of them.
 //!
 //! The symbolic analysis and the dense kernels are those of faer, whose own numeric phase has no parallelism over the
-//! [tree](super::elimination_tree). The message of a supernode to its parent is its part of the Schur complement on the rows below it.
+//! [tree](super::elimination_tree). The message of a supernode to its parent is its contribution to the Schur complement on the rows below it (its
+//! update matrix).
 
 use super::elimination_tree::{EliminationTree, Supernode};
 pub use super::multifrontal::ZeroPivot;
@@ -14,23 +15,23 @@ use crate::math::threads;
 use crate::math::vector::norm;
 use std::convert::Infallible;
 
-/// Entries of L that one thread rounds at a time.
+/// Number of entries of L that one thread rounds at a time.
 const PIECE: usize = 1 << 16;
-/// Memory from which on a block that is freed goes back to the system \[bytes\].
+/// Size from which a freed block of memory is returned to the system \[bytes\].
 const KEPT: usize = 64 << 20;
 
-/// The symbolic work is done once; L has its memory from the first factorisation on.
+/// A sparse direct factorisation. The symbolic work is done once; the memory of L is allocated by the first factorisation and then reused.
 pub struct Direct {
     n: usize,
     tree: EliminationTree,
-    /// \[unknowns\] in the order of elimination
+    /// \[unknowns\] in elimination order
     order: Vec<u32>,
     /// \[supernodes + 1\] offsets into `entries`
     offsets: Vec<usize>,
-    /// Slot of each entry of A, and its place in the block of the supernode
+    /// Slot of each entry of A, and its index in the block of its supernode
     entries: Vec<(u32, u32)>,
     l: Vec<f64>,
-    /// L in single precision, for [`Direct::solve_roughly`], where it is `rounded`
+    /// L in single precision, for [`Direct::solve_roughly`]; valid if `rounded`
     single: Vec<f32>,
     rounded: bool,
     /// The factorisation that `l` holds
@@ -38,8 +39,8 @@ pub struct Direct {
 }
 
 impl Direct {
-    /// `in_order`: the unknowns are numbered in an order of elimination that makes little fill. None where L has more entries than 32
-    /// bits count.
+    /// Analyses a pattern. `in_order`: the unknowns are numbered in a fill-reducing elimination order. Returns `None` if L has more entries than 32
+    /// bits can count.
     pub fn new(pattern: &SymPattern, in_order: bool) -> Option<Self> {
         let order: Vec<u32> = if in_order { (0..pattern.n as u32).collect() } else { minimum_degree(pattern) };
         let order = postorder(pattern, &order);
@@ -52,30 +53,30 @@ impl Direct {
         Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, rounded: false, kind: None })
     }
 
-    /// Entries of L.
+    /// Number of entries of L.
     pub fn nnz(&self) -> usize {
         self.tree.nnz()
     }
 
-    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length.
+    /// Number of additions and multiplications of one factorisation: the sum of the squared column lengths of L.
     pub fn flops(&self) -> f64 {
         self.tree.operations()
     }
 
-    /// Memory apart from L while it is computed \[bytes\]: the messages on the threads that there are, or on two, which a case may get later; and twice
-    /// as much for memory that was freed and does not fit, but no more than is kept. Measured in all: up to 2.3 times the messages where L is smaller than
-    /// what is kept, and the messages alone where it is larger.
+    /// Memory in addition to L while it is computed \[bytes\]: the messages on the threads in use, or on two, which a case may get later; and twice
+    /// as much for freed memory that cannot be reused, limited to the size from which memory is returned. Measured in total: up to 2.3 times the
+    /// messages if L is smaller than that size, and the messages alone if it is larger.
     pub fn work_bytes(&self) -> usize {
         let messages = 8 * self.tree.waiting(threads::count().max(2));
         messages + (2 * messages).min(KEPT)
     }
 
-    /// LLᵀ; false where a pivot is not positive.
+    /// Factorises by LLᵀ; returns false if a pivot is not positive.
     pub fn definite(&mut self, values: &[f64]) -> bool {
         self.factorise(values, Kind::Llt).is_ok()
     }
 
-    /// LDLᵀ without pivoting; the number of negative pivots.
+    /// Factorises by LDLᵀ without pivoting; returns the number of negative pivots.
     pub fn indefinite(&mut self, values: &[f64]) -> Result<usize, ZeroPivot> {
         self.factorise(values, Kind::Ldlt)
     }
@@ -84,7 +85,7 @@ impl Direct {
         (self.kind, self.rounded) = (None, false);
         let Self { tree, offsets, entries, l, .. } = self;
         if l.is_empty() {
-            // Pages that are cleared when threads write to them first
+            // Zeroed pages, which the system clears only when threads first write to them
             *l = vec![0.0; tree.nnz()];
         }
         let mut rest = &mut l[..];
@@ -103,12 +104,12 @@ impl Direct {
         Ok(roots.iter().map(|update| update.negative).sum())
     }
 
-    /// Solves in place, unchecked; `columns` of length n are one after the other.
+    /// Solves in place, without a check; `columns` holds consecutive columns of length n.
     pub fn solve(&self, columns: &mut [f64]) {
         self.substitute(&self.l, columns, |x, _| x, |x, _| x);
     }
 
-    /// Solves with L rounded to single precision: half the memory traffic. Columns are scaled to the range of single precision.
+    /// Solves with L rounded to single precision, which halves the memory traffic. Columns are scaled to the range of single precision.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
         if !std::mem::replace(&mut self.rounded, true) {
             if self.single.is_empty() {
@@ -125,7 +126,7 @@ impl Direct {
         self.substitute(&self.single, columns, round, |x, right| f64::from(x) * sizes[right]);
     }
 
-    /// Solves with this L in its precision; the numbers of a column are rounded to it and widened from it.
+    /// Solves with this L in its own precision; `round` converts the entries of a column to it, and `widen` converts them back.
     fn substitute<T: Number>(
         &self,
         l: &[T],
@@ -135,7 +136,7 @@ impl Direct {
     ) {
         let (tree, k) = (&self.tree, columns.len() / self.n);
         let kind = self.kind.expect("solve is called only after a successful factorisation");
-        // All columns of a supernode are next to each other.
+        // The values of all right-hand sides are stored together for each supernode.
         let mut x = vec![T::default(); columns.len()];
         let mut rest = &mut x[..];
         let split = |supernode: &Supernode| {
@@ -167,7 +168,7 @@ impl Direct {
     }
 }
 
-/// The entries of A by supernodes: slot, and place in the block; with the offset of each supernode.
+/// The entries of A by supernodes: slot, and index in the block; with the offset of each supernode.
 fn places(pattern: &SymPattern, step: &[u32], tree: &EliminationTree) -> (Vec<usize>, Vec<(u32, u32)>) {
     let mut owner = vec![0_u32; pattern.n];
     for (s, supernode) in tree.supernodes.iter().enumerate() {
@@ -218,14 +219,14 @@ mod tests {
         (pattern, values)
     }
 
-    /// Negative eigenvalues of it: 6 + shift − 2 Σ cos(k π/(n + 1)).
+    /// Number of its negative eigenvalues: 6 + shift − 2 Σ cos(k π/(n + 1)).
     fn negative(n: u32, shift: f64) -> usize {
         let cos = |k: u32| 2.0 * (f64::from(k) * std::f64::consts::PI / f64::from(n + 1)).cos();
         let all = (1..=n).flat_map(|i| (1..=n).flat_map(move |j| (1..=n).map(move |k| (i, j, k))));
         all.filter(|&(i, j, k)| 6.0 + shift < cos(i) + cos(j) + cos(k)).count()
     }
 
-    /// The parts of a part do not add up once for each level of the tree. A further thread holds what one more part does.
+    /// The parts of a part are not counted again at each level of the tree. An additional thread holds the messages of one more part.
     #[test]
     fn messages_that_wait_are_counted_for_the_threads_there_are() {
         let (pattern, _) = laplacian(25, 0.0);
@@ -237,7 +238,7 @@ mod tests {
         assert!((on[0]..=on[0] * 3 / 2).contains(&on[1]) && on[1] < on[2] && on[2] <= on[3], "{in_turn}: {on:?}");
     }
 
-    /// Condition number below 1e4: 1e-11 leaves a digit of room; in single precision 1e-2.
+    /// Condition number below 1e4: 1e-11 leaves a margin of one digit; in single precision 1e-2.
     #[test]
     fn factors_and_solutions_have_the_same_bits_for_any_number_of_threads() {
         const N: u32 = 15;
@@ -269,7 +270,7 @@ mod tests {
     }
 
     /// A dense matrix is one supernode: 1 100 columns, three panels in several parts. Diagonal dominance bounds the condition number by 10: 1e-12
-    /// leaves two digits of room. A diagonal of both signs has as many negative eigenvalues as negative entries (Gershgorin).
+    /// leaves a margin of two digits. A diagonal of both signs has as many negative eigenvalues as negative entries (Gershgorin).
     #[test]
     fn a_supernode_of_several_panels_has_the_same_bits_for_any_number_of_threads() {
         const N: u32 = 1100;

@@ -1,11 +1,11 @@
 //! The supernodes of a factor L as a tree, and its division into tasks for threads.
 //!
-//! A supernode is a range of columns of L with the same rows below them; its parent has the first of these rows among its columns. In a
-//! postorder every subtree is contiguous. The elimination goes up the tree and the back-substitution down (Liu, SIAM Review 34, 1992): a
-//! supernode takes from its children, or its parent, a *message* only, so that disjoint subtrees are independent.
+//! A supernode is a range of columns of L with the same rows below them; its parent has the first of these rows among its columns. In a postorder
+//! every subtree is contiguous. The elimination proceeds up the tree and the back-substitution down (Liu, SIAM Review 34, 1992): a supernode receives
+//! only *messages* from its children, or from its parent, so that disjoint subtrees are independent.
 //!
-//! The tasks follow from counts of operations, never from the number of threads, and messages are taken in the order of the children:
-//! the same bits come from any number of threads.
+//! The tasks depend on operation counts, never on the number of threads, and messages are taken in the order of the children, so that the results are
+//! bit-identical for any number of threads.
 
 use crate::math::sparse::SymPattern;
 use crate::math::threads;
@@ -17,49 +17,49 @@ use faer::sparse::linalg::cholesky::{
 };
 use std::ops::Range;
 
-/// Share of all operations that is worth a task of its own.
+/// Smallest share of all operations that is worth a task of its own.
 const TASK_SHARE: f64 = 0.01;
-/// Least number of operations that is worth a task of its own.
+/// Smallest number of operations that is worth a task of its own.
 const TASK_LEAST: f64 = 1e6;
 
-/// Columns of L that share their rows.
+/// Consecutive columns of L with the same rows below them.
 #[derive(Clone, Debug)]
 pub(super) struct Supernode {
     pub columns: Range<usize>,
-    /// Of the rows below the columns, in [`EliminationTree::rows`]
+    /// Range of the rows below the columns, in [`EliminationTree::rows`]
     pub rows: Range<usize>,
-    /// Of its block of L, columns one after another: the rows of its own columns, then those below
+    /// Range of its block of L, column after column: the rows of its own columns, then those below
     pub values: Range<usize>,
-    /// Ascending
+    /// Indices of the children, ascending
     pub children: Vec<usize>,
     /// First supernode of its subtree
     first: usize,
-    /// Operations of its subtree
+    /// Number of operations of its subtree
     operations: f64,
 }
 
-/// A subtree, and the parts of it that other threads may do.
+/// A subtree, and the parts of it that other threads may process.
 #[derive(Clone, Debug)]
 struct Task {
     supernodes: Range<usize>,
-    /// Disjoint, ascending
+    /// Disjoint parts, ascending
     parts: Vec<Task>,
 }
 
-/// The supernodes in postorder.
+/// The elimination tree: its supernodes in postorder.
 #[derive(Clone, Debug)]
 pub(super) struct EliminationTree {
     pub supernodes: Vec<Supernode>,
     /// Rows below the columns of the supernodes, ascending within each
     pub rows: Vec<u32>,
-    /// \[rows\] place of the row in its parent: one of the columns, or behind them one of the rows
+    /// \[rows\] place of the row in the block of its parent: its columns come first, then the rows below them
     pub places: Vec<u32>,
     pub roots: Vec<usize>,
     all: Task,
 }
 
 impl EliminationTree {
-    /// The tree of a pattern whose columns are postordered; none where L has more entries than 32 bits count.
+    /// Builds the tree of a pattern whose columns are postordered; `None` if L has more entries than 32 bits can count.
     pub fn new(pattern: &SymPattern) -> Option<Self> {
         let n = pattern.n;
         let (col_ptr, row_idx) = pattern.upper();
@@ -93,17 +93,17 @@ impl EliminationTree {
         Some(tree)
     }
 
-    /// Entries of L.
+    /// Number of entries of L.
     pub fn nnz(&self) -> usize {
         self.supernodes.last().map_or(0, |s| s.values.end)
     }
 
-    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length.
+    /// Number of additions and multiplications of one factorisation: the sum of the squared column lengths of L.
     pub fn operations(&self) -> f64 {
         self.roots.iter().map(|&root| self.supernodes[root].operations).sum()
     }
 
-    /// Tasks that it is divided into.
+    /// Number of tasks that the tree is divided into.
     #[cfg(test)]
     pub fn tasks(&self) -> usize {
         fn count(task: &Task) -> usize {
@@ -112,16 +112,17 @@ impl EliminationTree {
         count(&self.all)
     }
 
-    /// The largest sum of messages of an elimination on this many threads that wait at the same time \[entries\].
+    /// The largest total size of the messages that wait at the same time during an elimination on this number of threads \[entries\].
     pub fn waiting(&self, threads: usize) -> usize {
         self.waiting_in(&self.all, threads).0[threads]
     }
 
-    /// \[threads + 1\] the largest such sum in a task on so many, and the messages that it leaves.
+    /// \[threads + 1\] the largest total size of waiting messages within a task, for each number of threads, and the size of the messages that the
+    /// task leaves.
     fn waiting_in(&self, task: &Task, threads: usize) -> (Vec<usize>, usize) {
         let of_parts: Vec<(Vec<usize>, usize)> = task.parts.iter().map(|part| self.waiting_in(part, threads)).collect();
         let left = of_parts.iter().map(|part| part.1).sum::<usize>();
-        // Each thread is in one part, and the parts without any have left their messages
+        // Each thread is in one part, and the parts without a thread have left their messages
         let mut most = vec![left; threads + 1];
         for (in_part, of_part) in &of_parts {
             for all in (1..=threads).rev() {
@@ -138,7 +139,7 @@ impl EliminationTree {
         (most.into_iter().map(|parts| parts.max(after)).collect(), now)
     }
 
-    /// The largest sum of messages that wait at the same time where one thread takes the supernodes in turn \[entries\].
+    /// The largest total size of the messages that wait at the same time when one thread processes the supernodes in turn \[entries\].
     #[cfg(test)]
     pub fn waiting_in_turn(&self) -> usize {
         fn in_turn(task: &Task) -> Vec<usize> {
@@ -158,7 +159,7 @@ impl EliminationTree {
         self.supernodes[s].rows.len().pow(2)
     }
 
-    /// Parents, children, operations, and places in the parent.
+    /// Sets the children, the operation counts, and the places of rows in the parents.
     fn connect(&mut self, n: usize) {
         let Self { supernodes, rows, places, roots, .. } = self;
         let mut owner = vec![0; n];
@@ -200,7 +201,7 @@ impl EliminationTree {
         self.all = Task { supernodes: 0..self.supernodes.len(), parts };
     }
 
-    /// The subtrees below some supernodes that are worth a task, where they are more than one: else those further down.
+    /// The subtrees of the supernodes `of` that are worth a task. If there is only one, its children are examined instead, and so on down the tree.
     fn parts(&self, of: &[usize], worth: f64) -> Vec<Task> {
         let mut of = of;
         loop {
@@ -218,8 +219,8 @@ impl EliminationTree {
         Task { supernodes: supernode.first..root + 1, parts: self.parts(&supernode.children, worth) }
     }
 
-    /// Goes up from the leaves to the roots: `visit` gets a supernode, its own of the `data`, and the messages of its children, and returns
-    /// its message to the parent. Returns those of the roots.
+    /// Traverses the tree from the leaves to the roots: `visit` gets a supernode, its element of `data`, and the messages of its children, and
+    /// returns its message to the parent. Returns the messages of the roots.
     pub fn up<D: Send, M: Send, E: Send>(
         &self,
         data: &mut [D],
@@ -252,8 +253,8 @@ impl EliminationTree {
         Ok(waiting)
     }
 
-    /// Goes down from the roots to the leaves: `visit` gets a supernode, its own of the `data`, and the message of its parent, or for a
-    /// root that of `waiting`; it pushes one message for each child, in their order.
+    /// Traverses the tree from the roots to the leaves: `visit` gets a supernode, its element of `data`, and the message of its parent, or, for a
+    /// root, its message in `waiting`; it pushes one message for each child, in the order of the children.
     pub fn down<D: Send, M: Send>(
         &self,
         data: &mut [D],
@@ -289,18 +290,18 @@ impl EliminationTree {
 
 /// The data of the supernodes of a task.
 struct Separated<'a, D> {
-    /// Before, between and after its parts, each with the first supernode
+    /// The data before, between and after the parts of the task, each with the first supernode
     between: Vec<(usize, &'a mut [D])>,
     of_parts: Vec<&'a mut [D]>,
 }
 
 impl Task {
-    /// Its supernodes that are in none of its parts.
+    /// The supernodes of the task that are in none of its parts.
     fn between(&self) -> impl Iterator<Item = usize> + '_ {
         self.supernodes.clone().filter(|s| !self.parts.iter().any(|part| part.supernodes.contains(s)))
     }
 
-    /// Separates the data of its supernodes from those of its parts.
+    /// Separates the data of the other supernodes of the task from those of its parts.
     fn separate<'a, D>(&self, mut data: &'a mut [D]) -> Separated<'a, D> {
         let (mut between, mut of_parts, mut next) = (Vec::new(), Vec::new(), self.supernodes.start);
         for part in &self.parts {

@@ -1,4 +1,4 @@
-//! The prepared solver of matrices of one pattern: a factorisation, or the hierarchy that takes its place.
+//! The prepared solver for matrices of one pattern: a factorisation, or a multigrid hierarchy in its place.
 
 use super::bordered::Bordered;
 use super::error::LinearError;
@@ -8,7 +8,7 @@ use crate::math::multigrid::{BottomFactor, Multigrid};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The prepared solver.
+/// The solver that is ready for the current matrix.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Ready {
     None,
@@ -16,93 +16,94 @@ pub(super) enum Ready {
     Iterative,
 }
 
-/// Why a right side was not solved for.
+/// Reason why a right-hand side was not solved for.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum GaveUp {
-    /// The Krylov method met negative curvature
+    /// The Krylov method found negative curvature
     Indefinite,
     /// The Krylov method took too many iterations
     Slow,
-    /// ‖Ax − b‖/‖b‖ stayed above the bound, and above rounding, after refinement
+    /// ‖Ax − b‖/‖b‖ stayed above the bound, and above the rounding level, after refinement
     Inaccurate { residual: f64 },
 }
 
-/// The matrices that are expected.
+/// The kind of matrices that are expected.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Definiteness {
     /// Positive definite: LLᵀ is tried first
     Positive,
-    /// Of saddle points, with negative eigenvalues: LDLᵀ at once
+    /// Saddle points, with negative eigenvalues: LDLᵀ at once
     Saddle,
 }
 
-/// Right sides solved for by the Krylov method to the full accuracy, and the iterations for them.
+/// Numbers of right-hand sides that the Krylov method solved to full accuracy, and of the iterations for them.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub struct GradientCounts {
     pub solves: usize,
     pub iterations: usize,
 }
 
-/// Factorisation of matrices of one pattern, or what takes its place. Symbolic work is done once; buffers are reused.
+/// Factorisation of matrices of one pattern, or the hierarchy in its place. Symbolic work is done once; buffers are reused.
 pub struct Factor {
     pub(super) pattern: Arc<Pattern>,
     method: Method,
-    /// Unless the iterative path is taken and had no need of it
+    /// The direct factorisation; `None` on the iterative path as long as it was not needed
     pub(super) direct: Option<Bordered>,
-    /// On the iterative path
+    /// The hierarchy, on the iterative path
     pub(super) multigrid: Option<Multigrid>,
     pub(super) ready: Ready,
-    /// Memory of a factor of this pattern that was larger than allowed \[GB\]
+    /// Memory of the factor of this pattern if it was larger than allowed \[GB\]
     too_large: Option<f64>,
-    /// The unknowns are numbered in elimination order
+    /// Whether the unknowns are numbered in elimination order
     in_order: bool,
     definiteness: Definiteness,
     /// \[unknowns\] u at the next factorisation \[m\]; empty at rest
     displacement: Vec<f64>,
-    /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
-    /// iterative path.
+    /// Number of negative eigenvalues of the matrix that was factorised last, from its negative pivots (Sylvester's law of inertia). They are not
+    /// counted on the iterative path.
     pub negative_eigenvalues: usize,
-    /// Why this path was taken
+    /// Reason for the choice of this path
     pub why: String,
-    /// Numeric factorisations, or set-ups of a hierarchy, so far.
+    /// Number of numeric factorisations, or set-ups of a hierarchy, so far.
     pub count: usize,
-    /// Of them factorisations where the iterative path gave up
+    /// Number of these factorisations that were made because the iterative path gave up
     pub fallbacks: usize,
-    /// Right sides solved for so far; on the iterative path hierarchies applied, one an iteration of the Krylov method
+    /// Number of right-hand sides solved for so far; on the iterative path, of applications of the hierarchy, one for each iteration of the Krylov
+    /// method
     pub solves: usize,
     pub gradients: GradientCounts,
     pub factor_time: Duration,
     pub solve_time: Duration,
 }
 
-/// Entries of a column of L, on average, for which a factorisation takes as long as one back-substitution (measured on bodies
-/// of 12 000 to 25 000 unknowns).
+/// Average number of entries in a column of L at which a factorisation takes as long as one back-substitution (measured on bodies of 12 000 to 25 000
+/// unknowns).
 const ENTRIES_PER_SOLVE: f64 = 45.0;
-/// Applications of a hierarchy that take as long as its set-up (measured on bodies of 45 000 to 290 000 unknowns).
+/// Number of applications of a hierarchy that take as long as its set-up (measured on bodies of 45 000 to 290 000 unknowns).
 const CYCLES_PER_SET_UP: f64 = 20.0;
-/// Memory of a set-up per entry of the tangent (69 and 70 measured on tet4, half a million and 150 000 cells; 59 on tet10 with pressures, 200 000
-/// cells).
+/// Memory of a set-up per entry of the tangent \[bytes\] (measured: 69 and 70 for tet4 with half a million and 150 000 cells; 59 for tet10 with
+/// pressures and 200 000 cells).
 const SET_UP_BYTES: f64 = 72.0;
-/// Iterations that are worth a new hierarchy.
+/// Number of iterations with a lagged hierarchy that is worth a new one.
 const PATIENCE: usize = 150;
 
 impl Factor {
-    /// A factor of matrices that are expected to be positive definite.
+    /// A factor for matrices that are expected to be positive definite.
     pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::by(Method::default(), pattern.into(), Definiteness::Positive)
     }
 
-    /// A factor of matrices of saddle points: LDLᵀ at once.
+    /// A factor for matrices of saddle points, which uses LDLᵀ at once.
     pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
         Self::by(Method::default(), pattern.into(), Definiteness::Saddle)
     }
 
-    /// A factor that is direct or iterative, by a method.
+    /// A factor that is direct or iterative, as `method` decides.
     pub fn by(method: Method, pattern: Arc<Pattern>, definiteness: Definiteness) -> Self {
         Self::with(pattern, method, definiteness, true)
     }
 
-    /// Goes over to another pattern of the same size, with an elimination order of its own; counts and times go on.
+    /// Switches to another pattern of the same size, with its own elimination order; counts and times continue.
     pub fn take_pattern(&mut self, pattern: &Arc<Pattern>, in_order: bool) {
         if Arc::ptr_eq(&self.pattern, pattern) {
             return;
@@ -156,17 +157,17 @@ impl Factor {
         self.multigrid.as_ref()
     }
 
-    /// Whether the last factorisation gave the inertia of the matrix: its negative eigenvalues are counted.
+    /// Whether the last factorisation determined the inertia of the matrix, so that its negative eigenvalues are counted.
     pub fn has_inertia(&self) -> bool {
         self.ready == Ready::Direct
     }
 
-    /// Whether another method than the chosen one is used, for this matrix only.
+    /// Whether this matrix alone is factorised although the iterative path was chosen.
     pub fn fell_back(&self) -> bool {
         self.multigrid.is_some() && self.ready == Ready::Direct
     }
 
-    /// Stored entries of the factor L, or of the hierarchy.
+    /// Number of stored entries of the factor L, or of the hierarchy.
     pub fn nnz(&self) -> usize {
         match (&self.multigrid, &self.direct) {
             (Some(multigrid), _) => multigrid.size.entries,
@@ -174,8 +175,8 @@ impl Factor {
         }
     }
 
-    /// Memory that the factorisation is going to take \[bytes\]: L, its copy in single precision, and what waits for its place in L. On the iterative path
-    /// what the set-up of the hierarchy was measured to take on large meshes.
+    /// Memory that the factorisation will take \[bytes\]: L, its copy in single precision, and the messages that wait during the elimination. On the
+    /// iterative path it is estimated from set-ups that were measured on large meshes.
     pub fn bytes(&self) -> f64 {
         match &self.direct {
             Some(direct) => 12.0 * direct.nnz() as f64 + direct.work_bytes() as f64,
@@ -183,7 +184,7 @@ impl Factor {
         }
     }
 
-    /// Back-substitutions that a factorisation costs, by counts; or applications of the hierarchy that its set-up costs.
+    /// Cost of a factorisation in back-substitutions, by operation counts; on the iterative path, cost of a set-up in applications of the hierarchy.
     pub fn relative_cost(&self) -> f64 {
         match &self.multigrid {
             Some(_) => CYCLES_PER_SET_UP,
@@ -191,13 +192,13 @@ impl Factor {
         }
     }
 
-    /// Iterations with an old factor that pay at most, by counts.
+    /// Largest number of iterations with a lagged factor that costs less than a new factorisation, by operation counts.
     pub fn patience(&self, solves: f64) -> usize {
         if self.multigrid.is_some() { PATIENCE } else { (solves * self.relative_cost()).ceil() as usize }
     }
 
-    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length. Of one set-up on
-    /// the iterative path.
+    /// Number of additions and multiplications of one factorisation: the sum of the squared column lengths of L. On the iterative path, that of one
+    /// set-up.
     pub fn flops(&self) -> f64 {
         match (&self.multigrid, &self.direct) {
             (Some(multigrid), _) => multigrid.size.set_up,
@@ -205,7 +206,7 @@ impl Factor {
         }
     }
 
-    /// Displacements \[unknowns\] at which the next matrix is the tangent: rigid motions are about where the nodes are.
+    /// Sets the displacements \[unknowns\] at which the next matrix is the tangent, because rigid motions depend on the positions of the nodes.
     pub fn move_to(&mut self, x: &[f64]) {
         if self.multigrid.is_some() {
             self.displacement.clear();
@@ -213,8 +214,7 @@ impl Factor {
         }
     }
 
-    /// Factorises A: LLᵀ, and where a pivot is not positive, LDLᵀ with the negative pivots counted. On the iterative path a hierarchy is
-    /// set up.
+    /// Factorises A by LLᵀ or, if a pivot is not positive, by LDLᵀ with the negative pivots counted. On the iterative path a hierarchy is set up.
     pub fn factorise(&mut self, values: &[f64]) -> Result<(), LinearError> {
         let start = Instant::now();
         let result = self.factorise_untimed(values);
@@ -232,19 +232,19 @@ impl Factor {
         if self.multigrid.is_none() {
             return self.factorise_directly(values);
         }
-        // Memory of an earlier factorisation, which a new one needs.
+        // Frees the memory of an earlier factorisation, which a new one needs
         self.direct = None;
         if self.set_up_hierarchy(values, BottomFactor::Definite) {
             return Ok(());
         }
         match self.fall_back(values, GaveUp::Indefinite) {
-            // The displacements of a mixed formulation alone may be indefinite where the whole tangent is stable
+            // The displacement block of a mixed formulation may be indefinite although the whole tangent is stable
             Err(LinearError::Indefinite { .. }) if self.set_up_hierarchy(values, BottomFactor::Indefinite) => Ok(()),
             other => other,
         }
     }
 
-    /// Whether there is a hierarchy of A, with this factor at its bottom.
+    /// Sets up a hierarchy of A with this treatment of the bottom; returns whether it succeeded.
     fn set_up_hierarchy(&mut self, values: &[f64], bottom: BottomFactor) -> bool {
         let Some(multigrid) = &mut self.multigrid else { return false };
         if bottom == BottomFactor::Indefinite && multigrid.is_symmetric() {
@@ -258,7 +258,7 @@ impl Factor {
         is_set_up
     }
 
-    /// Factorises A and counts its negative eigenvalues, on the iterative path too where the memory allows it.
+    /// Factorises A and counts its negative eigenvalues, on the iterative path too if the memory allows it.
     pub fn factorise_counting(&mut self, values: &[f64]) -> Result<(), LinearError> {
         if self.multigrid.is_none() {
             return self.factorise(values);
@@ -270,7 +270,7 @@ impl Factor {
         result
     }
 
-    /// The matrix is not one for the Krylov method, or this is slow: it is factorised where that is allowed.
+    /// Factorises a matrix that is not suited for the Krylov method, or for which this is slow, if the memory allows it.
     pub(super) fn fall_back(&mut self, values: &[f64], gave_up: GaveUp) -> Result<(), LinearError> {
         self.ready = Ready::None;
         self.multigrid.iter_mut().for_each(Multigrid::clear);
@@ -336,12 +336,12 @@ mod tests {
                 (1..=n).filter(|&k| d < 2.0 * (k as f64 * std::f64::consts::PI / (n as f64 + 1.0)).cos()).count();
             assert_eq!(factor.negative_eigenvalues, negative, "d = {d}");
             factor.solve(&values, &mut b).expect("accurate");
-            // Condition number below 100, so 1e-12 leaves two digits of room.
+            // Condition number below 100, so that 1e-12 leaves a margin of two digits
             assert!(b.iter().zip(&x).all(|(b, x)| (b - x).abs() < 1e-12), "d = {d}");
         }
     }
 
-    /// Condition number below 100 and single precision, ε = 6e-8: 1e-4 leaves room for a few roundings a row.
+    /// Condition number below 100 and single precision, ε = 6e-8: 1e-4 leaves room for a few roundings per row.
     #[test]
     fn solves_roughly_in_single_precision() {
         for d in [2.5, -0.3] {

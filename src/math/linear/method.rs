@@ -1,33 +1,33 @@
-//! Choice of the method for a matrix: by counts, never by the clock or by the machine.
+//! Choice of the method for a matrix: by operation counts, never by the clock or the machine.
 
 use crate::math::multigrid::Places;
 use std::sync::Arc;
 
-/// Iterations of the Krylov method for one right side.
+/// Largest number of iterations of the Krylov method for one right-hand side.
 pub(super) const MOST_ITERATIONS: usize = 600;
 
-/// Choice of the user.
+/// The user's choice of the method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Linear {
-    /// By the counts of the factor
+    /// By the operation counts of the factor
     #[default]
     Auto,
     Direct,
     Iterative,
 }
 
-/// How to choose, and what the iterative path needs.
+/// Criteria for the choice of the method, and the data that the iterative path needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Method {
     pub linear: Linear,
-    /// The largest factor that is made \[GB\]
+    /// Largest factor that is computed \[GB\]
     pub factor_memory: f64,
-    /// Or why the matrix is not one for the iterative path
+    /// The displacements of the nodes, or the reason why the matrix is not suited for the iterative path
     pub places: Result<Arc<Places>, &'static str>,
 }
 
 impl Default for Method {
-    /// Direct, as long as 32 bits count its entries.
+    /// The direct method, as long as 32 bits can count the entries of the factor.
     fn default() -> Self {
         Self { linear: Linear::Direct, factor_memory: f64::INFINITY, places: Err("the nodes are not known") }
     }
@@ -36,16 +36,16 @@ impl Default for Method {
 /// Cost of a factorisation.
 #[derive(Clone, Copy)]
 pub(super) struct Cost {
-    /// Entries of L
+    /// Number of entries of L
     pub nnz: usize,
-    /// Additions and multiplications
+    /// Number of additions and multiplications
     pub flops: f64,
-    /// Entries of one triangle of A
+    /// Number of entries of one triangle of A
     pub matrix: usize,
 }
 
-/// Operations of a factorisation per entry of the matrix from which the iterative path is taken. It is faster from a tenth to a half of it on;
-/// the direct one counts negative eigenvalues, which is worth the time as long as it is little.
+/// Number of operations of a factorisation per entry of the matrix above which the iterative path is used. The iterative path is already faster from
+/// between a tenth and a half of this number; but the direct one counts negative eigenvalues, which is worth the time while it is short.
 const OPERATIONS: f64 = 5e4;
 
 /// Memory of the values of L \[GB\].
@@ -54,13 +54,13 @@ pub(super) fn gigabytes(nnz: usize) -> f64 {
 }
 
 impl Method {
-    /// The iterative path, whatever the factor is.
+    /// Whether the user asks for the iterative path, whatever the size of the factor.
     pub(super) fn is_asked_for(&self) -> bool {
         self.linear == Linear::Iterative && self.places.is_ok()
     }
 
-    /// The places for the iterative path if it is taken, and why it is or is not. No `cost` is known where the factor has more entries
-    /// than can be counted, or where it does not matter.
+    /// Returns the places of the unknowns if the iterative path is used, and the reason for the choice. `cost` is `None` if the factor has more
+    /// entries than can be counted, or if the cost does not matter.
     pub(super) fn choose(&self, cost: Option<Cost>) -> (Option<Arc<Places>>, String) {
         if self.is_asked_for() {
             return (self.places.clone().ok(), "asked for".into());

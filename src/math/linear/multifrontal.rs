@@ -1,4 +1,4 @@
-//! Elimination of the columns of one supernode: dense work by faer's kernels, large blocks in parts for threads.
+//! Elimination of the columns of one supernode: dense work by faer's kernels; large blocks are divided into parts for threads.
 
 use super::elimination_tree::{EliminationTree, Supernode};
 use crate::math::threads;
@@ -12,9 +12,9 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Par};
 use std::ops::Range;
 
-/// Columns of a supernode that are eliminated before the others take their part.
+/// Number of columns of a supernode that are eliminated before the remaining columns are updated.
 const PANEL: usize = 512;
-/// Columns of a part of dense work, and the additions and multiplications from which on there is more than one part.
+/// Number of columns in a part of dense work, and the number of additions and multiplications from which there is more than one part.
 const PART: usize = 192;
 const WORK: usize = 2_000_000;
 
@@ -29,15 +29,15 @@ pub(super) enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ZeroPivot;
 
-/// Message of a supernode to its parent in an elimination.
+/// Message of a supernode to its parent in an elimination (update matrix).
 pub(super) struct Update {
-    /// \[rows × rows\] lower triangle by columns: what its subtree adds to the matrix of the unknowns that are left
+    /// \[rows × rows\] lower triangle by columns: the contribution of its subtree to the matrix of the remaining unknowns
     schur: Vec<f64>,
-    /// Negative pivots of its subtree
+    /// Number of negative pivots in its subtree
     pub negative: usize,
 }
 
-/// Eliminates the columns of a supernode, whose entries of A are in `block`; in their place come those of L.
+/// Eliminates the columns of a supernode, whose entries of A are in `block`; they are overwritten by those of L.
 pub(super) fn eliminate(
     tree: &EliminationTree,
     supernode: &Supernode,
@@ -69,7 +69,7 @@ pub(super) fn eliminate(
     Ok(update)
 }
 
-/// Eliminates columns: their diagonal block becomes that of L, and the rows below it too. Returns those rows times D, for LDLᵀ.
+/// Eliminates columns: their diagonal block and the rows below it are overwritten by those of L. For LDLᵀ, returns the rows below times D.
 fn eliminate_panel(
     mut own: MatMut<f64>,
     mut below: MatMut<f64>,
@@ -99,7 +99,7 @@ fn eliminate_panel(
     if kind == Kind::Llt {
         return Ok(None);
     }
-    // Now L D; the products need L too.
+    // This is L D; the products also need L.
     let scaled = below.to_owned();
     for j in 0..width {
         let d = own[(j, j)];
@@ -112,7 +112,7 @@ fn eliminate_panel(
     Ok(Some(scaled))
 }
 
-/// A ← A − B Cᵀ, rows from the diagonal of A on.
+/// A ← A − B Cᵀ, in each column the rows from the diagonal of A on.
 fn subtract(a: MatMut<f64>, b: MatRef<f64>, c: MatRef<f64>) {
     use BlockStructure::{Rectangular, TriangularLower};
     let work = b.nrows() * c.nrows() * c.ncols();
@@ -127,8 +127,8 @@ fn subtract(a: MatMut<f64>, b: MatRef<f64>, c: MatRef<f64>) {
     });
 }
 
-/// Columns that threads work on at the same time, with the first of each part: all of them where the `work` is small. The parts do not depend on
-/// the number of threads.
+/// Divides columns into parts on which threads work at the same time, each with the index of its first column; there is one part if the `work` is
+/// small. The parts do not depend on the number of threads.
 fn parts(mut columns: MatMut<f64>, work: usize) -> Vec<(usize, MatMut<f64>)> {
     let width = if work < WORK { columns.ncols().max(1) } else { PART };
     let (mut parts, mut first) = (Vec::new(), 0);
@@ -141,13 +141,13 @@ fn parts(mut columns: MatMut<f64>, work: usize) -> Vec<(usize, MatMut<f64>)> {
     parts
 }
 
-/// Adds the message of a child to the block of its parent, `c` columns, and to its message of `m` rows.
+/// Adds the message of a child to the block of its parent, which has `c` columns, and to the message of the parent, which has `m` rows.
 fn add(child: &Update, places: &[u32], (block, c): (&mut [f64], usize), (schur, m): (&mut [f64], usize)) {
     let (height, runs) = (c + m, runs(places));
     let mut passed = 0;
     for (j, (&column, values)) in places.iter().zip(child.schur.chunks_exact(places.len())).enumerate() {
         let column = column as usize;
-        // A column of the block has all rows, one of the message those below the columns.
+        // A column of the block has all rows; a column of the message has only those below the columns
         let (to, first) = if column < c {
             (&mut block[column * height..][..height], 0)
         } else {
@@ -162,7 +162,7 @@ fn add(child: &Update, places: &[u32], (block, c): (&mut [f64], usize), (schur, 
     }
 }
 
-/// The places that follow each other without a gap, so that their values are added at once.
+/// Runs of consecutive places, whose values are added at once.
 fn runs(places: &[u32]) -> Vec<Range<usize>> {
     let mut start = 0;
     let run = |run: &[u32]| {

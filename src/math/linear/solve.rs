@@ -1,6 +1,6 @@
-//! Solutions with what a factorisation left, checked: ‖b − Ax‖ ≤ 1e-9 ‖b‖, or the residual is rounding.
+//! Solution with a prepared factor, checked: ‖b − Ax‖ ≤ 1e-9 ‖b‖, or the residual is at the rounding level.
 //!
-//! A column that the Krylov method does not solve is solved by a factorisation of its own, where the memory allows one.
+//! A column that the Krylov method does not solve is solved by a factorisation, if the memory allows one.
 
 use super::error::LinearError;
 use super::factor::{Factor, GaveUp, Ready};
@@ -12,14 +12,14 @@ use std::time::Instant;
 
 /// Largest accepted ‖Ax − b‖/‖b‖ of a solve, after refinement.
 const SOLVE_TOLERANCE: f64 = 1e-9;
-/// Reduction of the residual after which minimal residuals begin again.
+/// Reduction of the residual after which minimal residuals are restarted.
 const RESTART: f64 = 1e-3;
-/// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
-/// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
+/// Size of the residual relative to ‖|A||x|‖ that counts as rounding: slender bodies and large stiffness ratios allow no smaller one, and x is then
+/// the exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl Factor {
-    /// Solves A X = B in place; `columns` of length n one after the other. Checks the residual and refines twice at most.
+    /// Solves A X = B in place; `columns` holds consecutive columns of length n. Checks the residual and refines at most twice.
     pub fn solve(&mut self, values: &[f64], columns: &mut [f64]) -> Result<(), LinearError> {
         let start = Instant::now();
         let rhs = columns.to_vec();
@@ -68,7 +68,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Without a check; the Krylov method goes to half of the bounds \[columns\], so that its rounding has room.
+    /// Solves without a check; the Krylov method solves to half of the bounds \[columns\], which leaves room for rounding.
     fn solve_once(&mut self, values: &[f64], columns: &mut [f64], bounds: &[f64]) -> Result<(), GaveUp> {
         if self.ready == Ready::Direct {
             self.direct.as_ref().expect("it was factorised").solve(columns);
@@ -103,8 +103,8 @@ impl Factor {
         Ok(())
     }
 
-    /// Solves as a preconditioner does, unchecked: with L rounded to single precision, half the memory traffic; or by one application
-    /// of the hierarchy.
+    /// Solves without a check, for use as a preconditioner: with L rounded to single precision, which halves the memory traffic, or by one
+    /// application of the hierarchy.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
         let start = Instant::now();
         let n = self.pattern.n;
@@ -118,7 +118,7 @@ impl Factor {
     }
 }
 
-/// Generalised minimal residuals that begin again whenever three digits are gained, so that few directions are kept.
+/// Generalised minimal residuals, restarted whenever three digits are gained, so that few directions are stored.
 fn restarted(
     multiply: impl Fn(&[f64]) -> Vec<f64>,
     precondition: impl Fn(&[f64]) -> Vec<f64>,

@@ -1,7 +1,7 @@
-//! Forward and back substitution with one supernode, on one thread.
+//! Forward and back substitution for one supernode, on one thread.
 //!
-//! A substitution does two operations with each entry of L, so it takes as long as the memory needs to bring L. Columns of L are taken
-//! [`TOGETHER`] at a time: the vector is read once for all of them, and they stay in the cache for further right sides, which cost little.
+//! A substitution does only two operations with each entry of L, so that it is limited by the time to read L from memory. Columns of L are processed
+//! [`TOGETHER`] at a time: the vector is read once for all of them, and they stay in the cache for further right-hand sides, which cost little.
 
 use super::elimination_tree::{EliminationTree, Supernode};
 use super::multifrontal::Kind;
@@ -9,7 +9,7 @@ use crate::math::lanes::{Kernel, widest};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
-/// Columns of L that are taken at a time.
+/// Number of columns of L that are processed at a time.
 const TOGETHER: usize = 4;
 /// Number type of L and of the vectors.
 pub(super) trait Number:
@@ -49,8 +49,8 @@ macro_rules! number {
 number!(f32, as_simd_f32s, splat_f32s, mul_add_e_f32s, reduce_sum_f32s);
 number!(f64, as_simd_f64s, splat_f64s, mul_add_e_f64s, reduce_sum_f64s);
 
-/// Substitutes forward in the columns of a supernode: `own`, a vector for each of `k` right sides, becomes L⁻¹b of them. Returns the values
-/// of its columns and what is added to the right sides of the rows below, one vector for each.
+/// Substitutes forward in the columns of a supernode: `own`, a vector b for each of `k` right-hand sides, becomes L⁻¹b. Returns, for each right-hand
+/// side, the values of the columns followed by the contributions to the rows below.
 pub(super) fn forward<T: Number>(
     tree: &EliminationTree,
     supernode: &Supernode,
@@ -77,8 +77,8 @@ pub(super) fn forward<T: Number>(
     all
 }
 
-/// Substitutes back in the columns of a supernode, given the values `above` of the rows below its columns, a vector for each of `k` right
-/// sides; pushes those of its children.
+/// Substitutes back in the columns of a supernode, given the values `above` of the rows below its columns, a vector for each of `k` right-hand sides;
+/// pushes the values that its children need.
 pub(super) fn back<T: Number>(
     tree: &EliminationTree,
     supernode: &Supernode,
@@ -114,13 +114,13 @@ pub(super) fn back<T: Number>(
     }
 }
 
-/// Columns of L of a supernode.
+/// The columns of L of one supernode.
 #[derive(Clone, Copy)]
 struct Block<'a, T> {
     l: &'a [T],
     columns: usize,
     height: usize,
-    /// Of LDLᵀ: ones stand where D is stored
+    /// Whether L is that of LDLᵀ, with a unit diagonal in whose place D is stored
     unit: bool,
 }
 
@@ -144,7 +144,7 @@ impl<'a, T: Number> Block<'a, T> {
     }
 }
 
-/// \[right sides × (columns + rows)\] b becomes L⁻¹b in the columns, and loses their part in the rows.
+/// \[right-hand sides × (columns + rows)\] b becomes L⁻¹b in the columns, and their contribution is subtracted from the rows.
 struct Forward<'a, T>(Block<'a, T>, &'a mut [T]);
 
 impl<T: Number> Kernel for Forward<'_, T> {
@@ -179,7 +179,7 @@ impl<T: Number> Kernel for Forward<'_, T> {
     }
 }
 
-/// \[right sides × (columns + rows)\] The columns of b become those of L⁻ᵀb, given the rows of the solution.
+/// \[right-hand sides × (columns + rows)\] b becomes L⁻ᵀb in the columns, given the solution in the rows.
 struct Back<'a, T>(Block<'a, T>, &'a mut [T]);
 
 impl<T: Number> WithSimd for Back<'_, T> {

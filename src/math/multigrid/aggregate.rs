@@ -1,18 +1,17 @@
-//! Groups of strongly coupled nodes, each a node of the next level.
+//! Groups (aggregates) of strongly coupled nodes, each of which becomes a node of the next level.
 //!
 //! ```text
 //! i and j are strongly coupled where ‖A_ij‖² > θ² ‖A_ii‖ ‖A_jj‖
 //! ```
 //!
-//! Source: Vaněk, Mandel & Brezina, Computing 56, 1996, algorithm 2: a node whose strong neighbours are all free makes a group with
-//! them; what is left joins the group of its strongest neighbour, or makes groups of its own. Limits: groups depend on the order of the
-//! nodes.
+//! Source: Vaněk, Mandel & Brezina, Computing 56, 1996, algorithm 2: a node whose strong neighbours are all free forms a group with them; each
+//! remaining node joins the group of its strongest neighbour, or forms a new group. Limits: the groups depend on the order of the nodes.
 
 use super::blocks::{Block, BlockMatrix};
 
 const FREE: u32 = u32::MAX;
 
-/// \[nodes\] group of each node, and the number of groups.
+/// Returns \[nodes\] the group of each node, and the number of groups.
 pub fn aggregate<const B: usize>(a: &BlockMatrix<B, B>, theta: f64) -> (Vec<u32>, usize) {
     let size = |block: &Block<B, B>| block.iter().flatten().map(|v| v * v).sum::<f64>();
     let n = a.rows();
@@ -57,7 +56,7 @@ pub fn aggregate<const B: usize>(a: &BlockMatrix<B, B>, theta: f64) -> (Vec<u32>
 mod tests {
     use super::*;
 
-    /// A chain of nodes with couplings −1, and ε between the halves.
+    /// A chain of nodes with couplings −1, and ε between its halves.
     fn chain(n: usize, weak: f64) -> BlockMatrix<1, 1> {
         let mut m = BlockMatrix { columns: n, row_ptr: vec![0], ..BlockMatrix::default() };
         let couple = |i: usize| if i == n / 2 { -weak } else { -1.0 };
@@ -73,7 +72,7 @@ mod tests {
         m
     }
 
-    /// Every node is in one group, groups are of neighbours, about three nodes each, and none reaches over a weak coupling.
+    /// Every node is in one group, groups consist of neighbours, about three each, and none extends over a weak coupling.
     #[test]
     fn groups_are_of_strong_neighbours() {
         let (group, groups) = aggregate(&chain(60, 1e-3), 0.08);

@@ -1,24 +1,24 @@
-//! Sparse matrices of small dense blocks in compressed rows: what the levels of a multigrid hierarchy consist of.
+//! Sparse matrices of small dense blocks in compressed rows, as used by the levels of a multigrid hierarchy.
 
 use crate::math::sparse::accumulate;
 use crate::math::threads;
 use std::ops::Range;
 
-/// Blocks of a part of the rows at least, and parts at most: more than threads, so that they are even.
+/// Smallest number of blocks in a part of the rows, and largest number of parts: more parts than threads balance the load.
 const LEAST: usize = 50_000;
 const MOST: usize = 8;
-/// Times as many parts where each holds a product of its own.
+/// Factor on the number of parts where each part stores a product of its own.
 const FINER: usize = 4;
 
-/// A block of R × C, column by column: `block[c][r]`.
+/// A block of R × C stored by columns: `block[c][r]`.
 pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
 
-/// Blocks of R × C; columns ascend within a row.
+/// A matrix of R × C blocks; columns ascend within a row.
 #[derive(Clone, Debug, Default)]
 pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
-    /// Columns, in blocks
+    /// Number of block columns
     pub columns: usize,
-    /// \[rows + 1\]
+    /// \[rows + 1\] start of each row in `col` and `values`
     pub row_ptr: Vec<u32>,
     /// \[blocks\]
     pub col: Vec<u32>,
@@ -26,12 +26,12 @@ pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
     pub values: Vec<Block<R, C, T>>,
 }
 
-/// Where the blocks of Aᵀ are in A, row by row of Aᵀ.
+/// The positions of the blocks of Aᵀ in A, row by row of Aᵀ.
 struct Transposition {
     row_ptr: Vec<u32>,
-    /// \[blocks\] row in A
+    /// \[blocks\] row of each block in A
     row: Vec<u32>,
-    /// \[blocks\] place among the blocks of A
+    /// \[blocks\] index among the blocks of A
     slot: Vec<u32>,
 }
 
@@ -40,12 +40,12 @@ fn transposed<const R: usize, const C: usize, T: Copy>(block: &Block<R, C, T>) -
 }
 
 impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, C, T> {
-    /// Rows, in blocks.
+    /// Number of block rows.
     pub fn rows(&self) -> usize {
         self.row_ptr.len() - 1
     }
 
-    /// Where the blocks of row i are.
+    /// Range of the blocks of row i.
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         self.row_ptr[i] as usize..self.row_ptr[i + 1] as usize
     }
@@ -56,12 +56,12 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
         self.col[range.clone()].iter().map(|&j| j as usize).zip(&self.values[range])
     }
 
-    /// Numbers in the blocks.
+    /// Number of stored scalars.
     pub fn entries(&self) -> usize {
         R * C * self.values.len()
     }
 
-    /// Aᵀ
+    /// Returns Aᵀ.
     pub fn transposed(&self) -> BlockMatrix<C, R, T> {
         let Transposition { row_ptr, row, slot } = self.transposition();
         let values = slot.iter().map(|&k| transposed(&self.values[k as usize])).collect();
@@ -84,22 +84,22 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
         Transposition { row_ptr, row, slot }
     }
 
-    /// Ranges of rows with about as many blocks each: what threads share.
+    /// Ranges of rows with about equally many blocks, which are distributed over threads.
     pub fn parts(&self) -> Vec<Range<usize>> {
         threads::divide(&self.row_ptr, LEAST, MOST)
     }
 
-    /// f of each row.
+    /// Applies f to each row.
     pub fn by_rows<Y: Clone + Send>(&self, f: impl Fn(usize) -> Y + Sync) -> Vec<Y> {
         threads::map(self.parts(), |rows| rows.map(&f).collect::<Vec<Y>>()).concat()
     }
 
-    /// A x
+    /// Returns A x.
     pub fn product(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
         self.by_rows(|i| self.row_times(i, x))
     }
 
-    /// y_i of y = A x
+    /// Returns y_i of y = A x.
     pub fn row_times(&self, i: usize, x: &[[f64; C]]) -> [f64; R] {
         let mut y = [0.0; R];
         self.row(i).for_each(|(j, a)| add_product(&mut y, a, &x[j]));
@@ -114,7 +114,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: self.columns, row_ptr: self.row_ptr, col: self.col, values }
     }
 
-    /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978): first the columns, so that the blocks get their memory once.
+    /// Returns A B, computed row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978): first the columns, so that the blocks are allocated once.
     pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
         let (mut row_ptr, mut col) = (vec![0], Vec::new());
         for (ends, of_part) in threads::map(self.parts(), |rows| self.columns_times(rows, other)) {
@@ -135,13 +135,13 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: other.columns, row_ptr, col, values }
     }
 
-    /// Aᵀ B A, and the blocks of B A that were computed. B A, the largest of the matrices, exists only by parts of the rows of Aᵀ: each computes the
-    /// rows of it that it needs.
+    /// Returns Aᵀ B A, and the number of blocks of B A that were computed. B A, the largest of the matrices, exists only in parts: each part of the
+    /// rows of Aᵀ computes the rows of B A that it needs.
     pub fn galerkin(&self, b: &BlockMatrix<R, R>) -> (BlockMatrix<C, C>, usize) {
         self.galerkin_in_parts(b, LEAST / FINER)
     }
 
-    /// Like [`Self::galerkin`], by parts with at least so many blocks of Aᵀ.
+    /// Computes [`Self::galerkin`] in parts of at least `least` blocks of Aᵀ.
     fn galerkin_in_parts(&self, b: &BlockMatrix<R, R>, least: usize) -> (BlockMatrix<C, C>, usize) {
         let transposition = self.transposition();
         let of_part = |part: Range<usize>| {
@@ -175,7 +175,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         (BlockMatrix { columns: self.columns, row_ptr, col, values }, computed)
     }
 
-    /// These rows of A.
+    /// The matrix of these rows of A.
     fn selected(&self, rows: &[u32]) -> Self {
         let blocks = rows.iter().map(|&i| self.range(i as usize).len()).sum();
         let (mut row_ptr, mut col, mut values) = (vec![0], Vec::with_capacity(blocks), Vec::with_capacity(blocks));
@@ -188,7 +188,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         Self { columns: self.columns, row_ptr, col, values }
     }
 
-    /// A B on one thread.
+    /// Returns A B, computed on one thread.
     fn times_alone<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
         let (ends, col) = self.columns_times(0..self.rows(), other);
         let row_ptr: Vec<u32> = std::iter::once(0).chain(ends).collect();
@@ -197,7 +197,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: other.columns, row_ptr, col, values }
     }
 
-    /// Columns of these rows of A B, with where each row ends.
+    /// Returns the end of each of these rows of A B in the list of columns, and the columns.
     fn columns_times<const D: usize>(&self, rows: Range<usize>, other: &BlockMatrix<C, D>) -> (Vec<u32>, Vec<u32>) {
         let (mut ends, mut col) = (Vec::with_capacity(rows.len()), Vec::new());
         // The last row that had a block in a column
@@ -218,7 +218,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         (ends, col)
     }
 
-    /// Adds the blocks of these rows of A B to `values`, which begin with the first of the rows.
+    /// Adds the blocks of these rows of A B to `values`, whose first block is that of the first of the rows.
     fn rows_times<const D: usize>(
         &self,
         rows: Range<usize>,
@@ -227,7 +227,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         values: &mut [Block<R, D>],
     ) {
         let first = row_ptr[rows.start] as usize;
-        // Where the blocks of the current row are, by column
+        // Position of the blocks of the current row, by column
         let mut place = vec![0u32; other.columns];
         for i in rows {
             let range = row_ptr[i] as usize..row_ptr[i + 1] as usize;
@@ -243,7 +243,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
 }
 
 impl<const B: usize, T: Copy + Into<f64> + Sync> BlockMatrix<B, B, T> {
-    /// Where the block of the diagonal is in row i.
+    /// Position of the diagonal block of row i.
     pub fn diagonal(&self, i: usize) -> usize {
         let range = self.range(i);
         range.start + self.col[range].binary_search(&(i as u32)).expect("a row has its diagonal")
@@ -302,7 +302,7 @@ mod tests {
         d
     }
 
-    /// Sums of some ten products of numbers below 1: rounding is below 1e-14.
+    /// Sums of about ten products of numbers below 1: rounding is below 1e-14.
     #[test]
     fn products_are_those_of_dense_matrices() {
         let mut r = SplitMix(7);

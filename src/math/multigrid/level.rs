@@ -4,10 +4,10 @@
 //! x = G⁻¹ r,  x += P (next level of) Pᵀ(r − A x),  x += G⁻ᵀ(r − A x),  G = the lower triangle of A within each part of the rows
 //! ```
 //!
-//! Block Gauss–Seidel within parts of the rows, which threads share, and Jacobi's method between them. G + Gᵀ − A, which has
-//! to be positive definite for the hierarchy to be, is the diagonal blocks less the couplings with other parts: where those have the larger sum
-//! of magnitudes, the difference is added to the diagonal of G (as in Baker, Falgout, Kolev & Yang, SIAM J. Sci. Comput. 33, 2011). The division
-//! follows from the size of the matrix; small levels have one part.
+//! Block Gauss–Seidel within parts of the rows, which are distributed over threads, and block Jacobi between the parts. For M to be positive
+//! definite, G + Gᵀ − A has to be. This matrix consists of the diagonal blocks less the couplings with other parts: where the couplings have the
+//! larger sum of magnitudes, the difference is added to the diagonal of G (as in Baker, Falgout, Kolev & Yang, SIAM J. Sci. Comput. 33, 2011). The
+//! division into parts depends only on the size of the matrix; small levels have one part.
 
 use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
 use crate::math::threads;
@@ -16,16 +16,16 @@ use crate::math::threads;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotDefinite;
 
-/// A level with blocks of B × B. In single precision, which halves the memory traffic: the same rounded numbers are used for restriction and
-/// prolongation, so M⁻¹ is symmetric to the rounding of double precision.
+/// A level with blocks of B × B. A and P are in single precision, which halves the memory traffic; the same rounded numbers are used for restriction
+/// and prolongation, so that M⁻¹ is symmetric to the rounding of double precision.
 pub(super) struct Level<const B: usize> {
     a: BlockMatrix<B, B, f32>,
-    /// \[rows\] what G has more on its diagonal than A
+    /// \[rows\] the amount added to the diagonal of G
     outside: Vec<[f64; B]>,
-    /// Of the blocks of the diagonal, with what is added
+    /// \[rows\] inverses of the diagonal blocks with the added amount
     inverse: Vec<Block<B, B>>,
     p: BlockMatrix<B, 6, f32>,
-    /// Pᵀ
+    /// The transpose Pᵀ
     restriction: BlockMatrix<6, B, f32>,
 }
 
@@ -52,7 +52,7 @@ impl<const B: usize> Level<B> {
         Ok(Self { a: a.rounded(), outside, inverse, restriction: p.transposed(), p })
     }
 
-    /// M⁻¹ r of this level, with that of the next.
+    /// Returns M⁻¹ r of this level, where `next` applies the M⁻¹ of the next level.
     pub fn cycle(&self, r: &[[f64; B]], next: impl FnOnce(&[[f64; 6]]) -> Vec<[f64; 6]>) -> Vec<[f64; B]> {
         let x = self.forwards(r);
         let correction = next(&self.restriction.product(&self.left(&x)));
@@ -64,7 +64,7 @@ impl<const B: usize> Level<B> {
         self.backwards(r, &x)
     }
 
-    /// G⁻¹ r
+    /// Returns G⁻¹ r.
     fn forwards(&self, r: &[[f64; B]]) -> Vec<[f64; B]> {
         let sweep = |rows: std::ops::Range<usize>| {
             let mut x = vec![[0.0; B]; rows.len()];
@@ -79,7 +79,7 @@ impl<const B: usize> Level<B> {
         threads::map(self.a.parts(), sweep).concat()
     }
 
-    /// r − A x of x = G⁻¹ r: within a part G x = r, so that the rows above the diagonal and the other parts remain.
+    /// Returns r − A x for x = G⁻¹ r: within a part G x = r, so that only the entries above the diagonal and those of other parts remain.
     fn left(&self, x: &[[f64; B]]) -> Vec<[f64; B]> {
         let of_part = |rows: std::ops::Range<usize>| {
             let of_row = |i: usize| {
@@ -96,7 +96,7 @@ impl<const B: usize> Level<B> {
         threads::map(self.a.parts(), of_part).concat()
     }
 
-    /// x + G⁻ᵀ(r − A x)
+    /// Returns x + G⁻ᵀ(r − A x).
     fn backwards(&self, r: &[[f64; B]], x: &[[f64; B]]) -> Vec<[f64; B]> {
         let sweep = |rows: std::ops::Range<usize>| {
             let mut own = x[rows.clone()].to_vec();
@@ -115,18 +115,18 @@ impl<const B: usize> Level<B> {
         threads::map(self.a.parts(), sweep).concat()
     }
 
-    /// Numbers in A.
+    /// Number of scalars in A.
     pub fn matrix_entries(&self) -> usize {
         self.a.entries()
     }
 
-    /// Stored numbers.
+    /// Number of stored scalars.
     pub fn entries(&self) -> usize {
         self.a.entries() + 2 * self.p.entries() + B * (B + 1) * self.inverse.len()
     }
 }
 
-/// (D + `more`)⁻¹ of the blocks D of the diagonal.
+/// Returns (D + `more`)⁻¹ for the diagonal blocks D.
 pub(super) fn inverses<const B: usize>(
     a: &BlockMatrix<B, B>,
     more: &[[f64; B]],

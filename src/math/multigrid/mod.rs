@@ -1,13 +1,13 @@
-//! Smoothed aggregation: a preconditioner for the tangents of bodies whose factor is too large.
+//! Smoothed-aggregation multigrid: a preconditioner for tangents whose factor would be too large.
 //!
 //! ```text
 //! M⁻¹: forward block Gauss–Seidel, Pᵀ to the next level and back, backward block Gauss–Seidel;  next A = Pᵀ A P;  LLᵀ at the bottom
 //! ```
 //!
-//! Nodes are grouped by the strength of their coupling, a group has the six rigid motions of its nodes as unknowns. Source: Vaněk,
-//! Mandel & Brezina, Computing 56, 1996; for elasticity also Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188, 2003. M is symmetric,
-//! and positive definite where A is. Limits: A is to be positive definite; locking cells (a displacement formulation near
-//! incompressibility) cost several times the iterations.
+//! Nodes are grouped by the strength of their coupling, and each group has the six rigid motions of its nodes as unknowns. Source: Vaněk, Mandel &
+//! Brezina, Computing 56, 1996; for elasticity also Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188, 2003. M is symmetric, and positive definite
+//! where A is. Limits: A has to be positive definite; locking cells (a displacement formulation near incompressibility) need several times as many
+//! iterations.
 
 mod aggregate;
 mod blocks;
@@ -32,45 +32,45 @@ use prolong::{largest_eigenvalue, smoothed, tentative};
 use saddle::Pressures;
 use std::sync::Arc;
 
-/// Strength of a coupling that counts on the finest level; half of it on each next one (Vaněk, Mandel & Brezina 1996).
+/// Threshold θ of strong coupling on the finest level; it is halved on each further level (Vaněk, Mandel & Brezina 1996).
 const STRONG: f64 = 0.08;
-/// Groups of the bottom level, whose factor is dense almost: a few megabytes.
+/// Largest number of groups on the bottom level, whose factor is almost dense: a few megabytes.
 const BOTTOM: usize = 300;
-/// Nodes of a level per node of the next, at least: what is coupled less is factorised.
+/// Smallest ratio of the numbers of nodes on successive levels; a level that coarsens less is factorised.
 const COARSENING: f64 = 1.5;
 
-/// Acceptance of a matrix that is not positive definite at the bottom of the hierarchy.
+/// Treatment of a matrix at the bottom of the hierarchy that is not positive definite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BottomFactor {
-    /// Refused
+    /// It is refused
     Definite,
-    /// LDLᵀ. The preconditioner is indefinite then, which minimal residuals allow and conjugate gradients do not
+    /// It is factorised by LDLᵀ. The preconditioner is then indefinite, which minimal residuals allow and conjugate gradients do not
     Indefinite,
 }
 
-/// The hierarchy of the last matrix, and the structure that matrices of one pattern share.
+/// The hierarchy of the last matrix, and the structure shared by all matrices of one pattern.
 pub struct Multigrid {
-    /// Of the whole matrix
+    /// Pattern of the whole matrix
     pattern: Arc<SymPattern>,
-    /// Those of a mixed formulation, and the pattern of the displacements alone
+    /// The pressures of a mixed formulation, and the pattern of the displacements alone
     pressures: Option<(Pressures, SymPattern)>,
     places: Arc<Places>,
     nodal: Nodal,
     levels: Option<(Level<3>, Vec<Level<6>>, Bottom)>,
-    /// Of the last set-up
+    /// Size of the hierarchy that was set up last
     pub size: Size,
 }
 
-/// Size of a hierarchy in numbers.
+/// Size of a hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Size {
-    /// Levels, the bottom included
+    /// Number of levels, including the bottom
     pub levels: usize,
-    /// Entries of the matrices of all levels over those of the finest
+    /// Operator complexity: entries of the matrices of all levels over those of the finest
     pub complexity: f64,
-    /// Stored numbers
+    /// Number of stored scalars
     pub entries: usize,
-    /// Multiplications of the set-up
+    /// Number of multiplications of the set-up
     pub set_up: f64,
 }
 
@@ -89,7 +89,7 @@ impl Multigrid {
         Self { pattern, pressures, places, nodal, levels: None, size: Size::default() }
     }
 
-    /// The hierarchy of A, the nodes being displaced by u \[3 × nodes\] or at rest.
+    /// Sets up the hierarchy of A, with the nodes displaced by u \[3 × nodes\], or at rest if `displacement` is empty.
     pub fn set_up(&mut self, values: &[f64], displacement: &[f64], bottom: BottomFactor) -> Result<(), NotDefinite> {
         let last = self.size;
         let result = self.set_up_levels(values, displacement, bottom);
@@ -133,7 +133,7 @@ impl Multigrid {
         Ok(())
     }
 
-    /// A level, the matrix of the next one, and its motions.
+    /// Builds a level, the matrix of the next level, and the rigid motions of the next level.
     #[allow(clippy::type_complexity)]
     fn level<const B: usize>(
         &mut self,
@@ -158,7 +158,7 @@ impl Multigrid {
         Ok((Level::new(a, p)?, coarse, next))
     }
 
-    /// M is symmetric, which it is not with pressures.
+    /// Whether M is symmetric: it is unless there are pressures.
     pub fn is_symmetric(&self) -> bool {
         self.pressures.is_none()
     }
@@ -171,14 +171,14 @@ impl Multigrid {
         }
     }
 
-    /// Of the displacements.
+    /// Applies one multigrid cycle to the displacements.
     fn cycle(&self, r: &mut [f64]) {
         let (fine, coarse, bottom) = self.levels.as_ref().expect("a hierarchy was set up");
         let z = fine.cycle(&self.nodal.gather(r), |r| descend(coarse, bottom, r));
         self.nodal.scatter(&z, r);
     }
 
-    /// Gives its memory back.
+    /// Frees the memory of the hierarchy.
     pub fn clear(&mut self) {
         self.levels = None;
         self.pressures.iter_mut().for_each(|(pressures, _)| pressures.clear());

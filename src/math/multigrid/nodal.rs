@@ -1,18 +1,18 @@
-//! A symmetric matrix of scalar entries as blocks of 3 × 3, node by node.
+//! Conversion of a symmetric matrix of scalar entries to blocks of 3 × 3, one for each pair of nodes.
 //!
-//! A component without an equation has a one on the diagonal and nothing else in its row.
+//! A component without an equation has a one on the diagonal and zeros elsewhere in its row.
 
 use super::blocks::{Block, BlockMatrix};
 use super::places::Places;
 use crate::math::sparse::{SymPattern, accumulate};
 
-/// The structure, made once for a pattern.
+/// The structure of the block matrix, built once for a pattern.
 pub struct Nodal {
-    /// \[equations\] block and component
+    /// \[equations\] block row and component of each equation
     component: Vec<(u32, u8)>,
     row_ptr: Vec<u32>,
     col: Vec<u32>,
-    /// \[blocks\] where the transposed one is
+    /// \[blocks\] index of the transposed block
     mirror: Vec<u32>,
 }
 
@@ -20,7 +20,7 @@ impl Nodal {
     pub fn new(pattern: &SymPattern, places: &Places) -> Self {
         let component = places.components();
         let nodes = component.last().map_or(0, |last| last.0 as usize + 1);
-        // Nodes below the diagonal, column by column.
+        // Nodes below the diagonal, column by column
         let mut below = vec![Vec::new(); nodes];
         for (j, &(node, _)) in component.iter().enumerate() {
             let rows = &pattern.row_idx[pattern.col_ptr[j] as usize..pattern.col_ptr[j + 1] as usize];
@@ -40,7 +40,7 @@ impl Nodal {
             next[i] += 1;
             next[i] - 1
         };
-        // Row j has its blocks before the diagonal from the columns before.
+        // The blocks of row j before the diagonal were set by the columns before
         for (j, below) in below.iter().enumerate() {
             let own = take(j);
             (col[own as usize], mirror[own as usize]) = (j as u32, own);
@@ -76,14 +76,14 @@ impl Nodal {
         BlockMatrix { columns: nodes, row_ptr: self.row_ptr.clone(), col: self.col.clone(), values: blocks }
     }
 
-    /// The values by nodes, with zeros where there is no equation.
+    /// Gathers values by nodes, with zeros where there is no equation.
     pub fn gather(&self, v: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.row_ptr.len() - 1];
         self.component.iter().zip(v).for_each(|(&(node, c), v)| out[node as usize][c as usize] = *v);
         out
     }
 
-    /// Takes values by nodes back to equations.
+    /// Scatters values by nodes back to the equations.
     pub fn scatter(&self, v: &[[f64; 3]], out: &mut [f64]) {
         out.iter_mut().zip(&self.component).for_each(|(out, &(node, c))| *out = v[node as usize][c as usize]);
     }

@@ -1,26 +1,26 @@
-//! Which unknowns are the displacement of which node, and the rigid motions of the nodes.
+//! The assignment of unknowns to displacements of nodes, and the rigid motions of the nodes.
 //!
 //! ```text
 //! u_a = e_k,  u_a = e_k × (x_a − x̄)/L,  k = 1, 2, 3,  x̄ the mean and L the largest distance from it
 //! ```
 //!
-//! A tangent resists them little, whatever the body is made of: without held nodes translations cost nothing, and rotations about
-//! where the body is only what its stress does.
+//! The tangent resists these motions little, whatever the material of the body: without held nodes translations have no stiffness, and rotations
+//! about the current position only the one that stems from the stress.
 
 use super::blocks::Block;
 use crate::math::tensor::Vec3;
 
-/// Unknowns of a matrix as displacements of nodes.
+/// The unknowns of a matrix as displacements of nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Places {
-    /// \[equations\] 3·node + component; those of a node follow each other
+    /// \[equations\] 3·node + component; those of a node are consecutive
     pub dofs: Vec<u32>,
-    /// \[nodes\] X \[m\]
+    /// \[nodes\] positions X at rest \[m\]
     pub points: Vec<Vec3>,
 }
 
 impl Places {
-    /// Nodes that have an equation, in the order of the equations.
+    /// Nodes with an equation, in the order of the equations.
     pub fn nodes(&self) -> Vec<u32> {
         let mut nodes: Vec<u32> = self.dofs.iter().map(|dof| dof / 3).collect();
         nodes.dedup();
@@ -40,7 +40,8 @@ impl Places {
         self.dofs.iter().map(component).collect()
     }
 
-    /// The six motions of each node that has an equation, with zeros where it has none. `displacement` is \[3 × nodes\] u \[m\], or empty at rest.
+    /// The six rigid motions of each node that has an equation; components without an equation are zero. `displacement` is \[3 × nodes\] u \[m\], or
+    /// empty at rest.
     pub fn rigid_modes(&self, displacement: &[f64]) -> Vec<Block<3, 6>> {
         let nodes = self.nodes();
         let at = |&n: &u32| {

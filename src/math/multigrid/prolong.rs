@@ -1,21 +1,22 @@
-//! From a level to the next: prolongation whose range holds the rigid motions.
+//! Transfer between levels: a prolongation whose range contains the rigid motions.
 //!
 //! ```text
 //! B_g = Q_g R_g on the nodes of each group g,  P₀ = diag Q_g,  next motions R_g,  P = (I − ω D⁻¹A) P₀,  ω = 4/(3 ρ(D⁻¹A))
 //! ```
 //!
-//! B are the motions of the nodes, D the blocks of the diagonal of A. Source: Vaněk, Mandel & Brezina, Computing 56, 1996, §3 and 4.
-//! P₀ R = B exactly; P R = B as far as A B = 0, which is so away from held nodes.
+//! B are the motions of the nodes, D the blocks of the diagonal of A. Source: Vaněk, Mandel & Brezina, Computing 56, 1996, §3 and 4. P₀ R = B
+//! exactly; P R = B where A B = 0, that is, away from held nodes.
 
 use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
 use crate::math::random::SplitMix;
 
-/// Share of a motion that must be independent of the motions before it in a group: nodes on a line have five, one node has three.
+/// Share of a motion in a group that must be independent of the motions before it: nodes on a line have five independent motions, a single node has
+/// three.
 const RANK: f64 = 1e-8;
-/// Products for the largest eigenvalue: an estimate within some per cent is enough, ω may be up to 2/ρ.
+/// Number of products for the largest eigenvalue: an estimate within some per cent is enough, since ω may be up to 2/ρ.
 const PRODUCTS: usize = 12;
 
-/// P₀ and the motions of the groups; a motion that a group has not is zero in both.
+/// Returns P₀ and the motions of the groups; a motion that a group lacks is zero in both.
 pub fn tentative<const B: usize>(
     modes: &[Block<B, 6>],
     group: &[u32],
@@ -32,7 +33,8 @@ pub fn tentative<const B: usize>(
     (BlockMatrix { columns: groups, row_ptr, col: group.to_vec(), values }, next)
 }
 
-/// Gram–Schmidt, twice for orthogonality to rounding (Giraud, Langou & Rozložník 2005): columns of these nodes become Q, `r` R.
+/// Gram–Schmidt, repeated once for orthogonality to rounding (Giraud, Langou & Rozložník 2005): the columns of these nodes become Q, and `r` becomes
+/// R.
 fn orthonormalise<const B: usize>(q: &mut [Block<B, 6>], nodes: &[usize], r: &mut Block<6, 6>) {
     let dot = |q: &[Block<B, 6>], j: usize, k: usize| -> f64 {
         nodes.iter().map(|&i| (0..B).map(|c| q[i][j][c] * q[i][k][c]).sum::<f64>()).sum()
@@ -55,7 +57,7 @@ fn orthonormalise<const B: usize>(q: &mut [Block<B, 6>], nodes: &[usize], r: &mu
     }
 }
 
-/// ρ(D⁻¹A) from below, by x·Ax/x·Dx of the power method; none where there is a motion without positive stiffness.
+/// A lower bound of ρ(D⁻¹A), from x·Ax/x·Dx of the power method; `None` if there is a motion without positive stiffness.
 pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Block<B, B>]) -> Option<f64> {
     let mut random = SplitMix(1);
     let mut x: Vec<[f64; B]> = (0..a.rows()).map(|_| std::array::from_fn(|_| random.unit() - 0.5)).collect();
@@ -82,7 +84,7 @@ pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Bloc
     Some(largest)
 }
 
-/// (I − ω D⁻¹A) P₀
+/// Returns P = (I − ω D⁻¹A) P₀.
 pub fn smoothed<const B: usize>(
     a: &BlockMatrix<B, B>,
     inverse: &[Block<B, B>],

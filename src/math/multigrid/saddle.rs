@@ -1,35 +1,36 @@
-//! The pressures of a mixed formulation next to the hierarchy of the displacements.
+//! Preconditioner for the pressures of a mixed formulation, combined with the hierarchy of the displacements.
 //!
 //! ```text
 //! tangent  ⎡A   Bᵀ⎤      preconditioner  ⎡A  Bᵀ⎤     S = diag C + diag(B (diag A)⁻¹ Bᵀ)
 //!          ⎣B  −C ⎦                      ⎣0  −S⎦
 //! ```
 //!
-//! With the exact S = C + B A⁻¹ Bᵀ minimal residuals end after two iterations (Murphy, Golub & Wathen, SIAM J. Sci. Comput. 21, 2000).
-//! Where the pair of elements is stable, B A⁻¹ Bᵀ is spectrally equivalent to the mass matrix of the pressures over μ, and that to its
-//! diagonal (Silvester & Wathen, SIAM J. Numer. Anal. 31, 1994); the diagonal here scales with h and μ as it does, cell by cell. Measured
-//! iterations on the finger: up to 1.4 times as many at ν = 0.4999 as at 0.3. The preconditioner is not symmetric. Limits: A alone is to be positive definite.
+//! With the exact S = C + B A⁻¹ Bᵀ, minimal residuals converge in two iterations (Murphy, Golub & Wathen, SIAM J. Sci. Comput. 21, 2000). If the
+//! element pair is inf–sup stable, B A⁻¹ Bᵀ is spectrally equivalent to the mass matrix of the pressures over μ, and the mass matrix to its diagonal
+//! (Silvester & Wathen, SIAM J. Numer. Anal. 31, 1994); the diagonal used here scales with h and μ in the same way, cell by cell. Measured on the
+//! finger: up to 1.4 times as many iterations at ν = 0.4999 as at 0.3. The preconditioner is not symmetric. Limits: A itself has to be positive
+//! definite.
 
 use super::places::Places;
 use crate::math::sparse::{SymPattern, accumulate};
 
-/// Which equations are pressures, and the entries that couple them with displacements.
+/// The equations that are pressures, and the entries that couple them with displacements.
 pub(super) struct Pressures {
-    /// \[equations\] place among the displacements, or among the pressures
+    /// \[equations\] index among the displacements, or among the pressures
     place: Vec<u32>,
     is_pressure: Vec<bool>,
-    /// \[pressures + 1\] where the row of B of a pressure begins
+    /// \[pressures + 1\] start of the row of B of each pressure
     row_ptr: Vec<u32>,
-    /// \[entries of B\] place among the displacements
+    /// \[entries of B\] index among the displacements
     col: Vec<u32>,
-    /// \[entries of B\]
+    /// \[entries of B\] values
     b: Vec<f32>,
     /// \[pressures\] 1/S
     inverse: Vec<f64>,
 }
 
 impl Pressures {
-    /// None where all equations are displacements; otherwise also the pattern of A and the places of its equations.
+    /// Splits a pattern into the pressures, the pattern of A, and the places of its equations; `None` if all equations are displacements.
     pub fn split(pattern: &SymPattern, places: &Places) -> Option<(Self, SymPattern, Places)> {
         let scalars = 3 * places.points.len() as u32;
         let is_pressure: Vec<bool> = places.dofs.iter().map(|&dof| dof >= scalars).collect();
@@ -66,7 +67,7 @@ impl Pressures {
         Some((empty, a, Places { dofs, points: places.points.clone() }))
     }
 
-    /// Takes B and S from the values of a tangent; returns those of A.
+    /// Takes B and S from the values of a tangent; returns the values of A.
     pub fn set_up(&mut self, pattern: &SymPattern, values: &[f64]) -> Vec<f64> {
         let pressures = self.row_ptr.len() - 1;
         let mut a = Vec::with_capacity(pattern.nnz());
@@ -106,7 +107,7 @@ impl Pressures {
         a
     }
 
-    /// r ← P⁻¹ r, with `solve` for A.
+    /// r ← P⁻¹ r, where `solve` applies A⁻¹.
     pub fn apply(&self, r: &mut [f64], solve: impl FnOnce(&mut [f64])) {
         let pressures = self.row_ptr.len() - 1;
         let (mut p, mut u) = (Vec::with_capacity(pressures), Vec::with_capacity(r.len() - pressures));
@@ -123,12 +124,12 @@ impl Pressures {
         }
     }
 
-    /// Gives the memory of the values back.
+    /// Frees the memory of the values.
     pub fn clear(&mut self) {
         (self.b, self.inverse) = Default::default();
     }
 
-    /// Stored numbers.
+    /// Number of stored scalars.
     pub fn entries(&self) -> usize {
         self.b.len() + self.inverse.len()
     }

@@ -1,4 +1,4 @@
-//! The steps of a set-up. What hierarchies do is tested by `tests/solver/multigrid.rs`.
+//! Tests of the steps of a set-up. The behaviour of whole hierarchies is tested by `tests/solver/multigrid.rs`.
 
 #[path = "../../../tests/common/elastic_block.rs"]
 mod elastic_block;
@@ -7,7 +7,7 @@ use super::*;
 use crate::math;
 use elastic_block::{Hold, block, random};
 
-/// The blocks are the matrix, with ones where a component is held.
+/// The blocks equal the matrix, with ones where a component is held.
 #[test]
 fn blocks_are_the_matrix() {
     let body = block([3, 2, 2], 0.3, Hold::Rolling);
@@ -18,7 +18,7 @@ fn blocks_are_the_matrix() {
     let product: Vec<[f64; 3]> = (0..a.rows()).map(|i| a.row_times(i, &blocks)).collect();
     let mut y = vec![0.0; x.len()];
     nodal.scatter(&product, &mut y);
-    // Sums of some fifty products of numbers below 2.
+    // Sums of about fifty products of numbers below 2
     assert!(y.iter().zip(body.times(&x)).all(|(y, z)| (y - z).abs() < 1e-13));
     let held = (0..a.rows())
         .flat_map(|i| (0..3).map(move |c| (i, c)))
@@ -26,7 +26,7 @@ fn blocks_are_the_matrix() {
     assert_eq!(held.count(), 3 * a.rows() - body.pattern.n);
 }
 
-/// P₀ R = B to the rounding of an orthogonalisation, and P R = B where A B = 0, here of a free body. Numbers are below 1.
+/// P₀ R = B to the rounding of an orthogonalisation, and P R = B where A B = 0, here for a free body. Numbers are below 1.
 #[test]
 fn rigid_motions_are_in_the_range() {
     let body = block([6, 5, 4], 0.3, Hold::Free);
@@ -51,12 +51,12 @@ fn rigid_motions_are_in_the_range() {
     }
 }
 
-/// Columns of P₀ are orthonormal, those that a group of less than three nodes has not are zero.
+/// Columns of P₀ are orthonormal; those that a group of fewer than three nodes lacks are zero.
 #[test]
 fn tentative_columns_are_orthonormal_or_absent() {
     let body = block([2, 2, 2], 0.3, Hold::Free);
     let modes = body.places.rigid_modes(&[]);
-    // Groups of one node, of two, and of the rest.
+    // Groups of one node, of two, and of the rest
     let group: Vec<u32> = (0..modes.len() as u32).map(|i| [0, 1, 1].get(i as usize).copied().unwrap_or(2)).collect();
     let (p, next) = tentative(&modes, &group, 3);
     let rank = |g: usize| (0..6).filter(|&k| next[g][k][k] > 0.0).count();

@@ -1,17 +1,17 @@
-//! Nonnegative least squares in columns that may be nearly dependent, such as those of a series of decays.
+//! Nonnegative least squares with columns that may be nearly dependent, such as those of a Prony series.
 //!
-//! Least squares where they are feasible; else the convex problem by clarabel, whose active set is then solved by QR, and the conditions of
-//! Karush, Kuhn & Tucker are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23).
+//! Ordinary least squares if the solution is feasible; otherwise the convex problem is solved by clarabel, its active set is solved by QR, and the
+//! Karush–Kuhn–Tucker conditions are restored factor by factor (Lawson & Hanson, *Solving Least Squares Problems*, 1974, ch. 23).
 
 use crate::math::convex::{NonnegativeConeT, Unfinished, minimum};
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the largest factor below which clarabel's factor is zero \[–\], in columns of length 1
+/// Size relative to the largest factor below which a factor of clarabel counts as zero \[–\], with columns of length 1
 const ZERO: f64 = 1e-7;
-/// Slope of a factor at zero that counts as none, of the length of y \[–\]
+/// Gradient of a factor at zero that counts as zero, relative to ‖y‖ \[–\]
 const FLAT: f64 = 1e-11;
 
-/// The factors, zero where the bound holds.
+/// Returns the factors c ≥ 0 that minimise ‖Ac − y‖; they are exactly zero where the bound is active.
 pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>, Unfinished> {
     let n = a.ncols();
     let length: Vec<f64> = a.column_iter().map(|c| c.norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();
@@ -44,7 +44,7 @@ pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>,
             Some(k) => {
                 active.push(k);
                 active.sort_unstable();
-                // A column that rounding alone lets in would come and go
+                // A column admitted only because of rounding would enter and leave repeatedly
                 if least_squares(&scaled, y, &active).is_none_or(|z| z[k] <= 0.0) {
                     break;
                 }
@@ -55,7 +55,7 @@ pub fn dense_weights(a: &DMatrix<f64>, y: &DVector<f64>) -> Result<DVector<f64>,
     Ok(natural(z))
 }
 
-/// Least squares in some of the columns, zero in the others; `None` where these columns depend on each other.
+/// Least squares in the `picked` columns, zero in the others; `None` if these columns are linearly dependent.
 fn least_squares(a: &DMatrix<f64>, y: &DVector<f64>, picked: &[usize]) -> Option<DVector<f64>> {
     if picked.is_empty() || a.nrows() < picked.len() {
         return None;
@@ -69,7 +69,7 @@ fn least_squares(a: &DMatrix<f64>, y: &DVector<f64>, picked: &[usize]) -> Option
     all.iter().all(|c| c.is_finite()).then_some(all)
 }
 
-/// The factors by clarabel, in columns of length 1.
+/// The factors by clarabel, for columns of length 1.
 fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>, Unfinished> {
     let n = a.ncols();
     let (h, f) = (a.tr_mul(a), a.tr_mul(y) / size.max(f64::MIN_POSITIVE));
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use crate::math::statistics::smaller;
 
-    /// The minimum over every subset of columns, by trying all of them.
+    /// The minimum over all subsets of columns, by trying each.
     fn every_subset(a: &DMatrix<f64>, y: &DVector<f64>) -> f64 {
         let n = a.ncols();
         let sets = (1..1_usize << n).map(|mask| (0..n).filter(|k| mask >> k & 1 == 1).collect::<Vec<_>>());
@@ -90,7 +90,7 @@ mod tests {
         fits.map(|z| (y - a * z).norm()).fold(y.norm(), smaller)
     }
 
-    /// Six decays, some of which the data contradict: the answer is the best of all subsets, and bounds are active in most of the cases.
+    /// Six decays, some of which the data contradict: the solution is the best of all subsets, and bounds are active in most of the cases.
     #[test]
     fn the_best_of_all_subsets_is_found() {
         let times: Vec<f64> = (0..60).map(|k| 0.05 * 1.15_f64.powi(k)).collect();

@@ -1,8 +1,8 @@
-//! Nonnegative least squares in a handful of columns: exact, by trying every subset.
+//! Nonnegative least squares with a handful of columns: exact, by trying every subset.
 
 use nalgebra::{DMatrix, DVector};
 
-/// R and Qᵀp of the QR of a matrix: all that least squares in its columns need.
+/// Returns R and Qᵀp of the QR decomposition of a matrix, which is all that least squares in its columns need.
 pub fn reduce(a: &DMatrix<f64>, p: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let n = a.ncols();
     let qr = a.clone().resize_vertically(a.nrows().max(n), 0.0).qr();
@@ -11,12 +11,12 @@ pub fn reduce(a: &DMatrix<f64>, p: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>
     (qr.r(), d.resize_vertically(n, 0.0))
 }
 
-/// min ‖Rc − d‖ over c ≥ 0 in the picked columns: the best of the least squares over every subset whose factors are positive, which is
-/// the minimum of this convex problem. With the part of ‖d‖² that is explained.
+/// Minimises ‖Rc − d‖ over c ≥ 0 in the picked columns: of the least-squares solutions with positive factors, over all subsets, the best one is the
+/// minimum of this convex problem. Returns the factors, and the part of ‖d‖² that they explain.
 pub fn few_weights(r: &DMatrix<f64>, d: &DVector<f64>, picked: &[usize]) -> (Vec<f64>, f64) {
     let n = picked.len();
     let mut best = (vec![0.0; n], 0.0);
-    // The whole set first: if it is feasible it is the answer
+    // The full set comes first: if its solution is feasible, it is the minimum
     for mask in (1..1_usize << n).rev() {
         let own: Vec<usize> = (0..n).filter(|k| mask >> k & 1 == 1).collect();
         let a = r.select_columns(&own.iter().map(|k| picked[*k]).collect::<Vec<_>>());
@@ -45,8 +45,8 @@ pub fn few_weights(r: &DMatrix<f64>, d: &DVector<f64>, picked: &[usize]) -> (Vec
 mod tests {
     use super::*;
 
-    /// Conditions of Karush, Kuhn & Tucker: no factor is negative, the residual is orthogonal to the columns that count and points away from the
-    /// others.
+    /// Karush–Kuhn–Tucker conditions: no factor is negative, and the residual is orthogonal to the columns with positive factors and points away from
+    /// the others.
     #[test]
     fn the_conditions_of_the_minimum_hold() {
         let entry = |i: usize, k: usize| ((1 + i) as f64 * (0.3 + 0.41 * k as f64)).sin();

@@ -1,10 +1,10 @@
 //! Nonnegative least squares: min ‖Ac − y‖ over c ≥ 0.
 //!
-//! | Columns | Take | Method |
+//! Columns | Function | Method |
 //! |---|---|---|
-//! | A handful, often | [`few_weights`] | Every subset, exact |
+//! A handful, solved often | [`few_weights`] | Every subset, exact |
 //! | Dozens, nearly dependent | [`dense_weights`] | A convex program, then its active set |
-//! | Many, of which few are to be taken | [`sparse_weights`] | Column by column, until a tolerance is met |
+//! Many, of which few are wanted | [`sparse_weights`] | Column by column, until a tolerance is met |
 
 mod dense;
 mod few;

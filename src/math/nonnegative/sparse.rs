@@ -1,27 +1,27 @@
-//! Sparse nonnegative least squares: few w ≥ 0 with ‖A w − b‖ ≤ τ ‖b‖.
+//! Sparse nonnegative least squares: w ≥ 0 with few nonzero entries and ‖A w − b‖ ≤ τ ‖b‖.
 //!
 //! Source: Lawson & Hanson, *Solving Least Squares Problems*, 1974, chapter 23, stopped as soon as the bound is met (Chapman, Avery, Collins &
-//! Farhat, Int. J. Numer. Meth. Eng. 109, 2017). Columns are scaled to one size, so that the choice of a column does not depend on its length.
-//! The least squares of the chosen columns are solved by their normal equations: digits beyond 1e-8 are not found.
+//! Farhat, Int. J. Numer. Meth. Eng. 109, 2017). Columns are scaled to unit length, so that the choice of a column does not depend on its length. The
+//! least-squares problem of the chosen columns is solved by the normal equations, which limits the accuracy to about eight digits.
 
 use crate::math::vector::{dot, norm};
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 
-/// Weights of the columns that are not zero, and what is left.
+/// The nonzero weights of the columns, and the relative residual.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseWeights {
-    /// (column, weight), ascending
+    /// (column, weight) of the nonzero weights, ascending
     pub weights: Vec<(usize, f64)>,
-    /// ‖A w − b‖/‖b‖
+    /// Relative residual ‖A w − b‖/‖b‖
     pub residual: f64,
 }
 
-/// Smallest gradient of a column, as a share of ‖b‖, that still makes the residual smaller.
+/// Smallest gradient of a column, relative to ‖b‖, that still reduces the residual.
 const LEAST: f64 = 1e-10;
 
-/// Few w ≥ 0 with ‖A w − b‖ ≤ `tolerance` ‖b‖, or the best where none are; at most `most` columns are taken.
+/// Finds w ≥ 0 with at most `most` nonzero entries and ‖A w − b‖ ≤ `tolerance` ‖b‖; otherwise it returns the best weights that it found.
 pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> SparseWeights {
     let column = |j: usize| a.col_as_slice(j);
     let sizes: Vec<f64> = (0..a.ncols()).map(|j| norm(column(j))).collect();
@@ -32,7 +32,7 @@ pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> S
     let mut left = b.to_vec();
     let mut refused = vec![false; a.ncols()];
     let mut slopes = vec![0.0; a.ncols()];
-    // A column that is taken and pushed out again counts twice
+    // A column that is chosen, removed and chosen again counts each time
     for _ in 0..3 * most {
         if norm(&left) <= tolerance * size_of_b || chosen.len() == most {
             break;
@@ -49,7 +49,7 @@ pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> S
         rhs.push(dot(column(best), b) / sizes[best]);
         chosen.push(best);
         weights.push(0.0);
-        // A combination of the others, or one that they push out again, is not taken twice in a row
+        // A column that depends on the others, or that they push out again, is not chosen twice in a row
         if settle(&mut gram, &mut rhs, &mut chosen, &mut weights) && chosen.contains(&best) {
             refused.fill(false);
         } else {
@@ -67,8 +67,8 @@ pub fn sparse_weights(a: &Mat<f64>, b: &[f64], tolerance: f64, most: usize) -> S
     SparseWeights { weights: all, residual }
 }
 
-/// Brings the weights to the nonnegative least squares of a subset of the chosen columns; false where the last column depends on the others and
-/// was taken back.
+/// Moves the weights to the nonnegative least-squares solution of a subset of the chosen columns; returns false if the last column depends on the
+/// others and was removed.
 fn settle(gram: &mut Vec<Vec<f64>>, rhs: &mut Vec<f64>, chosen: &mut Vec<usize>, weights: &mut Vec<f64>) -> bool {
     while !chosen.is_empty() {
         let n = chosen.len();
@@ -103,7 +103,7 @@ fn remove(k: usize, gram: &mut Vec<Vec<f64>>, rhs: &mut Vec<f64>, chosen: &mut V
     weights.remove(k);
 }
 
-/// Aᵀ v
+/// Computes Aᵀ v.
 fn multiply(a: &Mat<f64>, v: &[f64], out: &mut [f64]) {
     let (rows, columns) = (v.len(), out.len());
     let v = MatRef::from_column_major_slice(v, rows, 1);
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::math::random::SplitMix;
 
-    /// A sum of all columns of rank 6 is reproduced by 6 weights or fewer (Carathéodory), none of them negative.
+    /// The sum of all columns of a matrix of rank 6 is reproduced by at most 6 weights (Carathéodory), none of them negative.
     #[test]
     fn few_weights_reproduce_a_sum_of_low_rank() {
         let (m, n, rank) = (40, 300, 6);
@@ -130,7 +130,7 @@ mod tests {
         assert!(found.weights.len() <= rank && found.weights.iter().all(|(_, w)| *w > 0.0), "{found:?}");
     }
 
-    /// The nearest point of the cone of (1, 0) and (1, 1) to (−1, 2) is its projection on (1, 1): w = ½ there, 0 on the other.
+    /// The point of the cone of (1, 0) and (1, 1) that is nearest to (−1, 2) is its projection on (1, 1): the weight is ½ there and 0 on the other.
     #[test]
     fn the_best_weights_where_none_reproduce() {
         let a = Mat::from_fn(2, 2, |i, j| if i == 0 || j == 1 { 1.0 } else { 0.0 });

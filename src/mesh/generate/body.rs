@@ -17,31 +17,31 @@ pub struct ParametricBody {
     pub version: u32,
     pub summary: String,
     #[serde(default)]
-    pub parameters: BTreeMap<String, Parameter>,
+    pub parameters: BTreeMap<String, BodyParameter>,
     #[serde(default)]
-    pub regions: BTreeMap<String, Part>,
+    pub regions: BTreeMap<String, BodyPart>,
     #[serde(default)]
-    pub paths: BTreeMap<String, Part>,
+    pub paths: BTreeMap<String, BodyPart>,
     /// Features that a graded size can refer to
     #[serde(default)]
-    pub features: BTreeMap<String, Part>,
+    pub features: BTreeMap<String, BodyPart>,
 }
 
 /// A parameter: a length if its default carries a unit, else a plain number.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
-pub struct Parameter {
+pub struct BodyParameter {
     pub default: String,
     pub meaning: String,
 }
 
 /// A region (with its dimension), path or feature.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
-pub struct Part {
+pub struct BodyPart {
     pub dim: Option<u8>,
     pub meaning: String,
 }
 
-impl Parameter {
+impl BodyParameter {
     /// Length or plain number.
     pub fn dimension(&self) -> Dimension {
         if self.default.trim().ends_with('m') { Dimension::LENGTH } else { Dimension::NONE }
@@ -78,7 +78,7 @@ impl ParametricBody {
     }
 
     /// The declaration of a parameter.
-    pub fn parameter(&self, name: &str) -> Result<&Parameter, GenerateError> {
+    pub fn parameter(&self, name: &str) -> Result<&BodyParameter, GenerateError> {
         let what = format!("parameter of {}", self.name);
         self.parameters.get(name).ok_or_else(|| unknown(&what, name, self.parameters.keys()))
     }

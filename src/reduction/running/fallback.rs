@@ -12,7 +12,7 @@ pub enum By {
 
 /// Quantities with their error bars.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
+pub struct TwinAnswer {
     pub by: By,
     pub values: Vec<f64>,
     /// Zero of the full model, on the mesh of which the bars are counted; its solver leaves its own tolerance
@@ -47,11 +47,11 @@ impl Fallback {
     /// # Errors
     ///
     /// [`FallbackError`]: inputs that are none, and a full model without an equilibrium.
-    pub fn step(&mut self, twin: &mut Twin, inputs: &[f64]) -> Result<Answer, FallbackError> {
+    pub fn step(&mut self, twin: &mut Twin, inputs: &[f64]) -> Result<TwinAnswer, FallbackError> {
         let reached = twin.step(inputs);
         match self.correct(twin, inputs, reached)? {
-            Some(values) => Ok(Answer { by: By::Full, bars: vec![0.0; values.len()], values }),
-            None => Ok(Answer { by: By::Reduced, values: twin.values().to_vec(), bars: twin.bars().to_vec() }),
+            Some(values) => Ok(TwinAnswer { by: By::Full, bars: vec![0.0; values.len()], values }),
+            None => Ok(TwinAnswer { by: By::Reduced, values: twin.values().to_vec(), bars: twin.bars().to_vec() }),
         }
     }
 

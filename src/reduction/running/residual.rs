@@ -9,7 +9,7 @@ use super::equations::Position;
 use super::laws::RunningLaws;
 use crate::material::LawSpecError;
 use crate::reduction::forces::CableDrive;
-use crate::reduction::model::{ErrorModel, ReducedModel};
+use crate::reduction::model::{AdjointEstimate, ReducedModel};
 use crate::reduction::points::{Points, Sizes, Sums, total};
 
 /// The estimate with the memory of its evaluations.
@@ -24,7 +24,7 @@ pub struct Residual {
 }
 
 impl Residual {
-    pub fn new(of: &ErrorModel, sizes: Sizes) -> Result<Self, LawSpecError> {
+    pub fn new(of: &AdjointEstimate, sizes: Sizes) -> Result<Self, LawSpecError> {
         let points = of.points.iter().map(|p| Points::new(p, sizes)).collect::<Result<_, _>>()?;
         let most = of.regimes.iter().map(|r| r.exponents.len()).max().unwrap_or(0);
         let laws = RunningLaws::new(&of.compliance, of.centres.len());
@@ -34,7 +34,7 @@ impl Residual {
     /// Estimated error of each quantity at an equilibrium; false where a law is not defined, and where no training state had the same taut cables.
     pub fn estimate(
         &mut self,
-        (model, of): (&ReducedModel, &ErrorModel),
+        (model, of): (&ReducedModel, &AdjointEstimate),
         cables: &[RunningCable],
         (inputs, at): (&[f64], &Position),
         out: &mut [f64],
@@ -56,7 +56,7 @@ impl Residual {
     /// \[tests\] the forces that are left along the tests; `cables` were evaluated at this position.
     fn forces_left(
         &mut self,
-        (model, of): (&ReducedModel, &ErrorModel),
+        (model, of): (&ReducedModel, &AdjointEstimate),
         cables: &[RunningCable],
         (inputs, at): (&[f64], &Position),
     ) -> bool {

@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 
 /// All points of the elastic effects, part by part, block by block.
 pub struct BodyPoints<'a> {
-    pub parts: Vec<Part<'a>>,
+    pub parts: Vec<ElasticPoints<'a>>,
 }
 
 /// The points of one elastic effect.
-pub struct Part<'a> {
+pub struct ElasticPoints<'a> {
     pub constitution: Constitution<'a>,
     /// The law without the volumetric part that a pressure field takes over
     law: Box<dyn Law>,
@@ -39,7 +39,7 @@ pub struct Place {
 /// P by rows \[Pa\], and G(J) where there is a pressure field \[–\].
 pub type PointForce = ([f64; 9], f64);
 
-impl<'a> Part<'a> {
+impl<'a> ElasticPoints<'a> {
     fn of(
         constitution: Constitution<'a>,
         rates: Vec<StoredRates>,
@@ -70,7 +70,7 @@ impl<'a> BodyPoints<'a> {
                 remedy: "take formulation = \"mixed\" or \"displacement\"".into(),
             })?;
             let (rates, of_blocks) = left.take(law, &constitution.points.cells);
-            Part::of(constitution, rates, of_blocks)
+            ElasticPoints::of(constitution, rates, of_blocks)
         };
         let laws = scene.spec.effects.iter().filter_map(law);
         Ok(Self { parts: scene.stressed.iter().zip(laws).map(part).collect::<Result<_, ReductionError>>()? })
@@ -134,7 +134,7 @@ impl<'a> BodyPoints<'a> {
 
     /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of one part.
     pub fn compliance_of(&self, part: usize, a: &[f64], b: &[f64]) -> f64 {
-        let of_part = |part: &Part| {
+        let of_part = |part: &ElasticPoints| {
             let Constitution { blocks, pressure, .. } = &part.constitution;
             let Some(pressure) = pressure else { return 0.0 };
             let of_block = |(block, c): (usize, &[[f64; 4]; 4])| {
@@ -150,9 +150,13 @@ impl<'a> BodyPoints<'a> {
 
     /// These points with other laws, each for the part of its index.
     pub fn with_laws(&self, cards: &[(usize, LawCard)]) -> Result<Self, ReductionError> {
-        let part = |(k, of): (usize, &Part<'a>)| {
+        let part = |(k, of): (usize, &ElasticPoints<'a>)| {
             let law = cards.iter().find(|(part, _)| *part == k).map_or(&of.constitution.law, |(_, card)| card);
-            Part::of(Constitution { law: law.clone(), ..of.constitution }, of.rates.clone(), of.of_blocks.clone())
+            ElasticPoints::of(
+                Constitution { law: law.clone(), ..of.constitution },
+                of.rates.clone(),
+                of.of_blocks.clone(),
+            )
         };
         Ok(Self { parts: self.parts.iter().enumerate().map(part).collect::<Result<_, ReductionError>>()? })
     }
@@ -173,7 +177,7 @@ impl<'a> BodyPoints<'a> {
 
     /// P and G(J) at a point from ∂u/∂X and the pressure there.
     pub fn force(&self, part: usize, gradient: &[f64; 9], pressure: f64) -> Result<PointForce, ReductionError> {
-        let Part { law, volumetric, .. } = &self.parts[part];
+        let ElasticPoints { law, volumetric, .. } = &self.parts[part];
         let undefined = |e: crate::material::LawError| ReductionError::Law(e.to_string());
         let h = Mat3::from_row_slice(gradient);
         let f = h + Mat3::identity();

@@ -23,7 +23,7 @@ pub struct Search {
 
 /// Candidates at which full solutions are wanted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct NextStates {
     /// Largest estimated error of a quantity at a candidate, as a share of its largest change in the training states; infinite where the model has no
     /// equilibrium there, or no estimate
     pub largest: f64,
@@ -42,7 +42,7 @@ impl Search {
     /// # Errors
     ///
     /// Those of [`Training::model`].
-    pub fn choose(&self, training: &Training, candidates: &[Vec<f64>]) -> Result<Choice, ReductionError> {
+    pub fn choose(&self, training: &Training, candidates: &[Vec<f64>]) -> Result<NextStates, ReductionError> {
         let mut twin = Twin::new(training.uncalibrated(self.modes, self.sampling)?)?;
         let errors: Vec<f64> = candidates.iter().map(|u| estimate(&mut twin, u)).collect();
         let mut sorted = errors.clone();
@@ -51,7 +51,7 @@ impl Search {
         order.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]));
         let chosen = apart(&order, candidates, (&twin.model().inputs, self.batch));
         let at = |k: usize| sorted.get(k).copied().unwrap_or(0.0);
-        Ok(Choice { largest: at(sorted.len().saturating_sub(1)), median: at(sorted.len() / 2), chosen })
+        Ok(NextStates { largest: at(sorted.len().saturating_sub(1)), median: at(sorted.len() / 2), chosen })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::reduction::constants::{ConstantInputs, Constants};
 use crate::reduction::error::ReductionError;
 use crate::reduction::forces::{ReducedCable, cables, check, effects_of_loads, loads, reduced_force};
 use crate::reduction::inputs::{Input, signals};
-use crate::reduction::model::{Bar, ErrorModel, Origin, ReducedModel};
+use crate::reduction::model::{AdjointEstimate, Bar, Origin, ReducedModel};
 use crate::reduction::points::Sizes;
 use crate::reduction::quantities::{choose, quantities};
 use crate::reduction::running::twin::Twin;
@@ -177,7 +177,7 @@ impl<'a> Training<'a> {
         let pairs = space.fields.iter().flat_map(|z| basis.modes[n..].iter().map(move |p| (z, p)));
         let compliance = pairs.map(|(z, p)| points.compliance(z, p)).collect();
         model.sizes.tests = space.fields.len();
-        model.estimate = Some(ErrorModel {
+        model.estimate = Some(AdjointEstimate {
             points: stored(points, &selection, (fields, basis), Some(&tests)),
             loads,
             cables: scene.cables.iter().map(|c| ReducedCable::motion(&c.cable, &space.fields)).collect(),

@@ -6,7 +6,7 @@ use crate::report::canvas::{
     Area, At, GREY, INK, LABEL, Mark, PALETTE, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, LINE, Sample, apart, legend_below, legend_lines};
-use crate::report::fit::stored::{Parameter, StoredFit};
+use crate::report::fit::stored::{StoredConstant, StoredFit};
 use crate::report::panels::{Letter, Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
@@ -102,7 +102,7 @@ fn is_drawn(modes: &[&ModeCurves], stretch: [f64; 2], fitted: bool) -> bool {
 }
 
 /// `μ = 357 kPa [334, 380]`
-fn label((p, printed): (&Parameter, &Printed)) -> String {
+fn label((p, printed): (&StoredConstant, &Printed)) -> String {
     let number = |v: f64| printed.end(v);
     let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{}, {}]", number(a), number(b)));
     format!("{} = {}{interval}", italic(&p.symbol), printed.text(p.value)).replace('-', "−")

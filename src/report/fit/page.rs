@@ -2,7 +2,7 @@
 
 use crate::calibrate::{Printed, stretch_text};
 use crate::report::figure::Figure;
-use crate::report::fit::stored::{Parameter, StoredFit};
+use crate::report::fit::stored::{StoredConstant, StoredFit};
 use crate::report::numbers::{capital, minus_signs};
 use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
@@ -10,7 +10,7 @@ use crate::wording;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
-    let one = |(p, printed): (&Parameter, Printed)| format!("{} = {}", p.symbol, p.words(&printed));
+    let one = |(p, printed): (&StoredConstant, Printed)| format!("{} = {}", p.symbol, p.words(&printed));
     let constants: Vec<String> = fit.parameters.iter().zip(fit.printed()).map(one).collect();
     let [a, b] = fit.stretch.map(stretch_text);
     let percent = 100.0 * fit.misfit.rms_relative;
@@ -54,7 +54,8 @@ fn shorter_ranges(fit: &StoredFit) -> String {
     let moved: Vec<usize> = (0..fit.range_spread.len()).filter(|k| of(*k).1[0] < of(*k).1[1]).collect();
     let span = |k: &usize| format!("{} from {}", of(*k).0.symbol, printed[*k].span(of(*k).1));
     let spans: Vec<String> = moved.iter().map(span).collect();
-    let is_outside = |(p, [low, high]): &(&Parameter, [f64; 2])| p.ends().is_some_and(|[a, b]| *low < a || *high > b);
+    let is_outside =
+        |(p, [low, high]): &(&StoredConstant, [f64; 2])| p.ends().is_some_and(|[a, b]| *low < a || *high > b);
     let outside: Vec<&str> = moved.iter().map(|k| of(*k)).filter(is_outside).map(|(p, _)| p.symbol.as_str()).collect();
     let more = match outside.len() {
         0 => String::new(),

@@ -22,7 +22,7 @@ pub struct StoredFit {
     /// Smallest and largest fitted λ
     pub stretch: [f64; 2],
     pub rows: usize,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<StoredConstant>,
     pub weighting: Weighting,
     pub loss: Loss,
     pub interval_assumption: String,
@@ -56,7 +56,7 @@ pub struct StoredFit {
 }
 
 #[derive(Clone, Debug, Deserialize)]
-pub struct Parameter {
+pub struct StoredConstant {
     pub name: String,
     #[serde(deserialize_with = "with_subscripts")]
     pub symbol: String,
@@ -92,7 +92,7 @@ pub struct Scatter {
 pub struct Specimen {
     pub file: String,
     pub rows: usize,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<StoredConstant>,
     pub level: f64,
 }
 
@@ -101,7 +101,7 @@ pub struct Specimen {
 pub struct Otherwise {
     pub treatment: Treatment,
     pub rows: usize,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<StoredConstant>,
     pub change: f64,
 }
 
@@ -109,7 +109,7 @@ pub struct Otherwise {
 pub struct Range {
     pub to: f64,
     pub rows: usize,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<StoredConstant>,
     pub rms_relative: f64,
 }
 
@@ -136,7 +136,7 @@ impl StoredFit {
     }
 }
 
-impl Parameter {
+impl StoredConstant {
     /// Both ends of the interval, where the data determine the constant.
     pub fn ends(&self) -> Option<[f64; 2]> {
         Some([self.interval[0]?, self.interval[1]?])

@@ -1,7 +1,7 @@
 //! Tables of a fit.
 
 use crate::calibrate::{Band, Contribution, Misfit, PredictionKind, Printed, stretch_text, within};
-use crate::report::fit::stored::{Parameter, Scatter, Specimen, StoredFit};
+use crate::report::fit::stored::{Scatter, Specimen, StoredConstant, StoredFit};
 use crate::report::table::{Table, headings};
 
 /// Rows of the table of ranges at most
@@ -84,8 +84,8 @@ fn parameters(fit: &StoredFit) -> Table {
 }
 
 /// `μ₁ = 12 kPa, α₁ = 3.1`
-fn list(parameters: &[Parameter], printed: &[Printed]) -> String {
-    let one = |(p, printed): (&Parameter, &Printed)| format!("{} = {}", p.symbol, printed.text(p.value));
+fn list(parameters: &[StoredConstant], printed: &[Printed]) -> String {
+    let one = |(p, printed): (&StoredConstant, &Printed)| format!("{} = {}", p.symbol, printed.text(p.value));
     parameters.iter().zip(printed).map(one).collect::<Vec<_>>().join(", ")
 }
 
@@ -135,7 +135,7 @@ fn next(s: &Scatter) -> Option<Table> {
 /// Effect of the treatment of the rows on the fitted constants.
 fn otherwise(fit: &StoredFit) -> Table {
     let printed = fit.printed();
-    let constants = |parameters: &[Parameter]| list(parameters, &printed);
+    let constants = |parameters: &[StoredConstant]| list(parameters, &printed);
     let mut rows = vec![vec!["as fitted".into(), fit.rows.to_string(), constants(&fit.parameters), "–".into()]];
     rows.extend(fit.otherwise.iter().map(|o| {
         let change = format!("{:.1}", 100.0 * o.change);
@@ -153,7 +153,7 @@ fn otherwise(fit: &StoredFit) -> Table {
 /// Each specimen alone, then their mean.
 fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     let constants = |value: &dyn Fn(usize) -> String| {
-        let one = |(k, p): (usize, &Parameter)| format!("{} = {}", p.symbol, value(k));
+        let one = |(k, p): (usize, &StoredConstant)| format!("{} = {}", p.symbol, value(k));
         fit.parameters.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
     };
     let printed = fit.printed();

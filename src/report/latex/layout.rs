@@ -30,13 +30,13 @@ const SIZES: [Size; 4] = [
 const OF_PARTS: Size = SIZES[2];
 
 /// Columns next to each other, by their numbers, with their widths in the usual size of type \[pt\].
-pub type Part = Vec<(usize, f64)>;
+pub type ColumnGroup = Vec<(usize, f64)>;
 
 /// How a table is set.
 pub struct Layout {
     pub size: Size,
     /// Parts below each other, each of which begins with the columns that tell its rows apart
-    pub parts: Vec<Part>,
+    pub parts: Vec<ColumnGroup>,
     /// Headings with units and cells of the columns that are the same in every row and are named in the caption
     pub same: Vec<(String, String)>,
 }
@@ -45,7 +45,7 @@ impl Layout {
     /// The layout with the largest type in which nothing is broken, moved or divided that fits as a whole.
     pub fn of(t: &Table, columns: &[Column]) -> Self {
         let fits = |shown: &[usize], wide: fn(&Column) -> f64, sizes: &[Size]| {
-            let part: Part = shown.iter().map(|k| (*k, wide(&columns[*k]))).collect();
+            let part: ColumnGroup = shown.iter().map(|k| (*k, wide(&columns[*k]))).collect();
             let size = sizes.iter().copied().find(|size| part.iter().map(|(_, w)| size.room(*w)).sum::<f64>() <= LINE);
             size.map(|size| Self { size, parts: vec![part], same: vec![] })
         };
@@ -88,7 +88,7 @@ impl Size {
 }
 
 /// As many of the columns in each part as fit next to the leading ones that tell its rows apart; next to the first one where these leave no room.
-fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<Part> {
+fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<ColumnGroup> {
     let of = |k: &usize| (*k, columns[*k].least());
     let room = |group: &[usize]| group.iter().map(|k| OF_PARTS.room(of(k).1)).sum::<f64>();
     // A column and the one that belongs to it stay together
@@ -96,7 +96,7 @@ fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<Part> {
     let leave_room = |n: &usize| shown[*n..].chunk_by(together).all(|group| room(&shown[..*n]) + room(group) <= LINE);
     let repeated = leading(t, shown).filter(leave_room).unwrap_or(1);
     let Some((keys, others)) = shown.split_at_checked(repeated) else { return vec![] };
-    let begun = || keys.iter().map(of).collect::<Part>();
+    let begun = || keys.iter().map(of).collect::<ColumnGroup>();
     let mut parts = vec![begun()];
     let mut long = room(keys);
     for group in others.chunk_by(together) {

@@ -1,7 +1,7 @@
 //! A table as a float, or where it is long, as one that breaks across pages; both fit into the width of the text.
 
 use super::column::{Column, EMPTY};
-use super::layout::{Layout, Part, Size};
+use super::layout::{ColumnGroup, Layout, Size};
 use super::letters::escape;
 use super::packages::NEEDS;
 use crate::report::numbers::minus_signs;
@@ -62,7 +62,7 @@ struct Rules {
 }
 
 impl Rules {
-    fn of(t: &Table, columns: &[Column], part: &Part, size: Size) -> Self {
+    fn of(t: &Table, columns: &[Column], part: &ColumnGroup, size: Size) -> Self {
         let row = |cells: Vec<String>| format!("  {} \\\\\n", cells.join(" & "));
         let of = |(k, wide): &(usize, f64)| (&columns[*k], *k, *wide);
         let lines = |cells: &[String]| part.iter().map(of).map(|(c, k, wide)| c.lines(&cells[k], wide)).max();

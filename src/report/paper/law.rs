@@ -7,8 +7,8 @@ use crate::material::{LawInfo, Parameter, VolumetricKind, find};
 use crate::math::units::{self, Dimension};
 use crate::report::names::symbol;
 use crate::report::numbers::capital;
+use crate::report::paper::paragraph::Paragraph;
 use crate::report::paper::references::Reference;
-use crate::report::paper::words::Paragraph;
 use toml::{Table, Value};
 
 /// A law of scenes: tables that differ in the values of their constants at most, with the same constants given, from the same source.

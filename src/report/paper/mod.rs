@@ -1,16 +1,16 @@
 //! Parts of a paper that follow from a result: `paper/` with the methods, the references, and a document of the generated parts.
 
 pub mod law;
+mod paragraph;
 mod references;
 mod sample;
-mod words;
 
 use crate::report::{ReportError, files};
+pub use paragraph::Paragraph;
 use references::Reference;
 pub use sample::Parts;
 use std::collections::BTreeSet;
 use std::path::Path;
-pub use words::Paragraph;
 
 /// Content of the folder `paper`.
 pub struct Paper<'a> {

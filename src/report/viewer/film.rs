@@ -1,6 +1,6 @@
 //! States of a run gathered for a page, within bounded memory.
 
-use super::footage::{About, Footage, Quantity};
+use super::footage::{About, FieldHistory, Footage};
 use super::frame::Frame;
 use super::limits::{STATES, VALUES};
 use super::model::{Arrows, Field, Model};
@@ -27,7 +27,7 @@ pub struct Film {
     /// The last state, if it is not kept
     last: Option<State>,
     /// Fields in the cells that are those of the whole run
-    of_run: Vec<Quantity>,
+    of_run: Vec<FieldHistory>,
 }
 
 impl Film {
@@ -52,7 +52,7 @@ impl Film {
     pub fn add_of_cells(&mut self, name: &str, unit: &str, values: &[f64]) {
         let own = self.shape.cell_numbers.iter().map(|&c| values[c as usize] as f32).collect();
         let (name, unit) = (name.into(), unit.into());
-        self.of_run.push(Quantity { name, unit, components: 1, at_nodes: false, states: vec![own] });
+        self.of_run.push(FieldHistory { name, unit, components: 1, at_nodes: false, states: vec![own] });
     }
 
     /// Adds a state, the next one of the run.
@@ -129,7 +129,8 @@ impl Film {
     /// The data of a page without any states yet, which get theirs from [`Frame::bytes`].
     pub fn opening(&self, scene: &Scene, about: About) -> Packed {
         let none = |components| Modes { components, ..Modes::default() };
-        let field = |q: Quantity| Field { name: q.name, unit: q.unit, at_nodes: q.at_nodes, modes: none(q.components) };
+        let field =
+            |q: FieldHistory| Field { name: q.name, unit: q.unit, at_nodes: q.at_nodes, modes: none(q.components) };
         let forces = Arrows { name: FORCES.into(), unit: "N".into(), states: vec![] };
         pack(&Model {
             title: about.title,
@@ -153,7 +154,7 @@ impl Film {
         about.notes.extend(self.note());
         about.absent.extend(absent(scene, &self.what));
         let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
-        let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
+        let mut quantities: Vec<FieldHistory> = self.what.iter().map(quantity).collect();
         let mut contact = vec![];
         for frame in self.frames.into_iter().map(Arc::unwrap_or_clone) {
             footage.motion.push(frame.motion);
@@ -179,7 +180,7 @@ pub fn symmetric(values: &[f64]) -> Vec<f64> {
 }
 
 /// A field, without its states.
-fn quantity(field: &FieldSpec) -> Quantity {
+fn quantity(field: &FieldSpec) -> FieldHistory {
     let (name, unit, components) = match field {
         FieldSpec::Displacement => ("displacement", "m", 3),
         FieldSpec::Velocity => ("velocity", "m/s", 3),
@@ -189,7 +190,7 @@ fn quantity(field: &FieldSpec) -> Quantity {
         FieldSpec::Pressure => ("pressure", "Pa", 1),
         FieldSpec::ContactForce => ("contact force", "N", 3),
     };
-    Quantity { name: name.into(), unit: unit.into(), components, at_nodes: true, states: vec![] }
+    FieldHistory { name: name.into(), unit: unit.into(), components, at_nodes: true, states: vec![] }
 }
 
 /// Fields that the scene does not ask for, each with the key that records it.

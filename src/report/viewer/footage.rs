@@ -18,7 +18,7 @@ const OF_ROUNDING: f64 = 5e-5;
 const OF_SIZE: f64 = 1e-6;
 
 /// A field at all states.
-pub struct Quantity {
+pub struct FieldHistory {
     pub name: String,
     pub unit: String,
     pub components: usize,
@@ -48,7 +48,7 @@ pub struct Footage {
     pub times: Vec<f64>,
     /// \[states\]\[points × 3\] displacement \[m\]; empty at rest
     pub motion: Vec<Vec<f32>>,
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<FieldHistory>,
     pub arrows: Vec<Arrows>,
 }
 
@@ -100,7 +100,7 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// Distance that the values of a field may have from the stored ones.
-fn tolerance(q: &Quantity) -> f64 {
+fn tolerance(q: &FieldHistory) -> f64 {
     let range = |[low, high]: [f64; 2]| high - low;
     let all = ends(q.states.iter().flatten().map(|v| f64::from(*v)));
     let of_tensors = |scalar: fn([f64; 6]) -> f64| {
@@ -121,7 +121,7 @@ fn von_mises(s: [f64; 6]) -> f64 {
     (0.5 * normal + 3.0 * (s[3].powi(2) + s[4].powi(2) + s[5].powi(2))).sqrt()
 }
 
-fn field(q: &Quantity, states: usize, wider: f64) -> Field {
+fn field(q: &FieldHistory, states: usize, wider: f64) -> Field {
     let mut modes = Modes::of(History { components: q.components, states: q.states.clone() }, wider * tolerance(q));
     if let ([_], Some(repeats)) = (&q.states[..], states.checked_sub(1)) {
         modes.amplitudes.iter_mut().for_each(|a| a.extend(vec![a[0]; repeats]));
@@ -167,7 +167,7 @@ mod tests {
                 (0..200).flat_map(point).collect::<Vec<f32>>()
             };
             let states: Vec<Vec<f32>> = (0..11).map(|k| state(f64::from(k) / 10.0)).collect();
-            let q = Quantity {
+            let q = FieldHistory {
                 name: "stress".into(),
                 unit: "Pa".into(),
                 components: 6,

@@ -1,6 +1,6 @@
 //! Grids of VTU and PVD files as histories: the displacement, and every other field that they hold.
 
-use super::footage::{Footage, Quantity};
+use super::footage::{FieldHistory, Footage};
 use super::limits::{STATES, VALUES};
 use super::modes::without_values;
 use super::shape::{Limits, Shape};
@@ -87,7 +87,7 @@ fn differences(now: &[Vec3], first: &[Vec3], nodes: &[u32]) -> Vec<f32> {
 }
 
 /// A note on a field that some states or places lack.
-fn gaps(q: &Quantity) -> Option<String> {
+fn gaps(q: &FieldHistory) -> Option<String> {
     let (states, missing) = without_values(&q.states);
     let places: BTreeSet<usize> = missing.iter().map(|k| k / q.components).collect();
     let all = q.states.first().map_or(0, Vec::len) / q.components;
@@ -160,7 +160,7 @@ fn find<'a>(grid: &'a Grid, name: &str, at_points: bool) -> Option<&'a GridData>
 }
 
 /// The fields that a page shows: at the points first, and those of the cells that have no namesake there. A note says why another one is left out.
-fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec<Quantity> {
+fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec<FieldHistory> {
     let mut all: Vec<&GridData> = vec![];
     for d in grid.data.iter().filter(|d| !(d.at_points && Some(d.name.as_str()) == moving)) {
         if ![1, 3, 6, 9].contains(&d.components) {
@@ -176,7 +176,7 @@ fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec
         notes.push(format!("Of {} fields the first {FIELDS} are shown, without {}.", all.len(), left.join(", ")));
         all.truncate(FIELDS);
     }
-    let of = |d: &GridData| Quantity {
+    let of = |d: &GridData| FieldHistory {
         name: d.name.clone(),
         unit: String::new(),
         components: if d.components == 9 { 6 } else { d.components },

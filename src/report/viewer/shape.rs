@@ -48,7 +48,7 @@ impl PartKind {
 
 /// A line or surface with points of its own.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct ShapePart {
     pub name: String,
     pub kind: PartKind,
     /// Its first point among those of the shape
@@ -91,7 +91,7 @@ pub struct Shape {
     pub cells: Vec<u32>,
     /// \[cells with values\] number in the mesh, ascending: all, or those at the surface
     pub cell_numbers: Vec<u32>,
-    pub parts: Vec<Part>,
+    pub parts: Vec<ShapePart>,
     pub marked: Vec<Marked>,
     /// Sentences on the parts that were left out or simplified
     pub notes: Vec<String>,
@@ -167,7 +167,7 @@ impl Shape {
             parts: self
                 .parts
                 .iter()
-                .map(|p| Part { first: point.get(&p.first).copied().unwrap_or(0), ..p.clone() })
+                .map(|p| ShapePart { first: point.get(&p.first).copied().unwrap_or(0), ..p.clone() })
                 .collect(),
             marked: self
                 .marked
@@ -196,7 +196,7 @@ impl Shape {
     pub fn add_part(&mut self, name: &str, kind: PartKind, points: &[[f64; 3]], triangles: Vec<[u32; 3]>) {
         let (first, count) = (self.points.len() as u32, points.len() as u32);
         self.points.extend(points);
-        self.parts.push(Part { name: name.into(), kind, first, count, triangles });
+        self.parts.push(ShapePart { name: name.into(), kind, first, count, triangles });
     }
 
     /// Marks facets and nodes of the mesh by a name; those that are not shown are passed over.

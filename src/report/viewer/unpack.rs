@@ -3,7 +3,7 @@
 use super::model::{Arrows, Curves, Field, Model};
 use super::modes::Modes;
 use super::pack::Packed;
-use super::shape::{Marked, Part, PartKind, Shape};
+use super::shape::{Marked, PartKind, Shape, ShapePart};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::io::Read;
@@ -70,7 +70,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
         let kind = PartKind::ALL.into_iter().find(|k| p["kind"] == k.name())?;
         let fits = first as usize + own as usize <= count;
         let triangles = corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-        fits.then_some(Part { name: plain(&p["name"])?, kind, first, count: own, triangles })
+        fits.then_some(ShapePart { name: plain(&p["name"])?, kind, first, count: own, triangles })
     });
     let marked = head["marked"].as_array()?.iter().map(|m| {
         let kind = ["region", "cavity", "held"].into_iter().find(|k| m["kind"] == *k)?;

@@ -21,14 +21,14 @@ const MOST_CELLS: f64 = 1e7;
 /// # Errors
 ///
 /// Where a size is not positive or a number of divisions is zero or too large.
-pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
+pub fn mesh_of_grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
     let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.grid", fact, remedy));
     let (divisions, lengths) = measures(spec);
     if divisions.contains(&0) {
         return refuse(format!("divisions = {divisions:?}"), "give at least one box in each direction");
     }
-    if cells(spec) > MOST_CELLS {
-        let fact = format!("divisions = {divisions:?} make {:.1e} cells", cells(spec));
+    if cells_of_grid(spec) > MOST_CELLS {
+        let fact = format!("divisions = {divisions:?} make {:.1e} cells", cells_of_grid(spec));
         return refuse(fact, &format!("take fewer: a grid has at most {MOST_CELLS:e} cells"));
     }
     if let Some(length) = lengths.iter().find(|l| l.0 <= 0.0) {
@@ -119,14 +119,14 @@ pub fn round_volume(spec: &GridSpec) -> Option<f64> {
 
 /// The grid with so many times as many divisions along its edges, rounded, and at least as many as it takes; `None` where the cells grow
 /// from a place, because their layers are no numbers along an edge.
-pub fn scaled(spec: &GridSpec, factor: f64) -> Option<GridSpec> {
-    let wanted: Vec<f64> = divisions(spec).iter().map(|n| factor * *n as f64).collect();
+pub fn scaled_grid(spec: &GridSpec, factor: f64) -> Option<GridSpec> {
+    let wanted: Vec<f64> = divisions_of_grid(spec).iter().map(|n| factor * *n as f64).collect();
     let grows = matches!(spec, GridSpec::HalfSpace { .. } | GridSpec::HalfSphere { .. });
-    (!grows).then(|| with_divisions(spec, &wanted))
+    (!grows).then(|| grid_with_divisions(spec, &wanted))
 }
 
 /// The grid with the numbers of divisions nearest to these that it takes.
-pub fn with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
+pub fn grid_with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
     let mut out = spec.clone();
     let divisions = match &mut out {
         GridSpec::Box { divisions, .. }
@@ -152,23 +152,23 @@ pub fn with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
 }
 
 /// Divisions of a grid, as its key has them.
-pub fn divisions(spec: &GridSpec) -> &[usize] {
+pub fn divisions_of_grid(spec: &GridSpec) -> &[usize] {
     measures(spec).0
 }
 
 /// Divisions of a grid, as the value of their key.
 pub fn divisions_value(spec: &GridSpec) -> Value {
-    Value::from(divisions(spec).iter().map(|n| *n as i64).collect::<Vec<_>>())
+    Value::from(divisions_of_grid(spec).iter().map(|n| *n as i64).collect::<Vec<_>>())
 }
 
 /// Grids of the same proportions, coarse ones first: the divisions are exact multiples of those of the coarsest one. None where cells grow from
 /// a place.
-pub fn similar(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
-    let own = divisions(spec).to_vec();
+pub fn similar_grids(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
+    let own = divisions_of_grid(spec).to_vec();
     let common = common_divisor(own.iter().copied()).max(1);
     let multiple = move |k: usize| {
-        let grid = scaled(spec, k as f64 / common as f64)?;
-        let is_exact = divisions(&grid).iter().zip(&own).all(|(n, own)| common * n == k * own);
+        let grid = scaled_grid(spec, k as f64 / common as f64)?;
+        let is_exact = divisions_of_grid(&grid).iter().zip(&own).all(|(n, own)| common * n == k * own);
         Some(is_exact.then_some(grid))
     };
     (1..).map_while(multiple).flatten()
@@ -183,7 +183,7 @@ pub fn common_divisor(numbers: impl IntoIterator<Item = usize>) -> usize {
 }
 
 /// Number of cells of a grid, or somewhat more; exact integers are not needed, and would overflow.
-pub fn cells(spec: &GridSpec) -> f64 {
+pub fn cells_of_grid(spec: &GridSpec) -> f64 {
     let boxes = match spec {
         GridSpec::Octant { divisions: [n, layers], .. } => [*n, *n, *layers],
         GridSpec::Cylinder { divisions: [n, layers], .. } | GridSpec::Bow { divisions: [n, layers], .. } => {
@@ -279,7 +279,7 @@ mod tests {
             GridSpec::HalfSphere { radius: mm(9.0), fine: mm(2.0), divisions: [2, 2] },
         ];
         for spec in round {
-            let mesh = grid(Path::new("scene.toml"), &spec, ElementSpec::Tet10).expect("a grid");
+            let mesh = mesh_of_grid(Path::new("scene.toml"), &spec, ElementSpec::Tet10).expect("a grid");
             let share = mesh.volume() / round_volume(&spec).expect("round") - 1.0;
             println!("{spec:?}: {share}");
             // Of the half sphere, whose cells grow, 2e-3
@@ -293,20 +293,22 @@ mod tests {
     fn divisions_are_scaled_to_numbers_that_the_grid_takes() {
         let mm = |x: f64| Length(1e-3 * x);
         let block = GridSpec::Box { size: [mm(40.0), mm(20.0), mm(20.0)], divisions: [8, 4, 1] };
-        let of = |spec: &GridSpec, factor| divisions(&scaled(spec, factor).expect("divisions")).to_vec();
+        let of = |spec: &GridSpec, factor| divisions_of_grid(&scaled_grid(spec, factor).expect("divisions")).to_vec();
         assert_eq!(of(&block, 1.0), [8, 4, 1]);
         assert_eq!(of(&block, 0.5f64.cbrt()), [6, 3, 1]);
         assert_eq!(of(&block, 0.01), [1, 1, 1]);
         let beam = GridSpec::Box { size: [mm(50.0), mm(20.0), mm(20.0)], divisions: [20, 8, 8] };
-        let multiples: Vec<_> = similar(&beam).take(3).map(|grid| divisions(&grid).to_vec()).collect();
+        let multiples: Vec<_> = similar_grids(&beam).take(3).map(|grid| divisions_of_grid(&grid).to_vec()).collect();
         assert_eq!(multiples, [[5, 2, 2], [10, 4, 4], [15, 6, 6]]);
         let hole = GridSpec::Hole { radius: mm(1.0), half_edge: mm(5.0), thickness: mm(1.0), divisions: [4, 6, 1] };
         assert_eq!(of(&hole, 2f64.cbrt()), [5, 8, 1]);
-        assert_eq!(divisions(&with_divisions(&hole, &[5.2, 9.0, 1.0])), [5, 10, 1]);
+        assert_eq!(divisions_of_grid(&grid_with_divisions(&hole, &[5.2, 9.0, 1.0])), [5, 10, 1]);
         let tube = GridSpec::Tube { inner: mm(1.0), outer: mm(2.0), length: mm(9.0), divisions: [1, 4, 6] };
         assert_eq!(of(&tube, 0.5), [1, 3, 3]);
-        let similar: Vec<_> = similar(&hole).take(2).map(|grid| divisions(&grid).to_vec()).collect();
+        let similar: Vec<_> = similar_grids(&hole).take(2).map(|grid| divisions_of_grid(&grid).to_vec()).collect();
         assert_eq!(similar, [[4, 6, 1], [8, 12, 2]]);
-        assert!(scaled(&GridSpec::HalfSphere { radius: mm(9.0), fine: mm(1.0), divisions: [3, 2] }, 2.0).is_none());
+        assert!(
+            scaled_grid(&GridSpec::HalfSphere { radius: mm(9.0), fine: mm(1.0), divisions: [3, 2] }, 2.0).is_none()
+        );
     }
 }

@@ -24,7 +24,7 @@ use crate::mesh::generate::{
 use crate::mesh::{self, TetMesh};
 use cut_edges::cut_edges;
 use deform::{Undeformed, deform, formulas_of, is_made_here};
-use grid::{disturb, grid, mesh_hash, round_volume};
+use grid::{disturb, mesh_hash, mesh_of_grid, round_volume};
 use mesh_file::{content, doubtful_unit, own_skin, reading, taken_over, volume_mesh};
 use mesh_spec::{DeformSpec, ElementSpec, MeshSpec};
 use request::{check_levels, check_source, given_or_found, request_from};
@@ -161,7 +161,7 @@ impl Body {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "mesh", e);
         check_source(file, spec)?;
         if let Some(boxes) = &spec.grid {
-            let mesh = grid(file, boxes, spec.element)?;
+            let mesh = mesh_of_grid(file, boxes, spec.element)?;
             let sha256 = mesh_hash(&mesh);
             let volumes = SourceVolume::of_grid(round_volume(boxes), &mesh);
             return Ok(Self { volumes, ..Self::new(mesh, "grid", sha256) });

@@ -3,7 +3,7 @@
 //! A mistake in the values of one part is refused where that part is built; what is here needs two parts to be seen.
 
 use crate::scene::error::SceneError;
-use crate::scene::linear::LinearSpec;
+use crate::scene::linear_solver::LinearSpec;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::effects::EffectSpec;
 use crate::scene::spec::{ConstraintSpec, SceneSpec};

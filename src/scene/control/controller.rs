@@ -27,7 +27,7 @@ pub struct Observation<'a> {
 
 /// Values that were set at a point of the time grid.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct SignalSetting<'a> {
     /// Time of the point \[s\]
     pub t: f64,
     /// Time of the next point \[s\]
@@ -106,7 +106,7 @@ pub trait Controller {
 
     /// Whether it would have set these values at all points of the grid up to a checkpoint, from the initial values of the scene on; none where only its
     /// identity tells.
-    fn would_set(&self, _initial: &[f64], _set: &[Setting]) -> Option<bool> {
+    fn would_set(&self, _initial: &[f64], _set: &[SignalSetting]) -> Option<bool> {
         None
     }
 

@@ -15,7 +15,7 @@ mod signals;
 pub mod spec;
 pub mod strict_json;
 
-pub use controller::{Controller, Observation, Opening, Reply, Setting};
+pub use controller::{Controller, Observation, Opening, Reply, SignalSetting};
 pub use error::ControlError;
 pub use memory::{ControlMemory, ControllerRecord, Fired};
 pub(super) use prepare::build_controls;

@@ -4,7 +4,7 @@
 //! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits. Every row ends with a line
 //! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
 
-use super::{ControlError, Controller, Observation, Reply, Setting};
+use super::{ControlError, Controller, Observation, Reply, SignalSetting};
 use crate::scene::signal::instant::rounding;
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
@@ -78,7 +78,7 @@ impl Recording {
             let record = record.map_err(|_| refuse("it has not as many values as the header"))?;
             let number = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
             let numbers: Option<Vec<f64>> = record.iter().map(number).collect();
-            let mut numbers = numbers.ok_or_else(|| refuse("a value is no finite number"))?;
+            let mut numbers = numbers.ok_or_else(|| refuse("a value is not a finite number"))?;
             let t = numbers.remove(0);
             if rows.last().is_some_and(|(past, _)| *past >= t) {
                 return Err(refuse("its time is not after that of the row before"));
@@ -140,9 +140,9 @@ impl Controller for Replay {
         Some(format!("recording {}", self.sha256))
     }
 
-    fn would_set(&self, initial: &[f64], set: &[Setting]) -> Option<bool> {
+    fn would_set(&self, initial: &[f64], set: &[SignalSetting]) -> Option<bool> {
         let (mut replay, mut signals) = (self.clone(), initial.to_vec());
-        let mut sets = |s: &Setting| {
+        let mut sets = |s: &SignalSetting| {
             let is_set = replay.step(&Observation { row: &[s.t], next: s.next }, &mut signals).is_ok();
             is_set && signals == s.values
         };

@@ -10,7 +10,7 @@ use crate::scene::notes::cut_regions::CutRegions;
 pub(super) const EXTENT: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// The enriched space with wider regions.
-pub(super) struct Extent {
+pub(super) struct ExtentSpace {
     cut: CutRegions,
     wider: Option<Wider>,
     /// Regions whose border runs through cells, and whose change is not known
@@ -27,7 +27,7 @@ struct Wider {
     start: Vec<f64>,
 }
 
-impl Extent {
+impl ExtentSpace {
     /// The extent in a run of `scene`. Without an enriched space and the start in it, as where the run is followed whole, no change is known.
     pub fn new(known: Option<(&EnrichedScene, &Start)>, scene: &Scene) -> Self {
         let cut = CutRegions::new(scene);

@@ -50,7 +50,7 @@ use crate::solve::{Integrator, Step};
 use crate::system::State;
 use crate::wording::all;
 use enrichment::{EnrichedScene, check_branch};
-use extent::{EXTENT, Extent};
+use extent::{EXTENT, ExtentSpace};
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved, Start};
 use std::sync::Arc;
@@ -272,7 +272,7 @@ impl<'a> ErrorEstimator<'a> {
             let state = enriched.interpolate(self.scene, &self.states[0]);
             Start { row: enriched.row_at(&state, &run.memories[0]), state, memory: &run.memories[0] }
         });
-        let mut extent = Extent::new(first.as_ref().map(|first| (&enriched, first)), self.scene);
+        let mut extent = ExtentSpace::new(first.as_ref().map(|first| (&enriched, first)), self.scene);
         let mut geometry = match &first {
             None => Geometry::of_whole_run(&enriched, self.scene),
             Some(first) => Geometry::new(&enriched, self.scene, first),
@@ -330,7 +330,7 @@ impl<'a> ErrorEstimator<'a> {
         &self,
         enriched: &EnrichedScene,
         run: &Run,
-        (near, geometry, extent): (&[bool], Option<GeometryError>, &Extent),
+        (near, geometry, extent): (&[bool], Option<GeometryError>, &ExtentSpace),
         peaks: Vec<(usize, Vec<usize>)>,
     ) -> Result<(Vec<(usize, QuantityError)>, usize), EstimateError> {
         let fine = enriched.run()?;
@@ -396,7 +396,7 @@ impl<'a> ErrorEstimator<'a> {
         column: usize,
         [first, enriched]: [f64; 2],
         geometry: Option<GeometryError>,
-        ([wider_first, wider], extent): ([f64; 2], &Extent),
+        ([wider_first, wider], extent): ([f64; 2], &ExtentSpace),
     ) -> QuantityError {
         let (value, start) = (run.rows[row][column], run.rows[0][column]);
         let x = self.states.get(row).map_or(&run.peak.x, |kept| &kept.x);

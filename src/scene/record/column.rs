@@ -39,7 +39,7 @@ fn find(column: &str) -> Option<&'static ColumnUnit> {
 }
 
 /// The unit of a column; `1` of a number without one.
-pub fn unit(column: &str) -> &'static str {
+pub fn unit_of_column(column: &str) -> &'static str {
     find(column).map_or("1", |unit| unit.printed)
 }
 
@@ -61,7 +61,7 @@ pub fn is_result(column: &str) -> bool {
 
 /// Whether two columns are results in the same unit: the size of one tells what is small in the other.
 pub fn comparable(a: &str, b: &str) -> bool {
-    is_result(a) && is_result(b) && unit(a) == unit(b)
+    is_result(a) && is_result(b) && unit_of_column(a) == unit_of_column(b)
 }
 
 /// Largest magnitude over the rows, of all columns that are comparable with this one; rows in which one has no value tell none.
@@ -116,7 +116,7 @@ mod tests {
             ("horn_rotation_rad", "rad", "horn rotation [rad]"),
             ("stretch_p95", "1", "stretch p95"),
         ] {
-            assert_eq!((unit(column), label(column).as_str()), (printed, shown));
+            assert_eq!((unit_of_column(column), label(column).as_str()), (printed, shown));
         }
     }
 

@@ -8,7 +8,7 @@ use super::energy_growth::EnergyGrowth;
 use super::identity::mesh_sha256;
 use crate::math::signal::Ramp;
 use crate::scene::build::Scene;
-use crate::scene::control::{ControlError, ControlMemory, Controller, Setting};
+use crate::scene::control::{ControlError, ControlMemory, Controller, SignalSetting};
 use crate::scene::parts::constraints::CableLog;
 use crate::scene::record::recorder::Energies;
 use crate::scene::signal::instant::rounding;
@@ -195,7 +195,7 @@ impl Checkpoint {
             let [t, next] = [w[0], w[1]];
             let slack = rounding(t, next - t);
             let (_, values) = set.get(set.partition_point(|(since, _)| *since <= t + slack).checked_sub(1)?)?;
-            (t < next && t <= self.state.t + slack).then_some(Setting { t, next, values })
+            (t < next && t <= self.state.t + slack).then_some(SignalSetting { t, next, values })
         };
         let grid: Vec<f64> = scene.spans.iter().flat_map(|span| (0..=span.steps()).map(|k| span.point(k))).collect();
         let initial = scene.controls.values_from_outside(&scene.controls.memory());

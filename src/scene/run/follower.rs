@@ -162,7 +162,7 @@ fn time_name(t: f64, step: f64) -> String {
     (0..=17).map(|decimals| format!("{t:.decimals$}")).find(is_near).unwrap_or_else(|| t.to_string())
 }
 
-/// The first column, or else the first signal, whose value is no finite number.
+/// The first column, or else the first signal, whose value is not a finite number.
 fn not_finite(scene: &Scene, row: &[f64], signals: &[f64]) -> Option<String> {
     let faulty = |values: &[f64]| values.iter().position(|value| !value.is_finite());
     faulty(row).map(|k| scene.columns().swap_remove(k)).or_else(|| Some(scene.signals[faulty(signals)?].name.clone()))

@@ -11,7 +11,7 @@ pub(super) mod start;
 use super::build::Scene;
 use super::build::rules::against_iterations;
 use super::control::{ControlError, ControllerRecord, Fired};
-use super::linear::{LinearSpec, LinearWork};
+use super::linear_solver::{LinearSpec, LinearWork};
 use super::notes::collapse::{CollapsedCavity, collapsed};
 use super::notes::sunk::{SunkenFacet, sunken};
 use super::parts::constraints::{CableEvent, pulling};

@@ -16,7 +16,7 @@ pub(super) mod scalar;
 use super::build::Scene;
 use super::record::recorder::{Energies, Moment};
 use crate::solve::{Differentiator, Failure, Integrator, Step};
-use crate::system::{Capabilities, Gradient, Needs, Parameter, State};
+use crate::system::{Capabilities, Gradient, Needs, State, SystemParameter};
 use difference::{Followed, SceneDifference};
 use error::SensitivityError;
 use law_terms::{is_exact, law_terms, others_follow_laws};
@@ -135,7 +135,7 @@ impl<'a> Sensitivity<'a> {
 
 /// Parameters of a system, one for each key.
 pub(super) struct Parameters<'a> {
-    pub parameters: Vec<Parameter<'a>>,
+    pub parameters: Vec<SystemParameter<'a>>,
     /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
     pub differences: Vec<Option<SceneDifference<'a>>>,
 }
@@ -156,7 +156,7 @@ pub(super) fn parameter<'a>(
     scene: &'a Scene,
     key: &ParameterKey,
     by_differences: bool,
-) -> Result<(Parameter<'a>, Option<SceneDifference<'a>>), SensitivityError> {
+) -> Result<(SystemParameter<'a>, Option<SceneDifference<'a>>), SensitivityError> {
     let exact = key.law_constant().filter(|constant| !by_differences && is_exact(scene, constant));
     let followed = match &exact {
         None => Some(Followed::All),
@@ -165,8 +165,8 @@ pub(super) fn parameter<'a>(
     let terms = exact.map_or(Ok(Vec::new()), |constant| law_terms(scene, &constant))?;
     let difference = followed.map(|followed| SceneDifference::new(scene, key, followed)).transpose()?;
     let parameter = match &difference {
-        None => Parameter::exact(terms),
-        Some(scenes) => Parameter::with_difference(terms, scenes.system()),
+        None => SystemParameter::exact(terms),
+        Some(scenes) => SystemParameter::with_difference(terms, scenes.system()),
     };
     Ok((parameter, difference))
 }

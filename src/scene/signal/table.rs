@@ -44,7 +44,7 @@ pub(super) fn read_signal(
             format!("line {line}: two numbers are needed (time in s, value in {unit}), separated by a comma")
         })?;
         if !t.is_finite() || !(value * factor).is_finite() {
-            return Err(format!("line {line}: time or value is no finite number"));
+            return Err(format!("line {line}: time or value is not a finite number"));
         }
         if rows.last().is_some_and(|last| last.0 >= t) {
             return Err(format!("line {line}: time must increase from row to row"));

@@ -82,9 +82,9 @@ impl<'de, A: MapAccess<'de>> Deserializer<'de> for ByKind<A> {
 }
 
 /// The expectation of one of these kinds.
-pub(in crate::scene) struct Choice(pub(super) &'static [&'static str]);
+pub(in crate::scene) struct ExpectedKind(pub(super) &'static [&'static str]);
 
-impl Expected for Choice {
+impl Expected for ExpectedKind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "a name, or a table with a `kind`, which is one of {}", self.0.join(", "))
     }

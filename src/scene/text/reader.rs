@@ -10,7 +10,7 @@
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
 use super::changes;
-use super::kind::{Choice, Chosen};
+use super::kind::{Chosen, ExpectedKind};
 use serde::de::value::StrDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, Expected, MapAccess, SeqAccess, Unexpected, Visitor};
 use std::fmt::{self, Display};
@@ -123,7 +123,7 @@ impl<'de> Deserializer<'de> for Reader<'de> {
         let chosen = match self.value {
             DeValue::String(name) => Chosen::alone(&name, kinds, Entries::of(DeTable::new())),
             DeValue::Table(table) => Chosen::of(Entries::of(table), kinds),
-            other => Err(wrong_type(&other, &Choice(kinds))),
+            other => Err(wrong_type(&other, &ExpectedKind(kinds))),
         };
         chosen.and_then(|chosen| visitor.visit_enum(chosen)).map_err(|e| e.at(self.span))
     }
@@ -146,7 +146,7 @@ fn float(text: &str) -> Result<f64> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         _ if text.contains("inf") || text.contains("nan") => {
-            Err(ReadError::custom(format!("{text} is no finite number; give one")))
+            Err(ReadError::custom(format!("{text} is not a finite number; give one")))
         }
         _ => Err(ReadError::custom(format!("{text} is beyond the numbers of double precision"))),
     }
@@ -316,11 +316,11 @@ mod tests {
                 "is beyond the whole numbers of 64 bits",
                 "99999999999999999999",
             ),
-            (format!("{rest}size = nan"), "nan is no finite number; give one", "nan"),
-            (format!("{rest}size = -inf"), "-inf is no finite number; give one", "-inf"),
+            (format!("{rest}size = nan"), "nan is not a finite number; give one", "nan"),
+            (format!("{rest}size = -inf"), "-inf is not a finite number; give one", "-inf"),
             (
                 "seed = 1\nsize = 1.0\nmade = \"\"\nrest = { a = [1.0, inf] }".into(),
-                "inf is no finite number; give one",
+                "inf is not a finite number; give one",
                 "inf",
             ),
             (format!("{rest}size = [1]"), "invalid type: sequence, expected f64", "[1]"),

@@ -1,15 +1,14 @@
-//! Search for a limit point where a step under given loads failed or may have jumped over one.
+//! Search for a limit point where a step under prescribed loads failed or may have jumped over one.
 
 use super::path::PathTracer;
 use crate::solve::step_solver::StepSolver;
 use crate::solve::{Solution, Status, Step, TimeSpan, TurningPoint};
 use crate::system::{State, Want};
 
-/// Steps of the search: the limit point lies within one step under given loads.
+/// Largest number of steps of the search: the limit point lies within one step under prescribed loads.
 const SEARCH: usize = 40;
 
-/// Whether a static step whose tangent was made definite jumped over a limit point: the status then. Otherwise the sums are again
-/// those of `next`.
+/// Returns the status if a static step whose tangent was made definite has jumped over a limit point. Otherwise the sums are again those of `next`.
 pub(in crate::solve) fn jumped(
     steps: &mut StepSolver,
     span: TimeSpan,
@@ -33,10 +32,10 @@ pub(in crate::solve) fn jumped(
     again.err().map(|why| Status::stopped(state.t, why, by_force))
 }
 
-/// The limit point between `state` and the loads of `t`: the path is followed until it turns, or reaches those loads.
+/// Finds the limit point between `state` and the loads of `t`: the path is followed until it turns, or reaches those loads.
 pub(in crate::solve) fn limit_point(steps: &mut StepSolver, state: &State, t: f64) -> Option<TurningPoint> {
     let cuts = steps.settings.cuts;
-    // Short steps place the limit well, and the first one must still rise: it may be much closer than t.
+    // Short steps locate the limit accurately, and the first one must still rise: the limit may be much closer than t
     let mut dt = 0.1 * (t - state.t);
     let mut tracer = loop {
         let mut tracer = PathTracer::new(&mut steps.solver, steps.system, state, t, dt).ok()?;
@@ -58,7 +57,7 @@ pub(in crate::solve) fn limit_point(steps: &mut StepSolver, state: &State, t: f6
         }
         let point = tracer.step_with_cuts(&mut steps.solver, cuts).ok()?;
         if let Some(turn) = tracer.turning_point(&mut steps.solver) {
-            // Beyond a limit point the tangent has one more negative eigenvalue, where they are counted; after a path that doubled back it has not.
+            // Beyond a limit point the tangent has one more negative eigenvalue, if they are counted; after a path that doubled back it does not
             let before = tracer.start_modes.unwrap_or(0);
             let lost = point.solution.unstable_modes.is_some_and(|n| n > before)
                 || !steps.solver.equations.sums.skew.is_empty();

@@ -10,15 +10,15 @@ use super::{Failure, Solution, Status, TimeSpan, TurningPoint};
 use crate::system::State;
 use path::PathTracer;
 
-/// Steps of given length along the path, at most so many.
+/// Steps of given length along the path, at most `max_steps` of them.
 pub(super) struct ArcLengthSteps<'a> {
     span: TimeSpan,
     max_steps: usize,
     tracer: Option<PathTracer<'a>>,
     taken: usize,
-    /// Cuts of the current step
+    /// Number of cuts of the current step
     cuts: u32,
-    /// Time of the largest loads so far, where the path turned \[s\]
+    /// Time of the largest loads so far at which the path turned \[s\]
     limit: Option<f64>,
     done: bool,
 }
@@ -28,7 +28,7 @@ impl ArcLengthSteps<'_> {
         Self { span, max_steps, tracer: None, taken: 0, cuts: 0, limit: None, done: false }
     }
 
-    /// All steps are taken, and the end of the span is not reached.
+    /// The status if all steps are used up before the end of the span is reached.
     fn exhausted(&self, t: f64) -> Status {
         match self.limit {
             Some(limit) => Status::LimitPoint { t, limit },
@@ -67,7 +67,7 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
         };
         (self.cuts, self.taken) = (0, self.taken + 1);
         if point.state.t < self.span.start && self.span.start > 0.0 {
-            // Smaller loads are those of the stage before.
+            // Smaller loads are those of the stage before
             let limit = self.limit.unwrap_or(state.t);
             return StepOutcome::Failed(Status::LimitPoint { t: state.t, limit });
         }

@@ -1,15 +1,15 @@
-//! Arc length: the time t of the loads is an unknown, the length of the step in the displacements is given.
+//! Arc length: the time t of the loads is an unknown, and the length of the step in the displacements is prescribed.
 //!
 //! ```text
 //! r(x, t) = 0,  ‖x − x₀‖² = Δs²,  Δx ← Δx + K⁻¹(−r) + θ ẋ,  ẋ = −K⁻¹ ∂r/∂t,  θ from ‖Δx‖ = Δs
 //! ```
 //!
-//! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ the one that keeps to the last direction.
-//! K is not shifted, so unstable equilibria are followed too. The step aims at four iterations: Δs ← Δs √(4/iterations)
-//! (Ramm 1981). Constraints take part as long as they stay as they are, taut or slack, during a step. Where one begins or ceases to hold, the path has a
-//! corner: there the step is one under given loads, whose Newton's method decides which constraints hold, and the path goes on to where its time led.
+//! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ, the one that continues the last direction. K is not shifted, so
+//! that unstable equilibria are also followed. The step aims at four iterations: Δs ← Δs √(4/iterations) (Ramm 1981). Constraints are included as
+//! long as they remain taut or slack during a step. Where one becomes active or inactive, the path has a corner: that step is made under prescribed
+//! loads, so that Newton's method decides which constraints are active, and the path continues in the direction of its time.
 //!
-//! Limits: statics without history that grows; a branch that crosses the path is not taken, nor one that turns back where a constraint changes.
+//! Limits: statics without evolving history; branches that cross the path are not followed, nor a path that turns back where a constraint changes.
 
 use crate::math::linear::LinearError;
 use crate::math::signal::Ramp;
@@ -22,41 +22,41 @@ use crate::solve::{Failure, Integrator, Solution, Step};
 use crate::system::{ConstraintKind, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
-/// Time over which loads are differentiated, as a share of the nominal step \[–\].
+/// Time over which loads are differentiated, relative to the nominal step \[–\].
 const DELTA: f64 = 1e-4;
-/// Iterations that the step length aims at.
+/// Number of iterations at which the step length aims.
 const WANTED: f64 = 4.0;
-/// A step is not longer than this many first ones, unless it is short next to the way behind it.
+/// Largest length of a step, in multiples of the first one, unless it is short compared with the path so far.
 const LONGEST: f64 = 10.0;
-/// Share of the way behind it that a step may always have \[–\].
+/// Share of the path so far that a step may always have \[–\].
 const SHARE: f64 = 0.1;
 
-/// A step that moves the body more than this many times what the tangent before it says may be a jump.
+/// A step that moves the body by more than this multiple of what the tangent before it predicts may be a jump.
 const NEAR: f64 = 2.0;
 
-/// The end of a step.
+/// The condition that ends a step.
 #[derive(Clone, Copy, PartialEq)]
 enum PathStepEnd {
-    /// ‖Δx‖ \[m\]
+    /// The length ‖Δx‖ \[m\]
     Arc(f64),
-    /// t \[s\]
+    /// The time t \[s\]
     Time(f64),
 }
 
-/// A state where the loads are largest or least along the path.
+/// A state at which the loads are largest or smallest along the path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurningPoint {
     /// Time of the loads \[s\]
     pub t: f64,
-    /// The loads grow before it and fall after it
+    /// Whether the loads increase before it and decrease after it
     pub highest: bool,
     /// The node that moves most there
     pub node: u32,
-    /// The inputs of its signals there
+    /// The inputs of the signals there
     pub inputs: Vec<Ramp>,
 }
 
-/// An accepted point of the path.
+/// A converged point of the path.
 pub(super) struct PathPoint {
     pub state: State,
     pub solution: Solution,
@@ -65,24 +65,24 @@ pub(super) struct PathPoint {
 /// Follows the path of static equilibria x(s), t(s).
 pub(super) struct PathTracer<'a> {
     system: &'a System,
-    /// Step of the difference ∂r/∂t \[s\], taken backwards where it would pass `end` \[s\]
+    /// Step of the difference ∂r/∂t \[s\], taken backwards if it would pass `end` \[s\]
     delta: f64,
     end: f64,
-    /// Displacement of the last step \[equations\], empty at the start and behind a corner
+    /// Displacement of the last step \[equations\]; empty at the start and after a corner
     last: Vec<f64>,
-    /// Sign of the time of the last step
+    /// Sign of the change of time in the last step
     forward: f64,
-    /// Δs of the next step, of the first one and of the longest one at the start \[m\]
+    /// Δs of the next step, of the first step, and of the longest step at the start \[m\]
     length: f64,
     first: f64,
     longest: f64,
-    /// Negative eigenvalues of the constrained tangent where the path starts
+    /// Number of negative eigenvalues of the constrained tangent at the start of the path
     pub start_modes: Option<usize>,
-    /// Arc and time of the last points, newest last, with their states
+    /// Arc length and state of the last points, newest last
     trail: Vec<(f64, State)>,
 }
 
-/// Response of the linearised system.
+/// The response of the linearised system.
 struct Response {
     /// −K⁻¹ r and −K⁻¹ ∂r/∂t \[equations\], with the constraints held
     residual: Vec<f64>,
@@ -91,7 +91,7 @@ struct Response {
     lambda: [Vec<f64>; 2],
 }
 
-/// The equilibrium under the loads of the time of `state`, by Newton's method from there.
+/// Finds the equilibrium under the loads of the time of `state`, by Newton's method from there.
 fn settled(solver: &mut NonlinearSolver, system: &System, state: &State) -> Result<State, Failure> {
     let mut next = state.clone();
     solver.solve(&Step { system, integrator: Integrator::Static, past: state, dt: 1.0 }, &mut next)?;
@@ -99,8 +99,8 @@ fn settled(solver: &mut NonlinearSolver, system: &System, state: &State) -> Resu
 }
 
 impl<'a> PathTracer<'a> {
-    /// A path that begins at a state and leads towards `end`, with a first step of the length that the loads of `dt` cause there. The path begins at the equilibrium under the loads of the
-    /// time of the state, which may act in full before anything moves.
+    /// Builds a path that starts at a state and leads towards `end`; its first step has the length that the loads of `dt` cause there. The path
+    /// starts at the equilibrium under the loads of the time of the state, which may act in full before anything moves.
     pub fn new(
         solver: &mut NonlinearSolver,
         system: &'a System,
@@ -131,7 +131,7 @@ impl<'a> PathTracer<'a> {
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
         if tracer.length == 0.0 && system.constraints.iter().any(|row| row.kind() != ConstraintKind::Equality) {
-            // Nothing moves the body as long as all constraints are slack: the first step is no arc, whatever its length
+            // Nothing moves the body as long as all constraints are slack: the first step is not an arc, whatever its length
             tracer.length = 1.0;
         }
         tracer.first = tracer.length;
@@ -141,14 +141,14 @@ impl<'a> PathTracer<'a> {
         Err(Failure::Unloaded)
     }
 
-    /// Whether a state is about as far as the loads of the first step would move the body if it stayed as stiff. A jump over a
-    /// limit point goes much farther.
+    /// Whether a state is about as far away as the loads of the first step would move the body at constant stiffness. A jump over a limit point goes
+    /// much farther.
     pub fn is_near(&self, next: &State) -> bool {
         let from = &self.trail.last().expect("the start").1;
         self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
     }
 
-    /// One step of the present length, not beyond the end; round a corner where it does not converge for one.
+    /// Makes one step of the current length, but not beyond the end; it passes a corner if it does not converge because of one.
     pub fn step(&mut self, solver: &mut NonlinearSolver) -> Result<PathPoint, Failure> {
         let point = match self.arc(solver) {
             Err(why) if !why.is_of_memory() => self.corner(solver).ok_or(why)?,
@@ -170,14 +170,14 @@ impl<'a> PathTracer<'a> {
         Ok(point)
     }
 
-    /// A step of the present length, where all constraints stay as they are.
+    /// Makes a step of the current length, during which all constraints keep their status.
     fn arc(&self, solver: &mut NonlinearSolver) -> Result<PathPoint, Failure> {
         let point = self.reach(solver, PathStepEnd::Arc(self.length))?;
         if point.state.t >= self.end { self.reach(solver, PathStepEnd::Time(self.end)) } else { Ok(point) }
     }
 
-    /// A step under given loads as long as that of the arc, where constraints begin or cease to hold; none where all stay as they are, or where the body
-    /// moves farther than its tangents before and after the step say. The next steps are as long by the tangent behind it.
+    /// Makes a step under prescribed loads as long as that of the arc, in which constraints become active or inactive; `None` if none does, or if the
+    /// body moves farther than the tangents before and after the step predict. The next steps have the same length by the tangent after the corner.
     fn corner(&mut self, solver: &mut NonlinearSolver) -> Option<PathPoint> {
         let from = self.trail.last().expect("the start").1.clone();
         let speed = |solver: &mut NonlinearSolver, state: &State| {
@@ -203,12 +203,12 @@ impl<'a> PathTracer<'a> {
         Some(PathPoint { state: next, solution: Solution { unstable_modes, ..solution } })
     }
 
-    /// Cuts the next step: halves its length.
+    /// Cuts the next step, which halves its length.
     pub fn cut(&mut self) {
         self.length *= 0.5;
     }
 
-    /// One step that is cut at most `cuts` times.
+    /// Makes one step, which is cut at most `cuts` times.
     pub fn step_with_cuts(&mut self, solver: &mut NonlinearSolver, cuts: u32) -> Result<PathPoint, Failure> {
         for _ in 0..cuts {
             match self.step(solver) {
@@ -219,7 +219,8 @@ impl<'a> PathTracer<'a> {
         self.step(solver)
     }
 
-    /// The turning point between the last three points, if there is one: the top of the parabola through them, solved for.
+    /// Finds the turning point between the last three points, if there is one: the vertex of the parabola through them, with an equilibrium solved
+    /// for there.
     pub fn turning_point(&self, solver: &mut NonlinearSolver) -> Option<TurningPoint> {
         let [(s0, a), (s1, b), (s2, c)] = &self.trail[..] else { return None };
         let (before, after) = (b.t - a.t, c.t - b.t);
@@ -241,7 +242,7 @@ impl<'a> PathTracer<'a> {
         Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3, inputs })
     }
 
-    /// Whether the loads no longer change beyond the last point: those after half of a step of the first length and after a whole one are the same.
+    /// Whether the loads no longer change beyond the last point: after half a step of the first length and after a whole one they are the same.
     pub fn is_unloaded(&self, solver: &mut NonlinearSolver) -> bool {
         let from = &self.trail.last().expect("the start").1;
         let far = (from.t + self.delta / DELTA).min(self.end);
@@ -254,7 +255,7 @@ impl<'a> PathTracer<'a> {
         near.is_some() && near == far
     }
 
-    /// Newton's method from the last point to `end`.
+    /// Solves by Newton's method from the last point to `end`.
     fn reach(&self, solver: &mut NonlinearSolver, end: PathStepEnd) -> Result<PathPoint, Failure> {
         let start = &self.trail.last().expect("the start").1;
         let mut next = start.clone();
@@ -297,7 +298,7 @@ impl<'a> PathTracer<'a> {
         Step { system: self.system, integrator: Integrator::Static, past, dt: 1.0 }
     }
 
-    /// Sums at `next`, whose prescribed dofs are put where they belong at its time.
+    /// Evaluates the sums at `next`, after setting its prescribed dofs to their values at its time.
     fn evaluate(
         &self,
         solver: &mut NonlinearSolver,
@@ -313,7 +314,8 @@ impl<'a> PathTracer<'a> {
         solver.equations.evaluate(&step, next, want, None)
     }
 
-    /// Solves K du + Σ h dλ = −r, h·du = g and the same for ∂/∂t; the negative eigenvalues of the constrained tangent.
+    /// Solves K du + Σ h dλ = −r, h·du = g, and the corresponding equations for ∂/∂t; also returns the number of negative eigenvalues of the
+    /// constrained tangent.
     fn linearise(
         &self,
         solver: &mut NonlinearSolver,
@@ -357,13 +359,13 @@ impl<'a> PathTracer<'a> {
         ))
     }
 
-    /// Constraints that take part: equalities and taut ones.
+    /// The constraints that are included: equalities and taut ones.
     fn taut(&self, state: &State) -> Vec<usize> {
         let rows = self.system.constraints.iter().zip(&state.lambda).enumerate();
         rows.filter(|(_, (row, lambda))| row.kind().holds(**lambda)).map(|(c, _)| c).collect()
     }
 
-    /// θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, at the start with the loads.
+    /// Returns θ with ‖Δx + du + θ ẋ‖ = Δs: forward along the last direction, and at the start with the loads.
     fn root(&self, increment: &[f64], response: &Response, length: f64) -> Result<f64, Failure> {
         let moving = |v: &[f64]| -> Vec<f64> {
             let free = v.iter().enumerate().filter(|(e, _)| !self.system.dofs.is_scalar(*e));
@@ -385,13 +387,13 @@ impl<'a> PathTracer<'a> {
             return Err(Failure::NoArc);
         }
         let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
-        // tip + θ ẋ closest to the motion so far
+        // tip + θ ẋ is to be closest to the motion so far
         let motion = moving(increment);
         let along = |theta: f64| dot(&tip, &motion) + theta * dot(&rate, &motion);
         Ok(if along(roots[0]) >= along(roots[1]) { roots[0] } else { roots[1] })
     }
 
-    /// Free displacements from one state to the other; zero for the second field.
+    /// Change of the free displacements from one state to the other; zero for the second field.
     fn difference(&self, from: &[f64], to: &[f64]) -> Vec<f64> {
         let dofs = &self.system.dofs;
         let change = |dof: &u32| if *dof < dofs.displacements { to[*dof as usize] - from[*dof as usize] } else { 0.0 };

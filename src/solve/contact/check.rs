@@ -1,18 +1,18 @@
-//! Conditions of contact on a step beyond its equations, whose residual is measured by the forces: no unilateral point is inside of its
-//! obstacle, and none has passed through its obstacle within the step. Contact with a barrier satisfies both by itself.
+//! Conditions of contact on a step in addition to its equations, whose residual is measured by forces: no unilateral point is inside its obstacle,
+//! and none has passed through its obstacle within the step. Contact with a barrier satisfies both by itself.
 
 use crate::solve::nonlinear_solver::NonlinearSolver;
 use crate::solve::{Failure, Step};
 use crate::system::{ContactPoint, Dofs, EvalError, State, System};
 
-/// Share of the length of the body up to which a unilateral point may be inside of its obstacle, if the tolerance of the equilibrium is
-/// not larger \[–\].
+/// Depth, relative to the length of the body, to which a unilateral point may be inside its obstacle, unless the tolerance of the equilibrium is
+/// larger \[–\].
 const INSIDE: f64 = 1e-5;
-/// Share of the normal below which a component of it is rounding \[–\].
+/// Size, relative to the normal, below which a component of it is rounding \[–\].
 const ALONG: f64 = 1e-9;
 
-/// Refuses a step whose prescribed displacements alone take a unilateral point inside of its obstacle: no force changes that, and
-/// its multiplier has no value.
+/// Refuses a step whose prescribed displacements alone move a unilateral point inside its obstacle: no force changes that, and its multiplier is
+/// undefined.
 pub(in crate::solve) fn check_prescribed_points(step: &Step, guess: &State) -> Result<(), Failure> {
     if step.system.with_contact_points().next().is_none() {
         return Ok(());
@@ -27,7 +27,7 @@ pub(in crate::solve) fn check_prescribed_points(step: &Step, guess: &State) -> R
     Ok(())
 }
 
-/// Refuses the solution `next` of a step where a point is inside of its obstacle or has passed it.
+/// Refuses the solution `next` of a step if a point is inside its obstacle or has passed through it.
 pub(in crate::solve) fn check_solution(solver: &mut NonlinearSolver, step: &Step, next: &State) -> Result<(), Failure> {
     let depth = solver.equations.length * INSIDE.max(solver.settings.tolerance);
     let caches = &mut solver.equations.sums.caches;

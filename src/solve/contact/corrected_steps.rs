@@ -1,7 +1,7 @@
-//! Steps of free motion, each with one correction by contact, as simulators have them that search for contact between their steps.
+//! Steps of free motion, each with one contact correction, as in simulators that search for contact between their steps.
 //!
-//! For comparison: neither equilibrium nor distances hold to a tolerance at the end of a step, and planes are as old as the search,
-//! so the error is of first order in both steps, and nothing warns of it. There is nothing to cut, so a step that fails ends the run.
+//! For comparison only: at the end of a step neither equilibrium nor distances hold to a tolerance, and planes are as old as the search, so that the
+//! error is of first order in both step lengths, and nothing warns of it. There is nothing to cut, so that a step that fails ends the run.
 
 use super::correction::{ContactPlanes, move_and_correct};
 use crate::solve::diagnosis::stopped;
@@ -10,11 +10,11 @@ use crate::solve::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrate
 use crate::solve::{Integrator, Solution, Status, Step, TimeSpan, TurningPoint};
 use crate::system::State;
 
-/// Steps of one correction each, a given number of them after each search for contact.
+/// Steps with one correction each, a given number of them after each search for contact.
 pub(in crate::solve) struct CorrectedSteps<'a> {
     integrator: Integrator,
     count: usize,
-    /// Steps since the search
+    /// Number of steps since the search
     done: usize,
     /// Start and end of the step of the time grid \[s\]
     origin: f64,

@@ -1,19 +1,20 @@
-//! Contact by free motion and a correction: once a step ([`corrected_steps`](super::corrected_steps)), or until the step is an
+//! Contact by a free motion and a correction: once per step ([`corrected_steps`](super::corrected_steps)), or repeated until the step is in
 //! equilibrium.
 //!
-//! A search for contact makes every contact point's obstacle a plane ([`ContactPoint`]). Then one linearised step without contact,
-//! K du = −r with the constraints, and one correction by the forces p at the planes that it would cross (Duriez, Dubois, Kheddar &
-//! Andriot, IEEE Trans. Vis. Comput. Graph. 12, 2006, §4):
+//! A search for contact replaces the obstacle of every contact point by a plane ([`ContactPoint`]). It is followed by one linearised step without
+//! contact, K du = −r with the constraints, and by one correction with the forces p at the planes that this step would cross (Duriez, Dubois, Kheddar
+//! & Andriot, IEEE Trans. Vis. Comput. Graph. 12, 2006, §4):
 //!
 //! ```text
 //! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0 or p_n = −A φ′(g_n)      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
 //! ```
 //!
-//! solved by [`gauss_seidel`](super::gauss_seidel), with the laws of the equilibrium: a multiplier is unilateral, barrier and penalty have a potential φ.
+//! This is solved by [`gauss_seidel`](super::gauss_seidel), with the laws of the equilibrium: a multiplier is unilateral; barrier and penalty have a
+//! potential φ.
 //!
-//! Repeated, each time with the planes of its own state, corrections converge to the equilibrium. Where points slide they do so faster than
-//! Newton's method, whose symmetric tangent leaves ∂N/∂x out. Limits: the curvature of the obstacle is left out, which makes the
-//! convergence linear, with the factor p/(R K).
+//! Repeated corrections, each with the planes of its own state, converge to the equilibrium. Where points slide they converge faster than Newton's
+//! method, whose symmetric tangent leaves ∂N/∂x out. Limits: the curvature of the obstacle is neglected, which makes the convergence linear, with the
+//! factor p/(R K).
 
 use super::gauss_seidel::Contacts;
 use crate::math::tensor::Vec3;
@@ -25,36 +26,36 @@ use crate::solve::nonlinear_solver::NonlinearSolver;
 use crate::solve::{Failure, Solution, Step};
 use crate::system::{Caches, ContactPoint, State, Strain, System, Want};
 
-/// A gap that is closed, as a share of the largest motion of the step \[–\].
+/// Gap that counts as closed, relative to the largest motion of the step \[–\].
 const CLOSED: f64 = 1e-10;
-/// Most points that corrections are taken for instead of Newton's method, those that come under pressure included: W is dense.
+/// Largest number of points for which corrections are used instead of Newton's method, including those that come under pressure: W is dense.
 const MANY: usize = 500;
-/// A factorisation is used for another correction if the last one reduced the error by this factor \[–\].
+/// A factorisation is reused for another correction if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 1e-2;
-/// Share of the error that a correction by a shifted tangent may leave \[–\].
+/// Share of the error that may remain after a correction with a shifted tangent \[–\].
 const SHIFTED: f64 = 0.5;
-/// Motions of the step so far within which points with a potential are looked at, beyond its reach \[–\].
+/// Distance beyond its reach within which points with a potential are included, in multiples of the motion of the step so far \[–\].
 const MARGIN: f64 = 2.0;
 
-/// Obstacles as planes, one for each contact point, as they were when contact was searched.
+/// Obstacles replaced by planes, one for each contact point, as found by the search for contact.
 #[derive(Default)]
 pub(super) struct ContactPlanes<'a> {
     points: Vec<ContactPoint<'a>>,
-    /// Points of each effect
+    /// Number of points of each effect
     counts: Vec<usize>,
     /// Displacement at the search
     x: Vec<f64>,
 }
 
 impl<'a> ContactPlanes<'a> {
-    /// The planes of the points that are within `margin` \[m\] of their reach, at displacement x in a step from `old`.
+    /// Finds the planes of the points that are within `margin` \[m\] of their reach, at displacement x in a step from `old`.
     pub fn new(solver: &mut NonlinearSolver, system: &'a System, [x, old]: [&[f64]; 2], dt: f64, margin: f64) -> Self {
         let of_effects = system.contact_points([x, old], dt, margin, &mut solver.equations.sums.caches);
         let counts = of_effects.iter().map(Vec::len).collect();
         Self { points: of_effects.into_iter().flatten().collect(), counts, x: x.to_vec() }
     }
 
-    /// Changes x so that these are the forces of the points \[N\].
+    /// Changes x so that the forces of the points become `forces` \[N\].
     fn set_forces(&self, system: &System, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
         let mut rest = forces;
         let of_effects = self.counts.iter().map(|count| rest.split_off(..*count).expect("a force for each point"));
@@ -67,7 +68,7 @@ impl<'a> ContactPlanes<'a> {
     }
 }
 
-/// Moves from the last state to the end of the step: free motion, then one correction.
+/// Moves from the last state to the end of the step by a free motion and one correction.
 pub(super) fn move_and_correct(
     solver: &mut NonlinearSolver,
     step: &Step,
@@ -84,14 +85,13 @@ pub(super) fn move_and_correct(
     Ok(solution)
 }
 
-/// Whether the equilibrium is to be found by corrections: they take friction into account as it is, Newton's method with a tangent
-/// that lacks a part.
+/// Whether the equilibrium is found by contact corrections. They treat friction exactly; the tangent of Newton's method leaves a part of it out.
 pub(in crate::solve) fn uses_corrections(solver: &NonlinearSolver, step: &Step) -> bool {
     let is_plain = !solver.equations.sums.projected && !step.integrator.is_linearised();
     step.system.has_frictional_points() && solver.settings.reuse_factor && is_plain
 }
 
-/// Corrections from `next` until it is an equilibrium, each with the planes of its own state; none where they do not lead to one.
+/// Applies corrections to `next` until it is in equilibrium, each with the planes of its own state; `None` if they do not converge.
 pub(in crate::solve) fn correct_repeatedly(
     solver: &mut NonlinearSolver,
     step: &Step,
@@ -119,12 +119,12 @@ pub(in crate::solve) fn correct_repeatedly(
         solver.iterations += 1;
         let error = error(solver, next);
         solver.report(step, next, solution.iterations, error.above_rounding);
-        // A tangent that is shifted because the body is held by contact alone does not lead there.
+        // A tangent that is shifted because the body is held by contact alone does not converge to the equilibrium
         let is_shifted = solver.linear.shifted > shifted;
         if !error.above_rounding.is_finite() || is_shifted && error.above_rounding > SHIFTED * last_error {
             return None;
         }
-        // The next direction is as much smaller as the error is.
+        // The next direction is expected to be smaller in proportion to the error
         let left = (error.above_rounding / last_error).min(1.0) * system.largest_displacement(&correction.direction.x);
         let left = left / solver.equations.visible(system.largest_displacement(&next.x));
         if convergence.accepts(error, share == 1.0, solution.iterations)
@@ -151,12 +151,12 @@ fn planes_near<'a>(solver: &mut NonlinearSolver, step: &Step<'a>, next: &State) 
 /// One linearised step without contact, and its correction.
 struct Correction {
     direction: NewtonDirection,
-    /// N of each point \[N\]
+    /// Normal force of each point \[N\]
     forces: Vec<f64>,
 }
 
 impl Correction {
-    /// The motion by this share from `next`, in which stiff bodies turn.
+    /// The motion from `next` by this share of the correction, with stiff bodies rotated.
     fn motion(&self, step: &Step, next: &State, share: f64) -> Vec<f64> {
         let mut motion: Vec<f64> = self.direction.x.iter().map(|d| share * d).collect();
         if !step.integrator.is_linearised() {
@@ -165,8 +165,8 @@ impl Correction {
         motion
     }
 
-    /// Moves `next` by this share of the correction, and evaluates the residual there; the `targets` of prescribed dofs are reached with the whole of
-    /// it.
+    /// Moves `next` by this share of the correction, and evaluates the residual there; the `targets` of prescribed dofs are reached if the share is
+    /// 1.
     fn advance(
         &self,
         solver: &mut NonlinearSolver,
@@ -187,8 +187,8 @@ impl Correction {
     }
 }
 
-/// The correction of `next` by the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept; none where it
-/// would take more than `most` points.
+/// Computes the correction of `next` with the factorisation of an earlier iteration of the step, if it is `kept`, or with a new one, which is then
+/// kept; `None` if there would be more than `most` points.
 fn correct(
     solver: &mut NonlinearSolver,
     step: &Step,
@@ -200,7 +200,7 @@ fn correct(
 ) -> Result<Option<Correction>, Failure> {
     let system = step.system;
     let NonlinearSolver { equations, linear, .. } = solver;
-    // Points under pressure, then those that come to be.
+    // First the points under pressure, then those that come under pressure
     let mut fresh = planes.pressed();
     if fresh.len() > most {
         return Ok(None);
@@ -229,7 +229,7 @@ fn correct(
         for &k in &fresh {
             let point = &planes.points[k];
             looked_at[k] = true;
-            // Without du on the free dofs.
+            // Without du on the free dofs
             let since = |s: &[f64], then: &[f64]| {
                 let carried = increment.as_ref().map_or(Vec3::zeros(), |d| point.motion(s, d));
                 point.motion(s, &next.x) - point.motion(s, then) + carried
@@ -262,7 +262,7 @@ fn correct(
     Ok(Some(Correction { direction, forces }))
 }
 
-/// du = y − Z_c (λ' − λ) + Z p, with p and λ' that agree.
+/// Computes du = y − Z_c (λ' − λ) + Z p with consistent p and λ'.
 fn direction_under_contact(
     problem: &LinearProblem,
     y: &[f64],

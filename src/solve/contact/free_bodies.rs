@@ -1,36 +1,40 @@
-//! Free rigid bodies in an impact: their motions, and the one of them that is nearest to a velocity, with the least kinetic energy of the difference.
+//! Free rigid bodies in an impact: their rigid motions, and the rigid motion that is nearest to a velocity, for which the difference has the least
+//! kinetic energy.
 //!
 //! ```text
 //! v' = R (RᵀMR)⁻¹ RᵀM v      R: the six motions of the body where it is
 //! ```
 //!
-//! With v = M⁻¹Hᵀ this is the response of a rigid body, R (RᵀMR)⁻¹ RᵀHᵀ.
+//! For v = M⁻¹Hᵀ this is the response of a rigid body, R (RᵀMR)⁻¹ RᵀHᵀ.
 
 use crate::math::tensor::Vec3;
-use crate::solve::diagnosis::rigid_motions::Part;
+use crate::solve::diagnosis::rigid_motions::RigidPartMotions;
 use crate::solve::start::Start;
 use crate::system::{Dofs, System};
 use nalgebra::{DMatrix, DVector};
 
-/// A body that moves as a whole, where it is.
+/// A free rigid body at its current position.
 pub(super) struct FreeBody {
     dofs: Vec<usize>,
-    /// R \[dofs × 6\]
+    /// Rigid motions R \[dofs × 6\]
     motions: DMatrix<f64>,
-    /// (RᵀMR)⁻¹ RᵀM \[6 × dofs\]
+    /// Projection (RᵀMR)⁻¹ RᵀM \[6 × dofs\]
     nearest: DMatrix<f64>,
 }
 
 impl FreeBody {
-    /// Those of the system at displacement x that nothing prescribes; none where `places` \[nodes\] does not tell where they are.
+    /// Finds the free rigid bodies of the system at displacement x, without prescribed dofs; empty if `places` \[nodes\] is.
     pub fn all(system: &System, mass: &Start, places: &[Vec3], x: &[f64]) -> Vec<Self> {
         if places.is_empty() {
             return Vec::new();
         }
-        system.turning_bodies().filter_map(|nodes| Self::new(system, mass, &Part::new(nodes, places, x))).collect()
+        system
+            .turning_bodies()
+            .filter_map(|nodes| Self::new(system, mass, &RigidPartMotions::new(nodes, places, x)))
+            .collect()
     }
 
-    fn new(system: &System, mass: &Start, part: &Part) -> Option<Self> {
+    fn new(system: &System, mass: &Start, part: &RigidPartMotions) -> Option<Self> {
         let dofs: Vec<usize> = part.nodes.iter().flat_map(|&node| 3 * node as usize..3 * node as usize + 3).collect();
         let equations: Vec<usize> = dofs.iter().map(|&dof| system.dofs.equation[dof] as usize).collect();
         if equations.contains(&(Dofs::FIXED as usize)) {

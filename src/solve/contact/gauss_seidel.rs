@@ -1,17 +1,17 @@
-//! Forces p of points on planes under complementarity and friction, by Gauss–Seidel over the points (Jourdan, Alart & Jean, Comput. Methods
-//! Appl. Mech. Eng. 155, 1998), with all constraints of the system as one more block, whose multipliers are solved for exactly.
+//! Forces p of points on planes under complementarity and friction, by Gauss–Seidel iteration over the points (Jourdan, Alart & Jean, Comput. Methods
+//! Appl. Mech. Eng. 155, 1998); all constraints of the system form one additional block, whose multipliers are solved for exactly.
 //!
 //! ```text
 //! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n + c p_n ⟂ p_n ≥ 0 or p_n = −A φ′(g_n)      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
 //! ```
 //!
-//! The laws of one point are in [`contact_law`](super::law). Sweeps alone converge slowly where points share a load: once in a while Newton's method
-//! for the fixed point of all of them is tried, and kept as long as it converges. Where neither is going to, as with friction that jams or without a
-//! solution, both are given up. Where more points hold a body than it needs, W is singular: their yielding c, and the elastic slip of friction, keep
-//! Newton's tangent regular.
+//! The laws of one point are in [`contact_law`](super::law). Sweeps alone converge slowly if points share a load: from time to time Newton's method
+//! for the fixed point of all of them is tried, and continued as long as it converges. If neither is going to converge, as with friction that jams or
+//! without a solution, both are given up. If more points hold a body than it needs, W is singular: their compliance c, and the elastic slip of
+//! friction, keep the tangent of Newton's method regular.
 //!
-//! Limits: W is dense, so it is for some hundreds of points. Where more points hold a body than it needs, their sum is exact, their shares are only as exact
-//! as the yielding is seen.
+//! Limits: W is dense, so that the method is suited for some hundreds of points. If more points hold a body than it needs, the sum of their forces is
+//! exact, but the forces themselves are only as accurate as the compliance is resolved.
 
 use super::law::ContactLaw;
 use crate::math::statistics::larger;
@@ -25,53 +25,54 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Most sweeps.
+/// Largest number of sweeps.
 const SWEEPS: usize = 20_000;
-/// Change of the value of a constraint by which λ' is differentiated, as a share of it \[–\].
+/// Relative change of the value of a constraint for the numerical derivative of λ' \[–\].
 const DIFFERENCE: f64 = 1e-3;
-/// Change of a gap over the last sweep, as a share of the largest gap, and that of a force, as a share of the largest one \[–\].
+/// Accuracy: change of a gap over the last sweep relative to the largest gap, and of a force relative to the largest force \[–\].
 const EXACT: f64 = 1e-10;
 
-/// Sweeps before Newton's method is tried, and then whenever there were twice as many \[–\].
+/// Number of sweeps after which Newton's method is first tried; it is tried again each time this number has doubled \[–\].
 const TRIED: usize = 8;
-/// Sweeps from which on they have to converge \[–\].
+/// Number of sweeps after which they must be converging \[–\].
 const WATCHED: usize = 2048;
-/// Iterations of Newton's method, each of which is to reduce the defect by this share of it, times that of the step that is taken \[–\].
+/// Largest number of iterations of Newton's method, and the share of the defect by which a full step has to reduce it; a shorter step, in proportion
+/// \[–\].
 const NEWTON: (usize, f64) = (30, 0.5);
-/// Smallest share of a step of it that is tried \[–\].
+/// Smallest share of a Newton step that is tried \[–\].
 const SHORTEST: f64 = 0.05;
 
 /// A point under pressure.
 pub(super) struct Pressed<'a> {
-    /// Place in the list of all
+    /// Index in the list of all contact points
     pub place: usize,
-    /// Index of its normal component; those of two directions of sliding follow where there is friction
+    /// Index of its normal component; two tangential ones follow if there is friction
     pub first: usize,
     law: ContactLaw<'a>,
 }
 
-/// Points under pressure, and the response to their forces; one entry for each component of a force.
+/// The points under pressure, and the response to their forces; one entry for each force component.
 #[derive(Default)]
 pub(super) struct Contacts<'a> {
     pub points: Vec<Pressed<'a>>,
-    /// H as (equation, entry)
+    /// H as lists of (equation, entry)
     h: Vec<Vec<(usize, f64)>>,
-    /// \[equations\] K⁻¹ Hᵀ
+    /// Columns of K⁻¹ Hᵀ \[equations\]
     pub z: Vec<Vec<f64>>,
-    /// g or sliding without p and λ' − λ \[m\]
+    /// g, or the sliding, without the effects of p and λ' − λ \[m\]
     free: Vec<f64>,
-    /// \[rows\] W
+    /// Rows of W
     w: Vec<Vec<f64>>,
     /// \[constraints\] ∂c/∂x K⁻¹ Hᵀ, and H K⁻¹ ∂c/∂x
     cross: Vec<Vec<f64>>,
     back: Vec<Vec<f64>>,
-    /// p \[N\]
+    /// Forces p \[N\]
     pub p: Vec<f64>,
-    /// Time that the forces took
+    /// Time spent on the forces
     pub time: Duration,
 }
 
-/// Largest changes over the last two rows of sweeps, each twice as long as the one before, for how fast they shrink.
+/// Largest changes within the last two series of sweeps, each twice as long as the one before, to judge how fast the changes decrease.
 #[derive(Default)]
 struct Changes {
     earlier: f64,
@@ -87,27 +88,27 @@ impl Changes {
         self.recent = larger(self.recent, change);
     }
 
-    /// Whether all sweeps are enough if they go on as until `sweep`, a power of two. The changes of s/2 sweeps are compared with those of the
-    /// s/4 before, which they follow by s/4 sweeps, and a geometric sequence continues them.
+    /// Whether all sweeps would suffice if they continued as until `sweep`, a power of two s. The changes of the last s/2 sweeps are compared with
+    /// those of the s/4 sweeps before, which are s/4 sweeps older, and extrapolated as a geometric sequence.
     fn lead_to(&self, enough: f64, sweep: usize) -> bool {
         let quarters = (SWEEPS - sweep / 2) as f64 / (sweep / 4) as f64;
         self.recent * (self.recent / self.earlier).powf(quarters) <= enough
     }
 }
 
-/// The equations p − P(q(p)) = 0 at some forces p.
+/// The equations p − P(q(p)) = 0, evaluated at some forces p.
 struct Defect {
-    /// p − P(q(p)) \[N\]
+    /// Defect p − P(q(p)) \[N\]
     forces: DVector<f64>,
-    /// Its derivative by p
+    /// Derivative with respect to p
     tangent: DMatrix<f64>,
     /// [`ContactLaw::amplification`] of each component
     amplification: Vec<f64>,
 }
 
 impl<'a> Contacts<'a> {
-    /// Points under no constraints with these laws, each with its distance without forces, and with its sliding where it has friction, and the response W
-    /// \[rows\] to forces on all of these.
+    /// Builds points with these laws and without constraints, each with its distance without forces, and with its sliding if it has friction, and the
+    /// response W \[rows\] to forces on all of them.
     pub fn with_response(laws: impl Iterator<Item = ContactLaw<'a>>, free: Vec<f64>, w: Vec<Vec<f64>>) -> Self {
         let n = free.len();
         let mut first = 0;
@@ -120,7 +121,7 @@ impl<'a> Contacts<'a> {
         Self { points, free, w, back: vec![Vec::new(); n], p: vec![0.0; n], ..Self::default() }
     }
 
-    /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
+    /// Adds a point with its gap and its displacement since the start of the step \[m\], both without the contributions of the solution.
     pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint<'a>, (gap, displacement): (f64, Vec3)) {
         let row = |shares: &[f64], direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = point.nodes.iter().zip(shares).flat_map(|(&node, share)| {
@@ -130,7 +131,7 @@ impl<'a> Contacts<'a> {
             free.map(|(equation, entry)| (equation as usize, entry)).collect()
         };
         let normal = row(&point.shares, &point.normal);
-        // A point that is prescribed altogether cannot be corrected.
+        // A point whose motion is prescribed completely cannot be corrected
         if normal.is_empty() {
             return;
         }
@@ -146,7 +147,7 @@ impl<'a> Contacts<'a> {
         self.points.push(Pressed { place, first, law: ContactLaw::new(point) });
     }
 
-    /// Hᵀ of the components that were added last, column after column.
+    /// Hᵀ of the components that were added last, column by column.
     pub fn columns(&self, equations: usize) -> Vec<f64> {
         let fresh = &self.h[self.z.len()..];
         let mut columns = vec![0.0; fresh.len() * equations];
@@ -156,7 +157,7 @@ impl<'a> Contacts<'a> {
         columns
     }
 
-    /// Takes the response to these components, `columns` = K⁻¹ Hᵀ; y = K⁻¹ (−r).
+    /// Adds the response to these components, `columns` = K⁻¹ Hᵀ; y = K⁻¹ (−r).
     pub fn respond(&mut self, columns: &[f64], y: &[f64], schur: &Schur, gradient: &[Vec<f64>]) {
         let along = |row: &[(usize, f64)], v: &[f64]| row.iter().map(|&(e, entry)| entry * v[e]).sum::<f64>();
         let known = self.z.len();
@@ -170,8 +171,8 @@ impl<'a> Contacts<'a> {
         self.w = self.h.iter().map(|row| self.z.iter().map(|z| along(row, z)).collect()).collect();
     }
 
-    /// The forces p. `multipliers` gives λ' where they change the values of the constraints by this. Returns λ'. Ends where the `limit` is reached, and
-    /// where sweeps are not going to converge and Newton's method does not either.
+    /// Solves for the forces p. `multipliers` returns λ' for given changes of the values of the constraints due to p. Returns λ'. Stops if the
+    /// `limit` is reached, and if neither the sweeps nor Newton's method are going to converge.
     pub fn settle(
         &mut self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -215,20 +216,21 @@ impl<'a> Contacts<'a> {
             changes.add(sweep, change);
             if sweep >= TRIED && sweep.is_power_of_two() {
                 self.iterate(&multipliers, old)?;
-                // The next sweep shows whether Newton's method has found the forces.
+                // The next sweep shows whether Newton's method has found the forces
                 is_lost = sweep >= WATCHED && !changes.lead_to(enough, sweep);
             }
         }
         Err(Failure::Complementarity)
     }
 
-    /// Changes of the values of the constraints by p.
+    /// Changes of the values of the constraints due to p.
     fn crossing(&self) -> Vec<f64> {
         let constraints = self.cross.first().map_or(0, Vec::len);
         (0..constraints).map(|c| self.cross.iter().zip(&self.p).map(|(cross, p)| cross[c] * p).sum()).collect()
     }
 
-    /// The components of point `k`, the force on it under those on all others, and its derivative by its displacement without it.
+    /// Returns the components of point `k`, the force on it given those on all others, and its derivative with respect to the displacement without
+    /// it.
     fn force_on(&self, k: usize, lambda: &[f64], old: &[f64]) -> (Range<usize>, Vector3<f64>, Matrix3<f64>) {
         let Pressed { first: n, law, .. } = &self.points[k];
         let range = *n..n + if law.friction.is_some() { 3 } else { 1 };
@@ -244,7 +246,8 @@ impl<'a> Contacts<'a> {
         (range, p, slope)
     }
 
-    /// w of point `k` with its own force, of the normal component and of sliding: there the larger eigenvalue takes both directions for one.
+    /// The response w of point `k` to its own force, for the normal component and for sliding; for sliding, the larger eigenvalue represents both
+    /// directions.
     fn own(&self, k: usize) -> [f64; 2] {
         let Pressed { first: n, law, .. } = &self.points[k];
         let w = |i: usize, j: usize| self.w[n + i][n + j];
@@ -254,9 +257,9 @@ impl<'a> Contacts<'a> {
         [w(0, 0), sliding]
     }
 
-    /// Newton's method for p − P(q(p)) = 0, where P are the forces on all points by their displacements q without them, as long as it converges:
-    /// sweeps alone converge slowly where points share a load. It ends where the laws have the forces p at the displacements that p leaves, or at their
-    /// rounding, where the defect does not fall any more.
+    /// Applies Newton's method to p − P(q(p)) = 0, where P are the forces on all points as functions of their displacements q without them, as long
+    /// as it converges: sweeps alone converge slowly if points share a load. It ends when the laws give the forces p at the displacements that p
+    /// leaves, or at their rounding level, where the defect no longer decreases.
     fn iterate(
         &mut self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -274,7 +277,7 @@ impl<'a> Contacts<'a> {
             loop {
                 self.p.iter_mut().zip(&before).zip(step.iter()).for_each(|((p, old), d)| *p = old - share * d);
                 defect = self.defect(&multipliers, old)?;
-                // NaN is not smaller.
+                // NaN is not smaller
                 if self.size(&defect.forces) <= (1.0 - NEWTON.1 * share) * size {
                     break;
                 }
@@ -288,12 +291,12 @@ impl<'a> Contacts<'a> {
         Ok(())
     }
 
-    /// Largest displacement that belongs to a defect of p.
+    /// Largest displacement that corresponds to a defect of p.
     fn size(&self, defect: &DVector<f64>) -> f64 {
         (0..defect.len()).map(|i| self.w[i][i] * defect[i].abs()).fold(0.0, larger)
     }
 
-    /// The defect of the present forces.
+    /// Computes the defect of the current forces.
     fn defect(
         &self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
@@ -301,7 +304,7 @@ impl<'a> Contacts<'a> {
     ) -> Result<Defect, Failure> {
         let (n, crossing) = (self.p.len(), self.crossing());
         let lambda = multipliers(&crossing)?;
-        // λ' is linear in the values of the constraints, piece by piece.
+        // λ' is piecewise linear in the values of the constraints
         let mut by_value = Vec::new();
         for c in 0..crossing.len() {
             let mut other = crossing.clone();
@@ -321,7 +324,7 @@ impl<'a> Contacts<'a> {
                 amplification[i] = times[usize::from(a > 0)];
             }
             for j in 0..n {
-                // λ' − λ by p_j
+                // Derivative of λ' − λ with respect to p_j
                 let by_force = |row: usize| -> f64 {
                     by_value.iter().zip(&self.cross[j]).map(|(by_value, cross)| by_value[row] * cross).sum()
                 };
@@ -362,7 +365,7 @@ mod tests {
         }
     }
 
-    /// A geometric sequence needs ln(10⁻¹⁰)/ln ρ sweeps: 11 500 with ρ = 0.998, 23 000 with 0.999. A cycle and a growth have no end.
+    /// A geometric sequence needs ln(10⁻¹⁰)/ln ρ sweeps: 11 500 with ρ = 0.998, 23 000 with 0.999. A cycle and a growing sequence never end.
     #[test]
     fn sweeps_that_do_not_shrink_fast_enough_are_seen() {
         let lead = |change: &dyn Fn(usize) -> f64, until: usize| {
@@ -378,8 +381,8 @@ mod tests {
         }
     }
 
-    /// Four corners of a rigid square under a weight off its centre, three motions for four forces: yielding shares the weight with the least sum of
-    /// squares, p_i = N/4 + (a x_i + b y_i)/4 with its moments a and b, after Newton's method, in place of thousands of sweeps.
+    /// Four corners of a rigid square under an off-centre weight: three motions for four forces. The compliance distributes the weight with the least
+    /// sum of squares, p_i = N/4 + (a x_i + b y_i)/4 with its moments a and b, after Newton's method instead of thousands of sweeps.
     #[test]
     fn points_that_share_a_load_settle_at_once() {
         let point = ContactPoint { law: NormalLaw::Unilateral { yielding: 1e-12 }, friction: None, ..alone() };
@@ -404,14 +407,14 @@ mod tests {
         contacts.settle(none, &[], &Limit::default()).expect("forces");
         for (p, [x, y]) in contacts.p.iter().zip(corners) {
             let exact = (weight + a * x + b * y) / 4.0;
-            // The yielding is 1e-9 of W, and the rounding of W 1e-16 of it: 1e-7 of a force.
+            // The compliance is 1e-9 of W, and the rounding of W is 1e-16 of it: 1e-7 of a force
             assert!((p - exact).abs() < 1e-5 * weight, "{p} for {exact}");
         }
         assert!(sweeps.get() < 50, "{} sweeps", sweeps.get());
     }
 
-    /// A point that slides, whose friction presses it on by more than the pressure itself pushes it off, W = [[1, 1.2], [1.2, 1]] and μ = 1: no force
-    /// lifts it. The sweeps over it end soon, whatever rounding makes of forces that grow.
+    /// A sliding point whose friction presses it on by more than the pressure itself pushes it off, W = [[1, 1.2], [1.2, 1]] and μ = 1: no force
+    /// lifts it. The sweeps end soon, however rounding affects the growing forces.
     #[test]
     fn forces_without_a_solution_are_given_up() {
         let point = alone();

@@ -1,24 +1,25 @@
-//! Impacts with rules that remember an acceleration (generalised-α, Newmark): velocities that would carry points into their obstacles
-//! become, before the step, those that carry them just there.
+//! Impacts with integrators that remember an acceleration (generalised-α, Newmark): before the step, velocities that would carry points into their
+//! obstacles are replaced by velocities that carry them just to the obstacles.
 //!
 //! ```text
 //! v' = v + M⁻¹ Hᵀ p      0 ≤ p_n ⟂ d + Δt H_n v' ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|,   g_t = Δt H_t v'
 //! ```
 //!
-//! with the distances d of the points from the reach of their contact, and the friction of the contact. Among obstacles at rest kinetic energy does not grow:
-//! with W = H M⁻¹ Hᵀ, p_n(H_n v' + d/Δt) = 0 and p_t·g_t ≤ 0, ½ v'ᵀMv' − ½ vᵀMv = −½ pᵀWp + pᵀHv' ≤ −½ pᵀWp − p_nᵀd/Δt. p is found by
-//! [`gauss_seidel`](super::gauss_seidel). Of free rigid bodies v' is a rigid motion: M⁻¹Hᵀ alone would strain them, and their stiffness, in the step, would
-//! give the points other velocities than v'. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
-//! which later steps would throw the points back. An impact has no rebound of its own: bodies rebound by their elasticity. A contact with a
-//! potential that is so soft that the steps resolve the vibration on it is left to the rule.
+//! Here d are the distances of the points from the reach of their contact, with the friction of the contact. With obstacles at rest, kinetic energy
+//! does not increase: with W = H M⁻¹ Hᵀ, p_n(H_n v' + d/Δt) = 0 and p_t·g_t ≤ 0, ½ v'ᵀMv' − ½ vᵀMv = −½ pᵀWp + pᵀHv' ≤ −½ pᵀWp − p_nᵀd/Δt. p is found
+//! by [`gauss_seidel`](super::gauss_seidel). For free rigid bodies v' is a rigid motion: M⁻¹Hᵀ alone would strain them, and their stiffness would,
+//! within the step, give the points velocities different from v'. The step then finds the points at their final positions, and no acceleration of an
+//! impact enters its memory, from which later steps would throw the points back. An impact has no rebound of its own: bodies rebound because of their
+//! elasticity. A contact whose potential is so soft that the steps resolve the vibration on it is left to the integrator.
 //!
-//! BDF2 would carry the velocity before an impact along by its formula, and throw a rigid body back with 1.6 times its energy and more, at every Δt. It begins
-//! anew where such a body is going to hit an obstacle or another one, with implicit Euler, until it has come to rest on it
-//! ([`StepSolver::hits`]; Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 1993, §II.6). Points of deformable bodies are left to the rule.
+//! BDF2 would carry the velocity before an impact along in its formula, and throw a rigid body back with 1.6 times its energy or more, at every Δt.
+//! It is restarted with implicit Euler when such a body is about to hit an obstacle or another rigid body, until the body has come to rest on it
+//! ([`StepSolver::hits`]; Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 1993, §II.6). Points of deformable bodies are left
+//! to the integrator.
 //!
-//! Source: Deuflhard, Krause & Ertel, *Int. J. Numer. Meth. Eng.* 73 (2008), the prediction of the contact-stabilised Newmark method.
-//! Limits: not between deformable surfaces; constraints and the stiffness of rigid parts of a body answer within the step, not to the impact itself; the impulse
-//! is in no force that is recorded.
+//! Source: Deuflhard, Krause & Ertel, *Int. J. Numer. Meth. Eng.* 73 (2008), the prediction of the contact-stabilised Newmark method. Limits: not
+//! between deformable surfaces; constraints and the stiffness of rigid parts of a body respond within the step, not to the impact itself; no recorded
+//! force includes the impulse.
 
 use super::free_bodies::FreeBody;
 use super::gauss_seidel::Contacts;
@@ -30,26 +31,27 @@ use crate::solve::{Failure, Integrator, Limit, Step};
 use crate::system::{ContactPoint, Dofs, NormalLaw, State, System};
 use std::collections::BTreeSet;
 
-/// Motions of a step within which points are looked at: two bodies may move, each by √3 of its largest component.
+/// Distance within which points are included, in multiples of the motion of a step: two bodies may move, each by √3 times its largest component.
 const MARGIN: f64 = 4.0;
-/// Share of the largest motion of a step up to which a point may move beyond the obstacle: of its square as a share of energy \[–\].
+/// Distance that a point may move beyond the obstacle, relative to the largest motion of a step \[–\]; its square is a share of the energy.
 const SLOW: f64 = 1e-3;
-/// The same as a share of the length of the body, where all is at rest \[–\].
+/// Distance that a point may move beyond the obstacle, relative to the length of the body, if everything is at rest \[–\].
 const STILL: f64 = 1e-10;
-/// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
+/// Δt² W A φ″, the squared phase angle per step of the vibration on a contact with a potential, below which the step resolves the vibration \[–\].
 const RESOLVED: f64 = 1.0;
-/// Sliding up to which friction grows in a landing for which no impulses are found with that of the contact, as a share of the largest motion of the step
-/// \[–\]; the step itself has the friction of the contact.
+/// Sliding up to which friction increases in a landing for which no impulses are found with the elastic slip of the contact, relative to the largest
+/// motion of the step \[–\]; the step itself uses the friction of the contact.
 const STICKING: f64 = 1e-2;
-/// Share of its response by which a point yields \[–\]: more points than a body has motions have impulses with the least sum of squares.
+/// Compliance of a point, relative to its response \[–\]: if there are more points than a body has motions, their impulses then have the least sum of
+/// squares.
 const YIELDING: f64 = 1e-9;
-/// Most points that land together: W is dense.
+/// Largest number of points that land together: W is dense.
 const MANY: usize = 500;
-/// Motions of a step, by the velocities and accelerations at its start, within which a rigid body is going to hit something.
+/// Number of steps, at the velocities and accelerations at the start, within which a rigid body counts as about to hit something.
 const AHEAD: f64 = 1.5;
 
 impl<'a> StepSolver<'a> {
-    /// The state from which a step of the rule to `t` begins instead, where points would land in the step.
+    /// The state from which a step of the integrator to `t` starts instead if points would land in the step; `None` if none would.
     pub(in crate::solve) fn landed(
         &mut self,
         integrator: Integrator,
@@ -80,8 +82,8 @@ impl<'a> StepSolver<'a> {
         Ok(Some(landed))
     }
 
-    /// Whether a rule of several steps begins anew with the step to `t`: a rigid body is going to hit an obstacle or another rigid body, or has done so in
-    /// the step before, with which the rule began anew, and is still moving towards it. A contact that the steps resolve is none.
+    /// Whether a multi-step rule is restarted with the step to `t`: a rigid body is about to hit an obstacle or another rigid body, or it has done so
+    /// in the step before, with which the rule was restarted, and is still moving towards it. Contacts that the steps resolve do not count.
     pub(in crate::solve) fn hits(&mut self, integrator: Integrator, state: &State, t: f64) -> bool {
         let system = self.system;
         if integrator != Integrator::Bdf2 || system.turning_bodies().next().is_none() {
@@ -99,7 +101,7 @@ impl<'a> StepSolver<'a> {
             moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
         };
         let anew = integrator.begins_at(state);
-        // By BDF2 the acceleration of a step with an impact is that of the impact, and points away from the obstacle.
+        // With BDF2, the acceleration of a step with an impact is that of the impact, and points away from the obstacle
         let accelerated = if anew && integrator == Integrator::Bdf2 { 0.0 } else { 0.5 };
         let approach = self.approach(integrator, state, t, (AHEAD, accelerated));
         let mut hit = self.points_near(&approach, state);
@@ -118,7 +120,8 @@ impl<'a> StepSolver<'a> {
         hit.chunks(MANY).any(is_stopped)
     }
 
-    /// Motion over `ahead` steps to `t` by the velocity, and by so much of Δt times the acceleration at its start; of what is prescribed, that of the step.
+    /// Motion over `ahead` steps of the length of the step to `t`, from the velocity at its start, and from `accelerated` times Δt times the
+    /// acceleration; for prescribed dofs, the motion of the step.
     fn approach(&self, integrator: Integrator, state: &State, t: f64, (ahead, accelerated): (f64, f64)) -> Approach {
         let dt = t - state.t;
         let way = |(v, a): (&f64, &f64)| ahead * dt * (v + accelerated * dt * a);
@@ -127,20 +130,20 @@ impl<'a> StepSolver<'a> {
         for (dof, value) in step.targets(&State { t, ..state.clone() }) {
             motion[dof] = ahead * (value - state.x[dof]);
         }
-        // Multipliers that are dofs too are no motion; the limits of the other rules were found with them.
+        // Multipliers that are dofs do not count as motion; the limits of the other integrators were found with them
         let dofs = if integrator == Integrator::Bdf2 { self.system.dofs.displacements as usize } else { motion.len() };
         let size = motion[..dofs].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         Approach { slow: (SLOW * size).max(STILL * self.solver.equations.length), motion, size, dt }
     }
 
-    /// The contact points that it may bring to their obstacles.
+    /// The contact points that the motion may bring to their obstacles.
     fn points_near(&mut self, approach: &Approach, state: &State) -> Vec<ContactPoint<'a>> {
         let caches = &mut self.solver.equations.sums.caches;
         let margin = MARGIN * approach.size;
         self.system.contact_points([&state.x, &state.x], approach.dt, margin, caches).into_iter().flatten().collect()
     }
 
-    /// M with its factor, made at first use.
+    /// M with its factor, computed at first use.
     fn mass(&mut self, state: &State) -> Result<&mut Start, Failure> {
         if self.mass.is_none() {
             let rest = State { inputs: state.inputs.clone(), ..self.system.rest() };
@@ -150,15 +153,15 @@ impl<'a> StepSolver<'a> {
     }
 }
 
-/// Where a step is going to carry the points.
+/// The motion that a step is expected to make.
 struct Approach {
-    /// Of all dofs \[m\]
+    /// \[unknowns\] motion of all dofs \[m\]
     motion: Vec<f64>,
-    /// Its largest component \[m\]
+    /// Largest component of the motion \[m\]
     size: f64,
-    /// How far a point may move beyond its obstacle \[m\]
+    /// Distance that a point may move beyond its obstacle \[m\]
     slow: f64,
-    /// Of the step \[s\]
+    /// Length of the step \[s\]
     dt: f64,
 }
 
@@ -168,23 +171,23 @@ impl Approach {
     }
 }
 
-/// Distance from the reach of the contact that is left after a motion \[m\].
+/// Distance from the reach of the contact that remains after a motion \[m\].
 fn room(point: &ContactPoint, motion: &[f64]) -> f64 {
     (point.gap - point.reach()).max(0.0) + along(point, motion)
 }
 
-/// Change of the distance by a motion \[m\].
+/// Change of the distance due to a motion \[m\].
 fn along(point: &ContactPoint, motion: &[f64]) -> f64 {
     point.normal.dot(&point.motion(&point.shares, motion))
 }
 
-/// A φ″ in the middle of the reach, or inside where that is 0 \[N/m\]; 0 of a unilateral point.
+/// A φ″ in the middle of the reach, or inside the obstacle if the reach is 0 \[N/m\]; 0 for a unilateral point.
 fn stiffness(point: &ContactPoint) -> f64 {
     let NormalLaw::Potential(potential, area) = point.law else { return 0.0 };
     potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
 }
 
-/// A direction in which an impulse acts on a point: along its normal, or across it where there is friction.
+/// A direction in which an impulse acts on a point: along its normal, or tangentially if there is friction.
 struct Component<'p> {
     point: &'p ContactPoint<'p>,
     shares: &'p [f64],
@@ -192,19 +195,19 @@ struct Component<'p> {
 }
 
 impl<'p> Component<'p> {
-    /// That along the normal, then those across it.
+    /// The normal component, followed by the tangential ones.
     fn all(point: &'p ContactPoint) -> impl Iterator<Item = Self> {
         let across = point.friction.map(|_| point.across()).into_iter().flatten();
         let sliding = across.map(move |direction| Self { point, shares: &point.spot, direction });
         std::iter::once(Self { point, shares: &point.shares, direction: point.normal }).chain(sliding)
     }
 
-    /// Displacement by a motion \[m\].
+    /// Displacement in this direction due to a motion \[m\].
     fn along(&self, motion: &[f64]) -> f64 {
         self.direction.dot(&self.point.motion(self.shares, motion))
     }
 
-    /// M⁻¹ Hᵀ, of free `bodies` as rigid motions.
+    /// Computes M⁻¹ Hᵀ, for free `bodies` as rigid motions.
     fn response(&self, mass: &mut Start, bodies: &[FreeBody], system: &System, n: usize) -> Result<Vec<f64>, Failure> {
         let mut against = vec![0.0; n];
         for (&node, share) in self.point.nodes.iter().zip(self.shares) {
@@ -218,15 +221,15 @@ impl<'p> Component<'p> {
 
 /// An impulse on a point in one direction.
 struct Impulse {
-    /// M⁻¹ Hᵀ
+    /// Response M⁻¹ Hᵀ
     response: Vec<f64>,
-    /// Δt p
+    /// Impulse times the step, Δt p
     size: f64,
     is_normal: bool,
 }
 
-/// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
-/// `None` where none are found that satisfy all points; then the step stops them, without a landing.
+/// The impulses on the points that are stopped, except points whose normal motion is prescribed, and contacts so soft that the step resolves them.
+/// `None` if no impulses satisfy all points; then the step itself stops them, without a landing.
 fn impulses(
     (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,

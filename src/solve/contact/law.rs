@@ -1,5 +1,5 @@
-//! The force on one contact point where its distance and its sliding depend on that force: d = q_n + w_n p_n, u = q_t + w_t p_t, with what all other
-//! forces do in q and the yielding c of a unilateral point.
+//! The force on one contact point whose distance and sliding depend on that force: d = q_n + w_n p_n, u = q_t + w_t p_t, where q includes the effect
+//! of all other forces, and c is the compliance of a unilateral point.
 //!
 //! ```text
 //! 0 ≤ d + c p_n ⟂ p_n ≥ 0 or p_n = −A φ′(d)      p_t = −μ p_n f(|u|/ε) u/|u|
@@ -9,10 +9,10 @@ use crate::system::friction::{Resistance, resistance};
 use crate::system::{ContactPoint, NormalLaw};
 use nalgebra::{Matrix3, Vector3};
 
-/// Iterations for the distance of a point with a potential.
+/// Largest number of iterations for the distance of a point with a potential.
 const ITERATIONS: usize = 200;
 
-/// The law of one point: normal force and friction.
+/// The contact law of one point: normal force and friction.
 #[derive(Clone, Copy)]
 pub(super) struct ContactLaw<'a> {
     normal: NormalLaw<'a>,
@@ -27,13 +27,13 @@ impl<'a> ContactLaw<'a> {
         Self { normal: point.law, friction }
     }
 
-    /// That of a point which yields by so much \[m/N\] where it is pressed, whatever presses it; with its friction.
+    /// The law of a point with the compliance `yielding` \[m/N\] when it is pressed, whatever its own normal law; with its friction.
     pub fn unilateral(point: &ContactPoint, yielding: f64) -> Self {
         let ContactLaw { friction, .. } = ContactLaw::new(point);
         Self { normal: NormalLaw::Unilateral { yielding }, friction }
     }
 
-    /// p and ∂p/∂q; without friction the components of sliding are zero. `w`: of the normal component, and of sliding \[m/N\].
+    /// Returns p and ∂p/∂q; without friction the sliding components are zero. `w` \[m/N\] is that of the normal component, and that of sliding.
     pub fn force(&self, q: &Vector3<f64>, w: [f64; 2]) -> (Vector3<f64>, Matrix3<f64>) {
         let (normal, by_gap) = self.normal_force(q.x, w[0]);
         let (mut p, mut slope) = (Vector3::new(normal, 0.0, 0.0), Matrix3::zeros());
@@ -42,7 +42,7 @@ impl<'a> ContactLaw<'a> {
         let Some((coefficient, epsilon)) = self.friction else { return (p, slope) };
         let Resistance { force, by_sliding, by_limit } = resistance(size, w[1], coefficient * normal, epsilon);
         let along = if size > 0.0 { [q.y / size, q.z / size] } else { [0.0; 2] };
-        // The share of a sliding of zero is its derivative.
+        // At zero sliding the ratio is the derivative
         let share = if size > 0.0 { force / size } else { by_sliding };
         for i in 0..2 {
             p[i + 1] = -force * along[i];
@@ -55,8 +55,8 @@ impl<'a> ContactLaw<'a> {
         (p, slope)
     }
 
-    /// How many times more than p the forces that the law has at the displacements q + w p are off, of the normal component and of sliding: 1 + w s for a
-    /// law of the stiffness s, ∂p/∂q = −s/(1 + w s). A unilateral point has none: its force is an unknown of its own.
+    /// Factor by which the forces of the law at the displacements q + w p are more wrong than p itself, for the normal component and for sliding: 1 +
+    /// w s for a law of stiffness s, with ∂p/∂q = −s/(1 + w s). It is 1 for the normal force of a unilateral point, which is an unknown of its own.
     pub fn amplification(&self, slope: &Matrix3<f64>, w: [f64; 2]) -> [f64; 2] {
         let of = |w: f64, give: f64| 1.0 / (1.0 - w * give).max(f64::EPSILON);
         let normal = match self.normal {
@@ -67,7 +67,7 @@ impl<'a> ContactLaw<'a> {
         [normal, of(w[1], half.hypot(slope[(1, 2)]) - mean)]
     }
 
-    /// p_n and ∂p_n/∂q_n.
+    /// Returns p_n and ∂p_n/∂q_n.
     fn normal_force(&self, free: f64, w: f64) -> (f64, f64) {
         let (potential, area) = match self.normal {
             NormalLaw::Unilateral { yielding } if free < 0.0 => return (-free / (w + yielding), -1.0 / (w + yielding)),
@@ -78,7 +78,7 @@ impl<'a> ContactLaw<'a> {
         if free >= reach {
             return (0.0, 0.0);
         }
-        // d − free + A w φ′(d) increases with d.
+        // d − free + A w φ′(d) increases with d
         let (mut low, mut high) = (free, reach);
         let mut d = 0.5 * (low.max(0.0) + high);
         let (mut force, mut stiffness) = (0.0, 0.0);
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// \[m/N\], large enough to be seen next to w
+    /// \[m/N\], large enough to matter compared with w
     const YIELDING: f64 = 1e-5;
 
     fn laws() -> [ContactLaw<'static>; 3] {
@@ -154,8 +154,8 @@ mod tests {
         gaps.into_iter().flat_map(move |gap| slidings.map(|(a, b)| Vec3::new(gap, a, b)))
     }
 
-    /// The distance and the sliding that the force leaves have that force. The distance is solved for to rounding of the reach, over
-    /// which the force of the barrier changes by at most itself times reach over distance: 1e-9.
+    /// The law gives the same force at the distance and the sliding that the force leaves. The distance is solved for to the rounding of the reach,
+    /// over which the force of the barrier changes by at most itself times reach over distance: 1e-9.
     #[test]
     fn forces_obey_both_laws() {
         for law in laws() {
@@ -177,21 +177,22 @@ mod tests {
                 let y = (left.norm() / epsilon).min(1.0);
                 let size = coefficient * p.x * (2.0 - y) * y;
                 let force = p.y.hypot(p.z);
-                // y is known to rounding of q over ε.
+                // y is known to the rounding of q over ε
                 assert!((force - size).abs() <= 1e-9 * (size + p.x), "{q:?}: {force} for {size}");
                 assert!(p.y * left.z - p.z * left.y <= 1e-9 * force * left.norm(), "against the sliding");
             }
         }
     }
 
-    /// The force of the law at q + w p changes by the amplification times a small change of p alone: h is 1e-6 of the lengths on which the laws change, as below.
+    /// The force of the law at q + w p changes by the amplification times a small change of p alone: h is 1e-6 of the lengths over which the laws
+    /// change, as below.
     #[test]
     fn forces_of_the_displacements_are_off_by_the_amplification() {
         let law = ContactLaw { normal: NormalLaw::Potential(&Barrier, 3e-6), friction: Some((0.4, 2e-6)) };
         for q in displacements() {
             let (p, slope) = law.force(&q, W);
             let [normal, sliding] = law.amplification(&slope, W);
-            // Without w a force is the one at the displacement itself.
+            // Without w, the force is that at the displacement itself
             let end = Vec3::new(q.x + W[0] * p.x, q.y + W[1] * p.y, q.z + W[1] * p.z);
             let stiffness = -law.force(&end, [0.0; 2]).1;
             let of_gap = 1.0 + W[0] * stiffness[(0, 0)];
@@ -202,7 +203,7 @@ mod tests {
         }
     }
 
-    /// Against central differences over h = 1e-6 of the lengths on which the laws change, with errors of h² and of rounding over h.
+    /// Compared with central differences over h = 1e-6 of the lengths over which the laws change, with errors of h² and of rounding over h.
     #[test]
     fn derivatives_are_those_of_the_force() {
         for law in laws() {

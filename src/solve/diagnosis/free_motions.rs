@@ -1,12 +1,12 @@
-//! Motions without resistance, in words.
+//! Search for motions without resistance, and their description in words.
 //!
-//! Those of a part that are rigid are found first ([`super::rigid_motions`]). A motion that is not rigid, of a mechanism, is found by inverse
+//! The rigid motions of a part are searched for first ([`super::rigid_motions`]). A motion of a mechanism, which is not rigid, is found by inverse
 //! iteration on K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
 //!
-//! Limits: a motion of several parts together that leaves a constraint unchanged is found as a mechanism only. K is that of the
-//! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
+//! Limits: a motion of several parts together that leaves a constraint unchanged is only found as a mechanism. K is that of the given state; at rest
+//! it is zero on every rigid motion, while under a load it may resist, as for a pendulum.
 
-use super::rigid_motions::{NONE, Part, ROUNDING, null_space, parts, right_vectors};
+use super::rigid_motions::{NONE, ROUNDING, RigidPartMotions, null_space, parts, right_vectors};
 use crate::math::linear::LinearError;
 use crate::math::tensor::Vec3;
 use crate::math::vector::{dot, norm};
@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DVector};
 pub enum MotionKind {
     Translation,
     Rotation,
-    /// Not rigid
+    /// A motion that is not rigid
     Mechanism,
 }
 
@@ -29,13 +29,13 @@ pub struct Motion {
     pub kind: MotionKind,
     /// Unit vector: direction, axis of the rotation, or motion of the node
     pub direction: [f64; 3],
-    /// A node that moves most
+    /// The node that moves most
     pub node: u32,
-    /// The whole body moves, not only a part of it
+    /// Whether the whole body moves, not only a part of it
     pub whole: bool,
 }
 
-/// Motions without stiffness at this state, of a static step; rigid ones if `points` \[nodes\] tells where the nodes are.
+/// Finds motions without stiffness at this state of a static step; rigid ones are found if `points` \[nodes\] is not empty.
 pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
     if solver.equations.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
         return Vec::new();
@@ -43,7 +43,7 @@ pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, po
     let mut motions = Vec::new();
     let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
     for nodes in &parts {
-        let part = Part::new(nodes, points, &state.x);
+        let part = RigidPartMotions::new(nodes, points, &state.x);
         motions = free(&part, step.system, &solver.equations.sums, parts.len() == 1);
         if !motions.is_empty() {
             break;
@@ -55,15 +55,15 @@ pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, po
     motions
 }
 
-/// Inverse iteration with s at the rounding of K: the Rayleigh quotient of a free motion is of the size of s or less, that
-/// of a slender body still a thousand times it.
+/// Finds a mechanism by inverse iteration with s at the rounding level of K: the Rayleigh quotient of a free motion is at most of the size of s,
+/// while that of a slender body is still a thousand times larger.
 fn mechanism(solver: &mut NonlinearSolver, system: &System) -> Option<Motion> {
     let NonlinearSolver { equations, linear, .. } = solver;
     linear.fit(system, &equations.sums);
     let (pattern, k) = (&equations.sums.pattern, &equations.sums.k);
     let mut diagonal = pattern.diagonal(k);
     let largest = diagonal.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-    // A direction without any stiffness would have no weight, and would not be found.
+    // A direction without any stiffness would have no weight, and would not be found
     diagonal.iter_mut().for_each(|d| *d = d.abs().max(ROUNDING * largest));
     let mut shifted = k.clone();
     for j in 0..pattern.n {
@@ -100,8 +100,8 @@ fn mechanism(solver: &mut NonlinearSolver, system: &System) -> Option<Motion> {
     Some(Motion { kind: MotionKind::Mechanism, direction: direction.into(), node, whole: false })
 }
 
-/// Σ r·e over the free dofs, e a direction of translation without resistance, compared with the scale of the forces: a load
-/// that no equilibrium carries.
+/// Whether a load pushes in a direction e of translation without resistance, so that no equilibrium exists: Σ r·e over the free dofs, compared with
+/// the scale of the forces.
 pub(in crate::solve) fn pushes(solver: &mut NonlinearSolver, step: &Step, state: &State, motions: &[Motion]) -> bool {
     const BALANCED: f64 = 1e-6;
     if solver.equations.evaluate(step, &mut state.clone(), Want::Residual, None).is_err() {
@@ -116,11 +116,11 @@ pub(in crate::solve) fn pushes(solver: &mut NonlinearSolver, step: &Step, state:
 }
 
 /// The free motions of a part, by kind.
-fn free(part: &Part, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
+fn free(part: &RigidPartMotions, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
     let basis = part.unresisted(system, sums, 0.0);
     let turns = basis.rows(3, 3).into_owned();
     let mut motions = Vec::new();
-    // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
+    // Combinations without rotation are translations; the axes of the others are the range of Ω
     let still = null_space(&turns, NONE);
     for direction in directions(&(&basis * &still).rows(0, 3).into_owned()) {
         motions.push(Motion { kind: MotionKind::Translation, direction: direction.into(), node: part.nodes[0], whole });
@@ -135,7 +135,7 @@ fn free(part: &Part, system: &System, sums: &Assembled, whole: bool) -> Vec<Moti
     motions
 }
 
-/// Unit vectors that span the columns \[3 × m\]: coordinate axes first.
+/// Unit vectors that span the same space as the columns \[3 × m\], coordinate axes first.
 fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
     let (mut rest, mut found) = (range(columns), Vec::new());
     for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
@@ -151,7 +151,7 @@ fn directions(columns: &DMatrix<f64>) -> Vec<Vec3> {
     found
 }
 
-/// Orthonormal basis of what the columns reach \[3 × rank\]; they are of size 1 or nothing.
+/// Orthonormal basis of the range of the columns \[3 × rank\], which are of size 1 or zero.
 fn range(columns: &DMatrix<f64>) -> DMatrix<f64> {
     right_vectors(&columns.transpose(), |s| s > NONE)
 }
@@ -160,7 +160,7 @@ fn unit(v: Vec3) -> Option<Vec3> {
     v.try_normalize(f64::MIN_POSITIVE)
 }
 
-/// `nothing holds the body: it can translate in x and y and rotate about z`
+/// A sentence such as `nothing holds the body: it can translate in x and y and rotate about z`.
 pub(in crate::solve) fn sentence(motions: &[Motion]) -> String {
     let first = &motions[0];
     if first.kind == MotionKind::Mechanism {
@@ -191,13 +191,13 @@ pub(in crate::solve) fn sentence(motions: &[Motion]) -> String {
     format!("nothing holds {what}: it can {}", can.join(" and "))
 }
 
-/// `x`, or `(0.71, 0.71, 0.00)`.
+/// The name of a direction, `x`, or `(0.71, 0.71, 0.00)`.
 fn name(direction: &[f64; 3]) -> String {
     let axis = (0..3).find(|&i| direction[i].abs() >= 1.0 - NONE);
     match axis {
         Some(i) => ["x", "y", "z"][i].into(),
         None => {
-            // Adding zero takes the sign off a negative one.
+            // Adding zero removes the sign of a negative zero
             let [x, y, z] = direction.map(|v| (100.0 * v).round() / 100.0 + 0.0);
             format!("({x:.2}, {y:.2}, {z:.2})")
         }

@@ -10,7 +10,7 @@ use crate::math::signal::Clock;
 use crate::system::{State, System};
 use free_motions::{free_motions, pushes};
 
-/// A static step over a load that pushes the body where nothing holds it: no smaller step helps.
+/// Returns the status of a static step if a load pushes the body where nothing holds it, so that no smaller step helps.
 pub(super) fn pushes_unheld_body(
     steps: &mut StepSolver,
     integrator: Integrator,
@@ -43,12 +43,12 @@ pub(super) fn stopped(system: &System, state: &State, t: f64, why: Failure) -> S
     }
 }
 
-/// Whether a force, pressure or tension that is given changes from `state` to `t`.
+/// Whether a prescribed force, pressure or tension changes from `state` to `t`.
 fn by_force(system: &System, state: &State, t: f64) -> bool {
     system.forces_change(state.clock(), Clock { t, ..state.clock() })
 }
 
-/// The reason why no step from `state`, not even the one to `t`, could be solved.
+/// Determines why no step from `state`, not even the one to `t`, could be solved.
 pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t: f64, why: Failure) -> Status {
     if !steps.settings.diagnosis {
         return stopped(steps.system, state, t, why);
@@ -67,7 +67,7 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
     stopped(steps.system, state, t, why)
 }
 
-/// The reason why the path of equilibria cannot be followed from `state`.
+/// Determines why the path of equilibria cannot be followed from `state`.
 pub(super) fn diagnose_path(steps: &mut StepSolver, span: TimeSpan, state: &State, why: Failure) -> Status {
     if !steps.settings.diagnosis || matches!(why, Failure::NotFinite { .. }) {
         return stopped(steps.system, state, span.end, why);

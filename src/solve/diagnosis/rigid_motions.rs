@@ -1,8 +1,8 @@
 //! Rigid motions without resistance.
 //!
-//! A part (what stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, c its middle and ℓ its size.
-//! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
-//! 6 columns, found by their singular values.
+//! A part (the nodes that stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, where c is its centre and ℓ its size. Free are
+//! those combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the six columns, found from their
+//! singular values.
 
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::Vec3;
@@ -10,12 +10,12 @@ use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Dofs, EnergyRole, System};
 use nalgebra::{DMatrix, DVector};
 
-/// Part of a motion that counts as none \[–\]: positions in a mesh file have seven digits or more.
+/// Size, relative to a motion, that counts as zero \[–\]: positions in a mesh file have at least seven digits.
 pub(super) const NONE: f64 = 1e-6;
-/// ‖K u‖ below this share of ‖|K||u|‖ is rounding: K u of a rigid motion is a sum of some hundred terms.
+/// Size of ‖K u‖ relative to ‖|K||u|‖ below which it is rounding: K u of a rigid motion is a sum of about a hundred terms.
 pub(in crate::solve) const ROUNDING: f64 = 1e-12;
 
-/// Nodes that stored energy connects, part by part.
+/// The nodes that stored energy connects, part by part.
 pub(in crate::solve) fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
     let mut sets = DisjointSets::new(nodes);
     let mut stored = vec![false; nodes];
@@ -33,10 +33,10 @@ pub(in crate::solve) fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
     found.into_values().collect()
 }
 
-/// Holds the rigid motions without resistance at a state near equilibrium, whose sums these are: a spring on one equation for each of them, of
-/// the stiffness of the stiffest. With K N = 0 for a basis N of them, K on the other equations has the eigenvalues of K but the zeros, by
-/// their signs (Sylvester's law of inertia), and a step under loads in balance is one that leaves these equations as they are. Returns how many are held: none
-/// where `points` \[nodes\] does not tell where the nodes are.
+/// Holds the rigid motions without resistance at a state near equilibrium, to which the sums belong, by a spring on one equation for each motion, as
+/// stiff as the stiffest diagonal entry. For a basis N of these motions K N = 0, so that K on the other equations has as many eigenvalues of each
+/// sign as K, apart from the zeros (Sylvester's law of inertia), and a step under balanced loads is one that leaves the held equations unchanged.
+/// Returns the number of held motions: 0 if `points` \[nodes\] is empty.
 pub(in crate::solve) fn hold(system: &System, sums: &mut Assembled, points: &[Vec3], x: &[f64]) -> usize {
     if points.is_empty() {
         return 0;
@@ -44,7 +44,7 @@ pub(in crate::solve) fn hold(system: &System, sums: &mut Assembled, points: &[Ve
     let unbalanced = norm(&system.restrict(&sums.r));
     let mut held = Vec::new();
     for nodes in parts(system, points.len()) {
-        let part = Part::new(&nodes, points, x);
+        let part = RigidPartMotions::new(&nodes, points, x);
         held.extend(part.equations(system, &part.unresisted(system, sums, unbalanced)));
     }
     let largest = sums.pattern.diagonal(&sums.k).iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -54,14 +54,14 @@ pub(in crate::solve) fn hold(system: &System, sums: &mut Assembled, points: &[Ve
     held.len()
 }
 
-/// The six motions of a part: \[nodes\] positions from its middle, over its size \[m\].
-pub(in crate::solve) struct Part<'a> {
+/// The six rigid motions of a part: \[nodes\] positions relative to its centre, divided by its size \[m\].
+pub(in crate::solve) struct RigidPartMotions<'a> {
     pub nodes: &'a [u32],
     arms: Vec<Vec3>,
     size: f64,
 }
 
-impl<'a> Part<'a> {
+impl<'a> RigidPartMotions<'a> {
     pub fn new(nodes: &'a [u32], points: &[Vec3], x: &[f64]) -> Self {
         let at = |k: &u32| points[*k as usize] + Vec3::from_column_slice(&x[3 * *k as usize..][..3]);
         let middle = nodes.iter().map(at).sum::<Vec3>() / nodes.len() as f64;
@@ -69,13 +69,13 @@ impl<'a> Part<'a> {
         Self { nodes, arms: nodes.iter().map(|k| (at(k) - middle) / size).collect(), size }
     }
 
-    /// u of node `i` of the part: c\[..3\] + c\[3..\] × arm.
+    /// The displacement u of node `i` of the part: c\[..3\] + c\[3..\] × arm.
     pub fn motion(&self, i: usize, c: &DVector<f64>) -> Vec3 {
         Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
     }
 
-    /// Chooses as many equations as there are motions in the basis \[6 × motions\], which all of them together would move: rows of the motions, each the
-    /// largest one across those before it.
+    /// Chooses as many equations as there are motions in the basis \[6 × motions\], such that the motions are independent on them: rows of the
+    /// motions, each with the largest component orthogonal to the rows before it.
     fn equations(&self, system: &System, basis: &DMatrix<f64>) -> Vec<usize> {
         let dofs = self.nodes.iter().flat_map(|node| 3 * node..3 * node + 3);
         let equations: Vec<u32> = dofs.map(|dof| system.dofs.equation[dof as usize]).collect();
@@ -97,7 +97,8 @@ impl<'a> Part<'a> {
         chosen
     }
 
-    /// \[6 × free motions\] basis of the motions without resistance. Forces `unbalanced` by so much \[N\] turn with a rotation, and are no resistance.
+    /// \[6 × free motions\] basis of the motions without resistance. Forces of the size `unbalanced` \[N\] rotate with the body and do not count as
+    /// resistance.
     pub fn unresisted(&self, system: &System, sums: &Assembled, unbalanced: f64) -> DMatrix<f64> {
         let (pattern, k, rows) = (&sums.pattern, &sums.k, &sums.gradient);
         let unit = |j: usize| DVector::from_fn(6, |i, _| f64::from(u8::from(i == j)));
@@ -107,7 +108,7 @@ impl<'a> Part<'a> {
                 all.fixed_view_mut::<3, 1>(3 * i, j).copy_from(&self.motion(i, &unit(j)));
             }
         }
-        // A straight chain does not move when it turns about itself: zero motions do not count.
+        // A straight chain does not move when it rotates about itself: zero motions do not count
         let moving = row_space(&all, NONE);
         let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
         let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();
@@ -142,15 +143,15 @@ pub(super) fn null_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
     right_vectors(a, |s| s <= small)
 }
 
-/// Orthonormal columns y with ‖A y‖ above `small` times the largest.
+/// Orthonormal columns y with ‖A y‖ above `small` times the largest singular value.
 fn row_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
     let largest = a.clone().singular_values().max();
     right_vectors(a, |s| s > small * largest)
 }
 
-/// Right singular vectors whose singular value is wanted, those of value 0 among them.
+/// Right singular vectors whose singular values are `wanted`, including those with the value 0.
 pub(super) fn right_vectors(a: &DMatrix<f64>, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
-    // Rows of zeros make the vectors of all columns appear.
+    // Rows of zeros are added so that there are right singular vectors for all columns
     let tall = a.clone().resize_vertically(a.nrows().max(a.ncols()), 0.0);
     let n = tall.ncols();
     if n == 0 {

@@ -1,19 +1,19 @@
-//! Directions of Newton's method from the factor of an earlier tangent.
+//! Directions of Newton's method with the factor of an earlier tangent.
 //!
-//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the constraints that hold. Conjugate
-//! gradients solve it with \[K₀ Hᵀ; H −C\] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
-//! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
-//! 2006 for C ≠ 0); generalised minimal residuals take their place next to pressures and where contact has a remainder. Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
-//! first ([`nodal_rotations`](super::nodal_rotations)).
+//! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the active constraints. It is solved by conjugate
+//! gradients with \[K₀ Hᵀ; H −C\] as preconditioner, where K₀ is the tangent that was factorised last and K, H are the current ones (Gould, Hribar &
+//! Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28, 2006 for C ≠ 0); with pressures, and where
+//! contact has a remainder, generalised minimal residuals are used instead. Each iteration takes one product with K and one back-substitution. K₀ is
+//! first rotated with the body ([`nodal_rotations`](super::nodal_rotations)).
 //!
-//! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the current force, which makes Newton's method converge with the order 3/2 (Dembo,
-//! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
+//! Accuracy: ‖residual‖ ≤ min(0.1, √error) relative to the current force, which makes Newton's method converge with order 3/2 (Dembo, Eisenstat &
+//! Steihaug, SIAM J. Numer. Anal. 19, 1982), but never below a third of the tolerance of the step.
 //!
-//! Reuse: [`LinearSystem::may_reuse_factor`](crate::solve::LinearSystem) decides whether the equations of a step allow it at all. After
-//! each step, [`LaggedFactor::decide_reuse`] decides whether the next one reuses the factor: not where the step took more solves
-//! than the steps of the factor took on average, the factorisation included. Within a step, [`LaggedFactor::direction`] declines
-//! where the Krylov method is slow; where K or K₀ is indefinite on the null space of H; and in statics where one of the softest
-//! directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
+//! Reuse: [`LinearSystem::may_reuse_factor`](crate::solve::LinearSystem) decides whether the equations of a step allow it at all. After each step,
+//! [`LaggedFactor::decide_reuse`] decides whether the next one reuses the factor: it does not if the step took more solves than the steps with this
+//! factor took on average, counting the factorisation. Within a step, [`LaggedFactor::direction`] declines if the Krylov method is slow; if K or K₀
+//! is indefinite on the null space of H; and, in statics, if one of the softest directions has lost half of its stiffness. All decisions are based on
+//! counts, never on the clock, so that a run is reproducible bit for bit.
 
 use super::multipliers::Schur;
 use super::nodal_rotations::NodalRotations;
@@ -28,43 +28,43 @@ use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Rates, System};
 use std::sync::Arc;
 
-/// Products before the Krylov method gives up: a multiple of the cost of a factorisation, and the least number.
+/// Number of products after which the Krylov method gives up: a multiple of the cost of a factorisation, and a smallest number.
 const PATIENCE: (f64, usize) = (1.5, 8);
-/// The loosest relative accuracy of a direction.
+/// Loosest relative accuracy of a direction.
 const LOOSEST: f64 = 0.1;
-/// Accuracy of a direction that is enough for the step, as a share of its tolerance.
+/// Sufficient accuracy of a direction for the step, relative to its tolerance.
 const ENOUGH: f64 = 0.3;
-/// Softest directions that are watched.
+/// Number of softest directions that are monitored.
 const WATCHED: usize = 3;
-/// Share of its stiffness at which a watched direction asks for a new factor.
+/// Share of its stiffness below which a monitored direction requires a new factor.
 const SOFTENED: f64 = 0.5;
 
 /// The tangent K₀ that was factorised for reuse, and its use so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LaggedFactorRecord {
-    /// Values of K₀, from which the factor can be made again; empty if none is kept
+    /// Values of K₀, from which the factor can be recomputed; empty if none is stored
     pub k: Arc<Vec<f64>>,
-    /// \[unknowns\] where the body was
+    /// \[unknowns\] displacements at which K₀ is the tangent
     pub x: Arc<Vec<f64>>,
-    /// Solves with it so far, and in the current step
+    /// Number of solves with the factor in earlier steps, and in the current step
     pub solves: [usize; 2],
-    /// Steps that used it
+    /// Number of steps that used the factor
     pub steps: usize,
     /// ∂v/∂x and ∂a/∂x in K₀
     pub rates: Rates,
-    /// The next step does not reuse it, and begins with a new one
+    /// Whether the next step does not reuse the factor and begins with a new one
     pub renew: bool,
 }
 
-/// The factor that is kept, and the directions that are watched.
+/// The lagged factor, with the directions that are monitored.
 #[derive(Default)]
 pub(super) struct LaggedFactor {
     record: LaggedFactorRecord,
-    /// Factorisations when it was made: later ones have overwritten it
+    /// Count of factorisations when it was computed: later ones have overwritten it
     count: usize,
-    /// \[watched × equations\] soft directions v with v·K₀ w = δ_vw
+    /// \[monitored × equations\] soft directions v with v·K₀ w = δ_vw
     soft: Vec<Vec<f64>>,
-    /// From where the body was to where the step begins
+    /// Rotations from the state of K₀ to the start of the step
     rotations: NodalRotations,
 }
 
@@ -74,7 +74,7 @@ impl LaggedFactor {
         if self.count == factor.count { self.record.clone() } else { LaggedFactorRecord::default() }
     }
 
-    /// Makes the factor of a record again.
+    /// Recomputes the factor of a record.
     pub fn resume(&mut self, factor: &mut Factor, record: LaggedFactorRecord, system: &System) {
         factor.move_to(&record.x);
         if !record.k.is_empty() && factor.factorise(&record.k).is_ok() {
@@ -83,7 +83,7 @@ impl LaggedFactor {
         }
     }
 
-    /// Stores what the reuse of the factor of `k`, just made and not shifted, needs.
+    /// Stores what is needed to reuse the factor of `k`, which was just computed and not shifted.
     pub fn store(&mut self, factor: &mut Factor, system: &System, k: Vec<f64>, x: &[f64], rates: Rates) {
         self.record = LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
         self.rotations = NodalRotations::default();
@@ -92,14 +92,15 @@ impl LaggedFactor {
         self.soft = if watches { self.softest(factor, system) } else { Vec::new() };
     }
 
-    /// Whether the factor may be reused for a direction of a step with these rates; not for the `first` one if the last step decided so.
+    /// Whether the factor may be reused for a direction of a step with these rates; for the `first` direction only if the last step did not decide
+    /// otherwise.
     pub fn may_be_reused(&self, factor: &Factor, rates: Rates, first: bool) -> bool {
         let Self { record, count, .. } = self;
         let is_valid = !record.k.is_empty() && *count == factor.count && record.rates.is_near(&rates);
         is_valid && !(first && record.renew)
     }
 
-    /// A step ended: decides whether the next one reuses the factor.
+    /// Ends a step: decides whether the next one reuses the factor.
     pub fn decide_reuse(&mut self, factor: &Factor) {
         let cost = factor.relative_cost();
         let LaggedFactorRecord { solves: [all, here], steps, renew, .. } = &mut self.record;
@@ -109,7 +110,7 @@ impl LaggedFactor {
         *here = 0;
     }
 
-    /// K₀⁻¹ on random directions: the softest ones of the body prevail. K₀-orthonormal.
+    /// Soft directions: K₀⁻¹ applied to random ones, in which the softest ones of the body prevail, made K₀-orthonormal.
     fn softest(&self, factor: &mut Factor, system: &System) -> Vec<Vec<f64>> {
         let n = system.dofs.free.len();
         let mut random = SplitMix(1);
@@ -134,8 +135,8 @@ impl LaggedFactor {
         soft
     }
 
-    /// Whether a watched direction, made to keep the constraints, lost much of its stiffness. On the null space of H it is
-    /// 1 − |Hv|²_S⁻¹ under K₀.
+    /// Whether a monitored direction, made consistent with the constraints, has lost much of its stiffness. On the null space of H the stiffness
+    /// under K₀ is 1 − |Hv|²_S⁻¹.
     fn has_softened(&self, system: &System, sums: &Assembled, schur: &Schur, held: &HeldConstraints) -> bool {
         let mut product = vec![0.0; system.dofs.free.len()];
         let w = self.soft.len();
@@ -159,18 +160,18 @@ impl LaggedFactor {
                 then[(i, j)] -= dot(&crossings[i], &constrained[j].1);
             }
         }
-        // now − ½ then is definite as long as no combination fell to one half.
+        // now − ½ then is definite as long as no combination has fallen to one half
         (now - then * SOFTENED).cholesky().is_none()
     }
 
-    /// R K₀⁻¹ Rᵀ on columns.
+    /// Applies R K₀⁻¹ Rᵀ to columns.
     fn solve_rotated(&self, factor: &mut Factor, n: usize, columns: &mut [f64]) {
         columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate_back(column));
         factor.solve_roughly(columns);
         columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate(column));
     }
 
-    /// One application of the factor: the direction before the Krylov method; none where the constrained tangent of the factor has
+    /// Computes the direction by one application of the factor, before the Krylov method; `None` if the constrained tangent of the factor has
     /// negative eigenvalues.
     pub fn rough(
         &mut self,
@@ -202,8 +203,8 @@ impl LaggedFactor {
         Some(RoughDirection { x, lambda, change, schur, holds })
     }
 
-    /// The direction of an iteration; none where the factor is not to be reused. `error` is that of the state, which is the start of
-    /// the step if it is the `first`. The direction is as accurate as `error` and the `tolerance` of the step ask for.
+    /// Computes the direction of an iteration; `None` if the factor is not to be reused. `error` is that of the state, which is the start of the step
+    /// if this is the `first` iteration. The direction is as accurate as `error` and the `tolerance` of the step require.
     pub fn direction(
         &mut self,
         factor: &mut Factor,
@@ -276,14 +277,14 @@ impl LaggedFactor {
 pub(super) struct RoughDirection {
     /// \[equations\]
     pub x: Vec<f64>,
-    /// Multipliers after the step, and their change
+    /// \[constraints\] multipliers after the step; `change` is their change
     pub lambda: Vec<f64>,
     change: Vec<f64>,
     schur: Schur,
     holds: Vec<bool>,
 }
 
-/// The constraints that hold in a direction.
+/// The constraints that are active in a direction.
 struct HeldConstraints {
     rows: Vec<usize>,
     /// S⁻¹ on them
@@ -303,7 +304,7 @@ impl HeldConstraints {
         self.rows.iter().map(|&c| dot(&gradient[c], v)).collect()
     }
 
-    /// S⁻¹ of it
+    /// S⁻¹ w
     fn multipliers(&self, crossing: &[f64]) -> Vec<f64> {
         let of_row = |i: usize| (0..crossing.len()).map(|j| self.inverse[(i, j)] * crossing[j]).sum();
         (0..crossing.len()).map(of_row).collect()

@@ -1,4 +1,4 @@
-//! The few dense constraints in addition to K: step of the multipliers from the Schur complement, under the laws of the constraints.
+//! The few dense constraints in addition to K: the change of the multipliers from the Schur complement, under the laws of the constraints.
 
 use super::tangent;
 use crate::math::linear::{Factor, LinearError};
@@ -6,27 +6,27 @@ use crate::math::statistics::{larger, smaller};
 use crate::math::vector::dot;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, System, constraint_law};
 
-/// Share of the largest diagonal of S of linked constraints that is added to each of theirs: where two of them fix the same length a tension is
-/// open, and it keeps its value. It acts on the step and vanishes with it.
+/// Share of the largest diagonal entry of S of linked constraints that is added to the diagonal of each: if two of them fix the same length, one
+/// tension is undetermined and keeps its value. The term acts on the step and vanishes with it.
 const PROXIMAL: f64 = 1e-9;
-/// Rounding of a constraint as a share of its scale.
+/// Rounding error of a constraint relative to its scale.
 const ROUNDING: f64 = 1e-14;
-/// Pieces that are tried: m constraints need a few times m.
+/// Largest number of pivots; m constraints need a few times m.
 const PIVOTS: usize = 10_000;
 
-/// Z = K⁻¹ Hᵀ and S = H Z + compliance of the current factorisation.
+/// Z = K⁻¹ Hᵀ and S = H Z + compliance for the current factorisation.
 #[derive(Default)]
 pub(in crate::solve) struct Schur {
     /// \[constraints × equations\]; zero for a monitored constraint
     pub z: Vec<f64>,
     /// \[constraints × constraints\]
     pub s: Vec<f64>,
-    /// Negative eigenvalues of S on the constraints that act
+    /// Number of negative eigenvalues of S on the constraints that act on the body
     pub negative: usize,
 }
 
 impl Schur {
-    /// Z and S of these constraints of the system, each with its gradient; `factor` holds the K of `sums`.
+    /// Computes Z and S of these constraints of the system, each with its gradient; `factor` holds the K of `sums`.
     pub fn new(
         factor: &mut Factor,
         sums: &Assembled,
@@ -50,7 +50,7 @@ impl Schur {
         Ok(Self::of(z, system, rows, gradient))
     }
 
-    /// Z of these rows with S that follows from it \[constraints × equations\].
+    /// Completes Z of these rows \[constraints × equations\] with the resulting S.
     pub fn of(z: Vec<f64>, system: &System, rows: &[usize], gradient: &[Vec<f64>]) -> Self {
         let m = rows.len();
         if m == 0 {
@@ -70,8 +70,8 @@ impl Schur {
         Self { z, s, negative }
     }
 
-    /// The multipliers after the step, g' = g + `shift` + S (λ' − λ) under the laws of all constraints of the system, and for
-    /// each of them whether its g decided.
+    /// Returns the multipliers after the step, with g' = g + `shift` + S (λ' − λ), under the laws of all constraints of the system, and for each
+    /// constraint whether the active piece of its law depends on g.
     pub fn multipliers(
         &self,
         system: &System,
@@ -86,7 +86,7 @@ impl Schur {
         let settle = |c: usize| {
             let row = &system.constraints[c];
             let lambda = row.kind().admit(rows.lambda[c] + change[c]);
-            // A linked multiplier that moves the body by rounding only is none.
+            // A linked multiplier that moves the body only by rounding counts as zero
             let noise = if row.kind() == ConstraintKind::Linked { ROUNDING * row.scale() / softest } else { 0.0 };
             if lambda.abs() <= noise { 0.0 } else { lambda }
         };
@@ -95,13 +95,13 @@ impl Schur {
     }
 }
 
-/// The largest diagonal of S of linked constraints, all of which fix lengths; those of others have other units.
+/// The largest diagonal entry of S of linked constraints, all of which fix lengths; the entries of others have other units.
 fn softest_link(s: &[f64], kinds: &[ConstraintKind]) -> f64 {
     let m = kinds.len();
     (0..m).filter(|&i| kinds[i] == ConstraintKind::Linked).map(|i| s[i * m + i]).fold(0.0, f64::max)
 }
 
-/// Largest departure of the constraints from their laws, as a share of the scales.
+/// Largest deviation of the constraints from their laws, relative to the scales.
 pub(in crate::solve) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     let of_row = |c: usize| {
         constraint_law(system.constraints[c].as_ref(), c, rows).iter().map(LawPiece::error).fold(f64::INFINITY, smaller)
@@ -111,7 +111,7 @@ pub(in crate::solve) fn error(system: &System, rows: &ConstraintValues) -> f64 {
     (0..system.constraints.len()).map(error).fold(0.0, larger)
 }
 
-/// A linear function after the step, as Σ a_j Δλ_j + b.
+/// A linear function of the values after the step, Σ a_j Δλ_j + b.
 struct Linear {
     a: Vec<f64>,
     b: f64,
@@ -129,16 +129,16 @@ impl Linear {
         Self { a, b }
     }
 
-    /// Whether it is negative beyond the rounding of its terms.
+    /// Whether the function is negative beyond the rounding of its terms.
     fn violated(&self, change: &[f64], scale: f64) -> bool {
         let size = self.a.iter().zip(change).map(|(a, x)| (a * x).abs()).sum::<f64>() + self.b.abs() + scale;
         dot(&self.a, change) + self.b < -ROUNDING * size
     }
 }
 
-/// Δλ under the laws, and the piece of each row, by principal pivoting with the least index (Murty 1974; he proves it finite for laws 0 ≤ g ⟂ λ ≥ 0
-/// and an S whose principal minors are positive): all constraints start with their first piece, and the first inequality that
-/// does not hold names the next piece of its row.
+/// Computes Δλ under the laws, and the active piece of each row, by principal pivoting with the least index (Murty 1974, who proves that it
+/// terminates for laws 0 ≤ g ⟂ λ ≥ 0 and an S with positive principal minors): all constraints start with their first piece, and the first violated
+/// inequality determines the next piece of its row.
 fn change(s: &[f64], shift: &[f64], laws: &[Vec<LawPiece>]) -> Option<(Vec<f64>, Vec<usize>)> {
     let m = laws.len();
     let mut chosen = vec![0; m];
@@ -147,12 +147,12 @@ fn change(s: &[f64], shift: &[f64], laws: &[Vec<LawPiece>]) -> Option<(Vec<f64>,
             laws.iter().zip(&chosen).map(|(law, &p)| Linear::new(&law[p].equation, s, shift)).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| equations[i].a[j]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| -equations[i].b);
-        // Constraints are in metres or in newtons: each is divided by its largest entry for the pivots.
+        // Constraints are in metres or in newtons: each row is divided by its largest entry for the pivoting
         let size: Vec<f64> = matrix.row_iter().map(|row| row.amax()).collect();
         let matrix = nalgebra::DMatrix::from_fn(m, m, |i, j| matrix[(i, j)] / size[i]);
         let rhs = nalgebra::DVector::from_fn(m, |i, _| rhs[i] / size[i]);
         let mut change: Vec<f64> = matrix.lu().solve(&rhs)?.iter().copied().collect();
-        // A multiplier that its piece fixes has no rounding.
+        // A multiplier that its piece fixes has no rounding error
         for (i, equation) in equations.iter().enumerate() {
             if laws[i][chosen[i]].equation.g.is_empty() && laws[i][chosen[i]].equation.lambda.len() == 1 {
                 let j = laws[i][chosen[i]].equation.lambda[0].0;
@@ -197,7 +197,7 @@ mod tests {
                 let w = q[i] + dot(&s[2 * i..2 * i + 2], &lambda);
                 assert!(lambda[i] >= 0.0 && w > -1e-15 && (w * lambda[i]).abs() < 1e-15, "q = {q:?}, row {i}");
             }
-            // The same rows, yielding at 0.3.
+            // The same rows, with an upper bound of 0.3
             let capped = solve(&s, &q, 0.3);
             for i in 0..2 {
                 let w = q[i] + dot(&s[2 * i..2 * i + 2], &capped);

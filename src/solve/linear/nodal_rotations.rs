@@ -1,34 +1,34 @@
-//! Rotation of the surroundings of each node between two states: R_a is the rotation in
-//! Σ_e∋a Σ_n∈e (x_n − x̄_e)(x⁰_n − x̄⁰_e)ᵀ, over the blocks e with few nodes and the nodes n in them.
+//! Rotation of the neighbourhood of each node between two states: R_a is the rotation in Σ_e∋a Σ_n∈e (x_n − x̄_e)(x⁰_n − x̄⁰_e)ᵀ, over the blocks e
+//! with few nodes and the nodes n in them.
 //!
-//! A soft body rotates much more than it strains, and its tangent rotates with it: K ≈ R K₀ Rᵀ. So R K₀⁻¹ Rᵀ approximates K⁻¹
+//! A soft body rotates much more than it strains, and its tangent rotates with it: K ≈ R K₀ Rᵀ. Therefore R K₀⁻¹ Rᵀ remains an approximation of K⁻¹
 //! much longer than K₀⁻¹ does (Hecht, Lee, Shewchuk & O'Brien, ACM Trans. Graph. 31, 2012, use the same for corotational bodies).
 //!
-//! Limits: a node with a prescribed component does not rotate. Rotations by the iteration of Müller et al. (MIG 2016), which finds
-//! one for flat and inverted surroundings too.
+//! Limits: a node with a prescribed component does not rotate. Rotations are extracted by the iteration of Müller et al. (MIG 2016), which also works
+//! for flat and inverted neighbourhoods.
 
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::threads;
 use crate::system::{Dofs, System};
 
-/// Blocks with more nodes than a cell couple places far from each other.
+/// Largest number of nodes of a block that is included; blocks with more nodes than a cell couple distant places.
 const MOST_NODES: usize = 10;
-/// Blocks whose sums, and nodes whose rotations, one thread computes at a time.
+/// Number of blocks whose sums, and of nodes whose rotations, one thread computes at a time.
 const BLOCKS: usize = 2048;
 const NODES: usize = 512;
-/// Accuracy of an angle \[rad\], and the iterations for it.
+/// Accuracy of an angle \[rad\], and the largest number of iterations for it.
 const ANGLE: f64 = 1e-4;
 const ITERATIONS: usize = 20;
 
-/// Rotations of nodes; none where nothing has rotated.
+/// Rotations of nodes; empty if nothing has rotated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NodalRotations {
-    /// First of the three equations of a node, and R
+    /// First of the three equations of a node, and its R
     of_nodes: Vec<(usize, Mat3)>,
 }
 
 impl NodalRotations {
-    /// The rotations from displacements `old` to `new` \[unknowns\] of nodes at `points`; none if no points are known.
+    /// Computes the rotations from displacements `old` to `new` \[unknowns\] of nodes at `points`; empty if no points are known.
     pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
         let small = |nodes: &&[u32]| (2..=MOST_NODES).contains(&nodes.len());

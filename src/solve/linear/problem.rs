@@ -14,13 +14,13 @@ pub(in crate::solve) struct LinearProblem<'a> {
     pub step: &'a Step<'a>,
     pub equations: &'a Equations,
     pub state: &'a State,
-    /// \[3 × nodes\] the prescribed motion that is left, if any
+    /// \[unknowns\] the remaining prescribed motion, if any
     pub increment: Option<&'a [f64]>,
 }
 
 /// Solution of a [`LinearProblem`].
 pub(in crate::solve) struct NewtonDirection {
-    /// \[3 × nodes\]
+    /// \[unknowns\] change of the state
     pub x: Vec<f64>,
     /// \[constraints\] multipliers after the step
     pub lambda: Vec<f64>,
@@ -36,7 +36,7 @@ impl<'a> LinearProblem<'a> {
         self.equations.right_side(self.system(), self.increment.is_some())
     }
 
-    /// Change of g \[constraints\] with the free displacements `y` \[equations\] and the prescribed motion.
+    /// Change of g \[constraints\] due to the free displacements `y` \[equations\] and the prescribed motion.
     pub fn shift(&self, y: &[f64]) -> Vec<f64> {
         let sums = &self.equations.sums;
         (0..self.state.lambda.len()).map(|c| -sums.increment_gap[c] - dot(&sums.gradient[c], y)).collect()
@@ -50,11 +50,11 @@ impl<'a> LinearProblem<'a> {
         NewtonDirection { x, lambda }
     }
 
-    /// du = K⁻¹(−r − lift) − Z (λ' − λ), with λ' from the laws of the linearised constraints. `factor` is that of K.
+    /// Computes du = K⁻¹(−r − lift) − Z (λ' − λ), where λ' follows from the laws of the linearised constraints. `factor` is that of K.
     pub fn solve(&self, factor: &mut Factor, schur: &Schur) -> Result<NewtonDirection, Failure> {
         let mut y = self.right_side();
         tangent::solve(factor, &self.equations.sums, &mut y).map_err(Failure::Linear)?;
-        // r contains λ h with h = ∂c/∂x, so du = y − Σ z (λ' − λ); g' = g − h·du − (what the prescribed motion carries along).
+        // r contains λ h with h = ∂c/∂x, so that du = y − Σ z (λ' − λ); g' = g − h·du − (change by the prescribed motion)
         let mut lambda = vec![0.0; self.state.lambda.len()];
         if !lambda.is_empty() {
             let rows = self.equations.rows(self.state);

@@ -1,13 +1,13 @@
-//! Negative eigenvalues of the constrained tangent: n₋(K) − n₋(S), less one for each unknown of a second field.
+//! Number of negative eigenvalues of the constrained tangent: n₋(K) − n₋(S), less one for each unknown of a second field.
 //!
-//! Pivots of a factorisation count those of K (Sylvester's law of inertia). Limits: the iterative method has no pivots, and counts none.
+//! The pivots of a factorisation give n₋(K) (Sylvester's law of inertia). Limits: the iterative method has no pivots, so that nothing is counted.
 
 use super::multipliers::Schur;
 use crate::math::linear::Factor;
 use crate::system::{Assembled, System};
 
-/// Negative eigenvalues of the constrained tangent, by those of K: a second field adds one for each unknown, a multiplier one
-/// of S. Where the tangent has a skew part they are not meaningful, and 0 is returned. None with the iterative method.
+/// Number of negative eigenvalues of the constrained tangent, from those of K: a second field adds one for each unknown, and constraints add those of
+/// S. With a skew part the number has no meaning, and 0 is returned. `None` with the iterative method.
 pub(in crate::solve) fn negative_eigenvalues(
     factor: &Factor,
     system: &System,

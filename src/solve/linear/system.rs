@@ -1,8 +1,8 @@
-//! The strategy for the linear systems: direct or iterative, by a fresh or by a lagged factor, with K shifted towards positive
-//! definiteness where the constrained tangent is not, and the constraints by a Schur complement.
+//! The strategy for the linear systems: direct or iterative, with a new or a lagged factor, with K shifted towards positive definiteness if the
+//! constrained tangent is indefinite, and with the constraints treated by a Schur complement.
 //!
-//! Whether a step may reuse a factor of an earlier step is decided by [`LinearSystem::may_reuse_factor`]; whether the next step does,
-//! in [`lagged_factor`](super::lagged_factor).
+//! [`LinearSystem::may_reuse_factor`] decides whether a step may reuse the factor of an earlier step; [`lagged_factor`](super::lagged_factor) decides
+//! whether the next step does.
 
 use super::lagged_factor::{LaggedFactor, LaggedFactorRecord};
 use super::multipliers::Schur;
@@ -17,13 +17,13 @@ use crate::system::{Assembled, ConstraintKind, State, System};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
+/// Stiffness, relative to the largest diagonal entry, that the shift assumes for a direction without stiffness \[–\].
 const SOFTEST: f64 = 1e-9;
-/// Smallest shift, as a share of the diagonal \[–\].
+/// Smallest shift, relative to the diagonal \[–\].
 const FIRST_SHIFT: f64 = 1e-3;
 /// Growth of the shift from one attempt to the next \[–\].
 const SHIFT_GROWTH: f64 = 10.0;
-/// Share of the diagonal beyond which a shift gains nothing \[–\].
+/// Shift, relative to the diagonal, beyond which shifting is useless \[–\].
 const LARGEST_SHIFT: f64 = 1e3;
 
 /// Solves the linear systems of a run. Its factor is reused from step to step.
@@ -31,13 +31,13 @@ pub struct LinearSystem {
     /// The choice between the direct and the iterative method
     pub method: Method,
     pub factor: Factor,
-    /// \[nodes\] X, by which a lagged factor is rotated with the body; or empty
+    /// \[nodes\] X, for rotating a lagged factor with the body; or empty
     pub points: Vec<Vec3>,
-    /// Factorisations of shifted tangents so far
+    /// Number of factorisations of shifted tangents so far
     pub shifted: usize,
-    /// Time of the forces on contact points in corrections
+    /// Time spent on the forces of contact points in corrections
     pub contact_forces: Duration,
-    /// Take tangents as they are, indefinite ones too
+    /// Whether tangents are used without a shift, even if they are indefinite
     pub(in crate::solve) keeps_indefinite: bool,
     lagged: LaggedFactor,
 }
@@ -56,7 +56,7 @@ impl LinearSystem {
         }
     }
 
-    /// Whether the equations allow the reuse of a lagged factor. K is to be symmetric, and definite where the constraints hold.
+    /// Whether the equations allow the reuse of a lagged factor. K must be symmetric, and definite where the constraints hold.
     pub(in crate::solve) fn may_reuse_factor(
         &self,
         settings: &NewtonSettings,
@@ -74,8 +74,8 @@ impl LinearSystem {
                 .all(|c| !matches!(c.kind(), ConstraintKind::Linked | ConstraintKind::Monitored))
     }
 
-    /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where neither
-    /// gives one. `error` is that of the state, which is the start of the step if it is the `first`.
+    /// Computes the direction of an iteration with the lagged factor, or with a new hierarchy of the iterative method; `None` if neither succeeds.
+    /// `error` is that of the state, which is the start of the step if this is the `first` iteration.
     pub(in crate::solve) fn direction_by_lagged_factor(
         &mut self,
         problem: &LinearProblem,
@@ -93,7 +93,7 @@ impl LinearSystem {
         lagged.direction(factor, points, problem, tolerance, error, first)
     }
 
-    /// The direction by one application of the lagged factor, if it is valid.
+    /// Computes the direction by one application of the lagged factor, if it is valid.
     pub(in crate::solve) fn rough_direction(
         &mut self,
         problem: &LinearProblem,
@@ -105,7 +105,8 @@ impl LinearSystem {
         Some(problem.direction(&rough.x, rough.lambda))
     }
 
-    /// Iterative method: a hierarchy of the present tangent, for a direction that is no more accurate than the error asks for.
+    /// Iterative method: sets up a hierarchy of the current tangent, for a direction that is only as accurate as the error requires. Returns whether
+    /// it succeeded.
     fn renew_hierarchy(&mut self, problem: &LinearProblem) -> bool {
         if self.factor.multigrid().is_none() {
             return false;
@@ -113,7 +114,7 @@ impl LinearSystem {
         let sums = &problem.equations.sums;
         self.fit(problem.system(), sums);
         self.factor.move_to(&problem.state.x);
-        // A set-up needs much memory for a while, and ends the use of the tangent that is kept
+        // A set-up temporarily needs much memory; the stored tangent is no longer used
         self.lagged = LaggedFactor::default();
         let renewed = self.factor.factorise(&sums.k).is_ok() && !self.factor.fell_back();
         if renewed {
@@ -123,40 +124,39 @@ impl LinearSystem {
         renewed
     }
 
-    /// Fits the factor to the pattern of the tangent: the order of elimination is that of the system as long as there is no contact
-    /// between surfaces.
+    /// Adapts the factor to the pattern of the tangent: the elimination order is that of the system as long as there is no contact between surfaces.
     pub(in crate::solve) fn fit(&mut self, system: &System, sums: &Assembled) {
         let in_order = Arc::ptr_eq(&sums.pattern, &system.pattern);
         self.factor.take_pattern(&sums.pattern, in_order);
     }
 
-    /// Schur complement of all constraints, with the current factorisation.
+    /// Computes the Schur complement of all constraints with the current factorisation.
     pub(in crate::solve) fn schur(&mut self, system: &System, sums: &Assembled) -> Result<Schur, Failure> {
         let rows: Vec<usize> = (0..system.constraints.len()).collect();
         Schur::new(&mut self.factor, sums, system, &rows, &sums.gradient).map_err(Failure::Linear)
     }
 
-    /// Whether a tangent was shifted after so many shifts, and this may be because the iterative method has no factor to fall back on: only then are
-    /// tangents shifted at states that are stable.
+    /// Whether a tangent has been shifted since there were `shifted` shifts, possibly because the iterative method has no factor to fall back on:
+    /// only then are tangents shifted at stable states.
     pub(in crate::solve) fn is_shifted_since(&self, shifted: usize) -> bool {
         self.shifted > shifted && self.factor.multigrid().is_some()
     }
 
-    /// Factorises K and counts the negative eigenvalues of the constrained tangent; none where that fails.
+    /// Factorises K and counts the negative eigenvalues of the constrained tangent; `None` if that fails.
     pub(in crate::solve) fn count(&mut self, system: &System, sums: &Assembled) -> Option<usize> {
         self.factor.factorise_counting(&sums.k).ok()?;
         let schur = self.schur(system, sums).ok()?;
         self.negative(system, sums, &schur)
     }
 
-    /// Negative eigenvalues of the constrained tangent that is factorised; none where they are not counted.
+    /// Number of negative eigenvalues of the factorised constrained tangent; `None` if they are not counted.
     pub(in crate::solve) fn negative(&self, system: &System, sums: &Assembled, schur: &Schur) -> Option<usize> {
         negative_eigenvalues(&self.factor, system, sums, schur)
     }
 
-    /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ. The factor of a
-    /// K that is not shifted is stored `for_reuse`. The search for the shift begins one step of its growth below the last one of
-    /// the solve (Wächter & Biegler, Math. Program. 106, 2006, algorithm IC).
+    /// Factorises K, shifts it as long as the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ. The factor of an unshifted K is
+    /// stored if it is `for_reuse`. The search for the shift starts one growth step below the last shift of the solve (Wächter & Biegler, Math.
+    /// Program. 106, 2006, algorithm IC).
     pub(in crate::solve) fn factorise(
         &mut self,
         step: &Step,
@@ -192,14 +192,14 @@ impl LinearSystem {
                 }
                 Err(failure) if failure.is_of_memory() => return Err(failure),
                 Err(_) if !sums.remainder.is_empty() => {
-                    // Too far from K
+                    // The remainder is too large compared with K
                     sums.remainder.entries.clear();
                     continue;
                 }
                 Err(failure) if shift > LARGEST_SHIFT => return Err(failure),
                 Err(_) => {}
             }
-            // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
+            // Shift by a growing fraction of the diagonal: a compromise between Newton's step and steepest descent
             let larger = match shift {
                 0.0 => FIRST_SHIFT.max(solution.shift / SHIFT_GROWTH),
                 _ => SHIFT_GROWTH * shift,
@@ -215,17 +215,17 @@ impl LinearSystem {
         }
     }
 
-    /// A step ended: decides whether the next one reuses the lagged factor.
+    /// Ends a step: decides whether the next one reuses the lagged factor.
     pub(in crate::solve) fn end_step(&mut self) {
         self.lagged.decide_reuse(&self.factor);
     }
 
-    /// The lagged factor as a checkpoint holds it; empty if it was overwritten.
+    /// The record of the lagged factor for a checkpoint; empty if the factor was overwritten.
     pub(in crate::solve) fn lagged_factor_record(&self) -> LaggedFactorRecord {
         self.lagged.record(&self.factor)
     }
 
-    /// Makes the lagged factor of a checkpoint again.
+    /// Recomputes the lagged factor of a checkpoint.
     pub(in crate::solve) fn resume(&mut self, record: LaggedFactorRecord, system: &System) {
         self.lagged.resume(&mut self.factor, record, system);
     }

@@ -1,20 +1,20 @@
-//! The linear systems of a step, (K + A) X = B: K symmetric and factorised, A the skew part that a follower load has, and the remainder of
-//! contact with friction.
+//! The linear systems of a step, (K + A) X = B: K is symmetric and factorised; A is the skew part of follower loads plus the remainder of contact
+//! with friction.
 //!
-//! Without A this is the direct solve. With it GMRES is preconditioned by K: A acts on a rim or at points of contact only, so a few products
-//! do. K alone need not be definite.
+//! Without A this is the direct solve. With A, GMRES is preconditioned by K: A acts only on a rim or at contact points, so that a few products
+//! suffice. K itself need not be definite.
 
 use crate::math::gmres::gmres;
 use crate::math::linear::{Factor, LinearError};
 use crate::math::vector::norm;
 use crate::system::Assembled;
 
-/// ‖b − (K + A) x‖/‖b‖ with a skew part, and products that are tried.
+/// Relative residual ‖b − (K + A) x‖/‖b‖ with a skew part, and largest number of products.
 const SKEW: (f64, usize) = (1e-10, 100);
-/// The same with a remainder only, for directions of Newton's method.
+/// Relative residual with a remainder only, for directions of Newton's method, and largest number of products.
 const REMAINDER: (f64, usize) = (1e-4, 100);
 
-/// Solves in place; `columns` of length n one after the other. `factor` holds the K of `sums`.
+/// Solves in place; `columns` holds consecutive columns of length n. `factor` holds the K of `sums`.
 pub(in crate::solve) fn solve(factor: &mut Factor, sums: &Assembled, columns: &mut [f64]) -> Result<(), LinearError> {
     if sums.skew.is_empty() && sums.remainder.is_empty() {
         return factor.solve(&sums.k, columns);

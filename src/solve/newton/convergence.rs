@@ -1,22 +1,22 @@
-//! The acceptance test of every nonlinear iteration: Newton's method, repeated contact corrections, arc length. A linearised step
+//! The acceptance test of all nonlinear iterations: Newton's method, repeated contact corrections, and arc length. A linearised step
 //! ([`Integrator::is_linearised`](crate::solve::Integrator::is_linearised)) is accepted after its one iteration, whatever its error.
 
 use crate::solve::equations::ScaledError;
 use crate::solve::{Integrator, NewtonSettings};
 
-/// Treatment of a state whose residual is below the tolerance only because it is rounding of the stiffest part.
+/// Treatment of a state whose residual is below the tolerance only because it is at the rounding level of the stiffest part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::solve) enum AtRounding {
-    /// One more iteration. Under the rounding of a stiff part the error of a soft one does not show, and directions of Newton's
-    /// method that come from a lagged factor are only as accurate as the whole residual asks for
+    /// One more iteration is made. The rounding of a stiff part hides the error of a soft one, and directions of Newton's method from a lagged factor
+    /// are only as accurate as the whole residual requires
     IterateOnceMore,
-    /// Accepted: the directions are exact ones of the present tangent, which reduce the error of soft and stiff parts alike
+    /// The state is accepted: the directions are exact for the current tangent, and reduce the errors of soft and stiff parts equally
     Accept,
 }
 
-/// Share of the accuracy below which a correction by a shifted tangent is rounding \[–\].
+/// Size, relative to the accuracy, below which a correction by a shifted tangent is rounding \[–\].
 const ROUNDED: f64 = 1e-6;
-/// Share of the last estimated correction above which another iteration only stirs rounding \[–\].
+/// Ratio to the last estimated correction above which another iteration only perturbs rounding errors \[–\].
 const STALLED: f64 = 0.5;
 
 /// The acceptance test of one solve.
@@ -26,9 +26,9 @@ pub(in crate::solve) struct Convergence {
     max_iterations: usize,
     is_linearised: bool,
     at_rounding: AtRounding,
-    /// Whether the last state was below the tolerance already
+    /// Whether the previous state was already below the tolerance
     was_below: bool,
-    /// Correction that was estimated last; infinite before
+    /// The last estimated correction; infinite before the first one
     last_correction: f64,
 }
 
@@ -39,12 +39,12 @@ impl Convergence {
         Self { tolerance, accuracy, max_iterations, is_linearised, at_rounding, was_below: false, last_correction }
     }
 
-    /// Whether no iteration may follow so many.
+    /// Whether this is the last iteration that is allowed.
     pub fn is_last(&self, iterations: usize) -> bool {
         iterations == self.max_iterations
     }
 
-    /// Whether a state of this error after so many iterations is accepted as the solution. It must have all prescribed displacements
+    /// Whether a state with this error after this number of iterations is accepted as the solution. It must have reached all prescribed displacements
     /// (`is_complete`); the last state that is tried needs no confirmation.
     pub fn accepts(&mut self, error: ScaledError, is_complete: bool, iterations: usize) -> bool {
         let below = is_complete && error.above_rounding <= self.tolerance;
@@ -54,12 +54,12 @@ impl Convergence {
         converged || (self.is_linearised && iterations > 0)
     }
 
-    /// Whether a state that [`Convergence::accepts`] is accurate in its displacements too: the `correction` that it still asks for,
-    /// as a share of the largest displacement, is small, or no longer falls because the forces are rounding. The limit of this share does not depend on the
-    /// mesh; the sum of the forces of all blocks does. A state without an estimate has to come from an iteration.
+    /// Whether a state that [`Convergence::accepts`] is also accurate in its displacements: the remaining `correction`, relative to the largest
+    /// displacement, is small, or no longer decreases because the forces are at the rounding level. The limit of this ratio does not depend on the
+    /// mesh, whereas the sum of the forces of all blocks does. A state without an estimate must result from an iteration.
     ///
-    /// By a tangent that `is_shifted` for want of a factor, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
-    /// to be small, and such a state is not accepted because d hardly falls.
+    /// With a tangent that `is_shifted` for lack of a factor, the corrections d decrease slowly and add up to d/(1 − q), where q is the ratio of the
+    /// last two. This sum has to be small, and such a state is not accepted merely because d hardly decreases.
     pub fn is_accurate(
         &mut self,
         correction: Option<f64>,
@@ -93,14 +93,14 @@ mod tests {
             |test: &mut Convergence, correction, iterations| test.is_accurate(correction, forces, false, iterations);
         assert!(exact(&mut test(), Some(1e-6), 0) && !exact(&mut test(), Some(2e-6), 2));
         assert!(!exact(&mut test(), None, 0) && exact(&mut test(), None, 1) && !exact(&mut test(), Some(2e-6), 3));
-        // Far from the solution corrections may grow, and only those of forces that are rounding have nowhere to fall to
+        // Far from the solution corrections may grow; only when the forces are at the rounding level can corrections not decrease further
         for (error, is_accurate) in [(forces, false), (rounding, true)] {
             let mut stalls = test();
             assert!(!stalls.is_accurate(Some(1e-3), error, false, 0));
             assert!(!stalls.is_accurate(Some(4e-4), error, false, 1));
             assert_eq!(stalls.is_accurate(Some(3e-4), error, false, 2), is_accurate);
         }
-        // By a shifted tangent: 1e-7 that falls by a tenth leaves 1e-6 more, by a half 2e-7
+        // With a shifted tangent: 1e-7 that decreases by a tenth leaves another 1e-6, by a half 2e-7
         for (ratio, is_accurate) in [(0.95, false), (0.5, true), (1.0, false), (1.2, false)] {
             let mut slow = test();
             assert!(!slow.is_accurate(Some(1e-7 / ratio), rounding, true, 1), "nothing is known of the ratio");

@@ -1,4 +1,4 @@
-//! Reasons for the failure of one nonlinear solve, in a sentence.
+//! Reasons why a nonlinear solve failed, with a sentence for each.
 
 use crate::math::linear::LinearError;
 use crate::system::EvalError;
@@ -7,26 +7,27 @@ use std::fmt;
 /// Reason why a nonlinear solve did not converge.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
-    /// The effect is not defined at the state reached
+    /// An effect is not defined at the state that was reached
     Eval(EvalError),
     Linear(LinearError),
-    /// Too many iterations or no decrease: the residual relative to its scale, and the node where it is largest
+    /// Too many iterations, or the residual does not decrease: the residual relative to its scale, and the node where it is largest
     NotConverged {
         residual: f64,
         node: u32,
     },
-    /// The same of the first step, in which loads or motions act in full that are there before it: no shorter step makes them smaller
+    /// The first step did not converge, with loads or motions that act in full from the start: a shorter step does not reduce them
     InFull {
         residual: f64,
         node: u32,
     },
-    /// Too many iterations until the displacement no longer changes, or is where it is prescribed, at forces that balance: the node where they do worst
+    /// The forces balance, but within the allowed iterations the displacement still changed or had not reached its prescribed value; the node where
+    /// this is worst
     Inaccurate {
         node: u32,
     },
-    /// No multiplier satisfies the one-sided constraints
+    /// No multipliers satisfy the unilateral constraints
     Complementarity,
-    /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
+    /// An effect does not let the body move further: the distance of the node from the obstacle \[m\]
     Jammed {
         effect: String,
         node: u32,
@@ -34,22 +35,22 @@ pub enum Failure {
     },
     /// Arc length: the loads do not change at a point of the path
     Unloaded,
-    /// Arc length: the linearised equations have no solution that far away
+    /// Arc length: the linearised equations have no solution at the required distance
     NoArc,
-    /// An input at the end of the step is no finite number: a displacement, a load or a constraint
+    /// An input at the end of the step is not finite: a displacement, a load or a constraint
     NotFinite {
         input: String,
     },
-    /// The time is over, or the run is to stop
+    /// The time limit is reached, or the run is to stop
     LimitReached,
-    /// Arc length: the end of the stage is not reached in the steps that were allowed
+    /// Arc length: the end of the stage is not reached in the allowed number of steps
     MaxSteps,
-    /// Derivatives: points land in the step, where their velocities jump
+    /// Sensitivities: points land in the step, where their velocities jump
     Landing,
 }
 
 impl Failure {
-    /// Whether the factor of the tangent is larger than allowed, and no other method is for the scene: smaller steps do not help.
+    /// Whether the factor of the tangent is larger than allowed and no other method is suited for the scene, so that smaller steps do not help.
     pub(in crate::solve) fn is_of_memory(&self) -> bool {
         matches!(self, Self::Linear(LinearError::TooLarge { .. }))
     }
@@ -65,7 +66,7 @@ impl fmt::Display for Failure {
             }
             Self::Inaccurate { node } => write!(
                 f,
-                "the forces balance, worst at node {node}, but the displacement does not come to rest, or to where it is prescribed"
+                "the forces balance, but the displacement still changes or has not reached its prescribed value, worst at node {node}"
             ),
             Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),
             Self::Jammed { effect, node, gap } => {
@@ -76,12 +77,12 @@ impl fmt::Display for Failure {
                 write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
             }
             Self::Landing => {
-                write!(f, "points hit their obstacle, and the jump of their velocities has no derivative here")
+                write!(f, "points hit their obstacle, and the jump of their velocities cannot be differentiated")
             }
             Self::NoArc => {
-                write!(f, "the path of equilibria has no point within a step of it that the equations lead to")
+                write!(f, "Newton's method finds no point of the path of equilibria within one step")
             }
-            Self::Unloaded => write!(f, "the loads do not change there, so no path goes on"),
+            Self::Unloaded => write!(f, "the loads do not change there, so that the path cannot be continued"),
             Self::NotFinite { input } => write!(f, "{input} is not a finite number"),
         }
     }

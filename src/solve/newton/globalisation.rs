@@ -1,15 +1,15 @@
-//! Globalisation: how far to go along the direction of an iteration.
+//! Globalisation: the step length along the direction of an iteration.
 //!
-//! With a symmetric tangent the directional derivative of the energy, G(s) = r(x + s du)·du, is to fall (Crisfield, *Non-linear
-//! Finite Element Analysis of Solids and Structures 1*, 1991, ch. 9.5, with bounds of its own).
+//! With a symmetric tangent, the directional derivative of the energy, G(s) = r(x + s du)·du, has to decrease in magnitude (Crisfield, *Non-linear
+//! Finite Element Analysis of Solids and Structures 1*, 1991, ch. 9.5, with different bounds).
 //!
-//! A tangent with a skew part has no energy along its direction. Accepted is then x + s du with ‖(K + A)⁻¹ r(x + s du)‖ ≤ 100 ‖du‖,
-//! the correction that the same tangent would ask for next (the natural level function of Deuflhard, *Newton Methods for Nonlinear
-//! Problems*, 2004, §3.3). It stops a step that blows up, and no other: a slender body that bends is stretched at first, its
-//! residual grows, and the next iteration removes that. A monotone test costs twice the iterations on a strip of L/h = 50.
+//! With a skew part of the tangent there is no energy along the direction. In this case x + s du is accepted if ‖(K + A)⁻¹ r(x + s du)‖ ≤ 100 ‖du‖,
+//! the correction that the same tangent would give next (the natural level function of Deuflhard, *Newton Methods for Nonlinear Problems*, 2004,
+//! §3.3). This stops only a diverging step: a slender body that bends is first stretched, so that its residual grows, and the next iteration removes
+//! that. A monotonicity test would double the iterations on a strip of L/h = 50.
 //!
-//! In both, effects limit the step (no cell inverts, no point passes an obstacle), and where a trial state is undefined the step
-//! is halved. Multipliers and the second field take the full step.
+//! In both cases, effects limit the step (no cell inverts, no point passes an obstacle), and the step is halved where a trial state is undefined.
+//! Multipliers and the second field take the full step.
 
 use super::settings::NewtonSettings;
 use crate::math::linear::Factor;
@@ -20,11 +20,11 @@ use crate::solve::linear::tangent;
 use crate::solve::{Failure, Step};
 use crate::system::{State, Strain, System, Want};
 
-/// Trial steps of a line search.
+/// Largest number of trial steps in a line search.
 const TRIALS: usize = 12;
-/// |G| after a step that is accepted, as a share of |G(0)|.
+/// Largest |G| after an accepted step, relative to |G(0)|.
 const RATIO: f64 = 0.8;
-/// ‖(K + A)⁻¹ r‖/‖du‖ beyond which a step is shortened \[–\]
+/// ‖(K + A)⁻¹ r‖/‖du‖ above which a step is shortened \[–\]
 const GROWTH: f64 = 100.0;
 
 /// The search along the directions of one step.
@@ -36,7 +36,7 @@ pub(super) struct LineSearch<'a> {
 }
 
 impl LineSearch<'_> {
-    /// Moves `next` along the direction, as far as the search allows. True for a full step.
+    /// Moves `next` along the direction as far as the search allows; returns whether it took the full step.
     pub fn advance(
         &self,
         equations: &mut Equations,
@@ -51,12 +51,12 @@ impl LineSearch<'_> {
         }
     }
 
-    /// Whether the length of the step is searched for; without it a step is shortened only where it must be.
+    /// Whether the step length is searched for; otherwise a step is shortened only where it must be.
     fn searches(&self) -> bool {
         self.settings.line_search && !self.step.integrator.is_linearised()
     }
 
-    /// The motion by this share of a direction from x, in which stiff bodies turn.
+    /// The motion from x by this share of a direction, with stiff bodies rotated.
     fn motion(&self, x: &[f64], direction: &[f64], share: f64) -> Vec<f64> {
         let mut motion: Vec<f64> = direction.iter().map(|d| share * d).collect();
         if !self.step.integrator.is_linearised() {
@@ -65,7 +65,7 @@ impl LineSearch<'_> {
         motion
     }
 
-    /// Looks for a length of the step by the directional derivative of the energy.
+    /// Searches for a step length by the directional derivative of the energy.
     fn advance_by_energy(
         &self,
         equations: &mut Equations,
@@ -74,8 +74,8 @@ impl LineSearch<'_> {
     ) -> Result<bool, Failure> {
         let (step, system) = (self.step, self.step.system);
         let free = system.restrict(&direction.x);
-        // After the full step of multipliers and second field a minimum in the displacements is left, and
-        // G(s) = r(x + s du, λ', p')·du its derivative along the step.
+        // After the full step of multipliers and second field, a minimisation over the displacements remains, and G(s) = r(x + s du, λ', p')·du is
+        // the derivative along the step
         let displacements = system.dofs.displacements as usize;
         let along = |r: &[f64]| {
             let moving = system.dofs.free.iter().filter(|dof| **dof < system.dofs.displacements);
@@ -91,7 +91,7 @@ impl LineSearch<'_> {
             equations.evaluate(step, next, Want::Residual, None)?;
             along(&equations.sums.r)
         } else {
-            // r changes by (λ' − λ) h.
+            // r changes by (λ' − λ) h
             let change = |c: usize| direction.lambda[c] - next.lambda[c];
             let rows = equations.sums.gradient.iter().enumerate();
             along(&equations.sums.r) + rows.map(|(c, h)| change(c) * dot(h, &free)).sum::<f64>()
@@ -100,7 +100,7 @@ impl LineSearch<'_> {
         let line_search = self.searches();
         let mut length = equations.longest(system, &start, &self.motion(&start, &direction.x, 1.0))?;
         let mut best = None;
-        // The barrier of contact rises within a small part of a step that it limits: there G = 0 is bracketed.
+        // The contact barrier rises within a small part of a step that it limits: there G = 0 is bracketed
         let brackets = length < 1.0;
         let (mut before, mut beyond) = ((0.0, derivative), None);
         for _ in 0..TRIALS {
@@ -117,7 +117,7 @@ impl LineSearch<'_> {
                         return Ok(length == 1.0);
                     }
                     match (g < 0.0, beyond) {
-                        // Still descending at the end of the longest step.
+                        // Still descending at the end of the longest step
                         (true, None) => return Ok(length == 1.0),
                         (true, Some(_)) if !brackets => return Ok(false),
                         (true, Some(_)) => before = (length, g),
@@ -125,7 +125,7 @@ impl LineSearch<'_> {
                     }
                     best = Some(length);
                     let (end, g) = beyond.expect("a length beyond has been found");
-                    // Secant for G = 0, kept away from the ends.
+                    // Secant for G = 0, kept away from the ends
                     let share = (before.1 / (before.1 - g)).clamp(0.1, 0.6);
                     length = before.0 + (end - before.0) * share;
                 }
@@ -139,13 +139,13 @@ impl LineSearch<'_> {
                 Err(other) => return Err(other),
             }
         }
-        // The last evaluation is accepted if it was defined, for lack of a better one.
+        // The last evaluation is accepted if it was defined, for lack of a better one
         if best.is_some() {
             return Ok(false);
         }
         equations.evaluate(step, next, Want::Residual, None).map(|()| false)
     }
-    /// Looks for a length of the step by the natural level function of the residual.
+    /// Searches for a step length by the natural level function of the residual.
     fn advance_by_residual(
         &self,
         equations: &mut Equations,

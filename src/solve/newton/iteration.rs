@@ -1,19 +1,19 @@
-//! Iterations of Newton's method, for whoever follows them.
+//! Reports of the iterations of Newton's method.
 
 use std::sync::Arc;
 
-/// An iteration of Newton's method or a contact correction, before its direction is known; also of a step that is not accepted later.
+/// An iteration of Newton's method, or a contact correction, before its direction is known; also for steps that are not accepted later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IterationReport {
     /// End of the step \[s\]
     pub t: f64,
     /// Length of the step \[s\]
     pub dt: f64,
-    /// Iterations of the step so far
+    /// Number of iterations of the step so far
     pub number: usize,
-    /// Error of the forces as a share of the tolerance \[–\]; at most 1 where it is met
+    /// Error of the forces relative to the tolerance \[–\]; at most 1 if the tolerance is met
     pub error: f64,
 }
 
-/// Receives the iterations of a run, in the thread that computes it.
+/// A callback that receives the iterations of a run, in the thread that computes it.
 pub type OnIteration = Arc<dyn Fn(&IterationReport) + Send + Sync>;

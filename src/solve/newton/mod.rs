@@ -1,7 +1,7 @@
 //! Newton's method for the equations of one step.
 //!
-//! Each iteration takes its direction from the [linear system](super::linear::system) and goes along it as far as the
-//! [globalisation](globalisation) allows; [`Convergence`] accepts the state.
+//! Each iteration takes its direction from the [linear system](super::linear::system) and follows it as far as the [globalisation](globalisation)
+//! allows; [`Convergence`] accepts the state.
 
 pub(super) mod convergence;
 pub(super) mod failure;
@@ -20,14 +20,14 @@ use crate::system::{State, Want};
 use convergence::{AtRounding, Convergence};
 use globalisation::LineSearch;
 
-/// A factorisation of the step is used for another iteration if the last one reduced the error by this factor \[–\].
+/// A factorisation of the step is reused for another iteration if the last iteration reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 0.2;
-/// Share of its error that a direction leaves at a state whose forces are below the tolerance already \[–\].
+/// Relative error of a direction at a state whose forces are already below the tolerance \[–\].
 const BELOW: f64 = 0.01;
 
 impl NonlinearSolver {
-    /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next` and brings
-    /// its history, that of the last state, to the end of the step. On failure `next` is garbage.
+    /// Iterates from `next.x` and `next.lambda` (the initial guess) to equilibrium at `next.t`; computes x, v, a and λ of `next`, and advances its
+    /// history, which is that of the last state, to the end of the step. On failure the content of `next` is unspecified.
     pub fn solve(&mut self, step: &Step, next: &mut State) -> Result<Solution, Failure> {
         if uses_corrections(self, step) {
             let mut trial = next.clone();
@@ -66,33 +66,33 @@ impl NonlinearSolver {
     }
 }
 
-/// Newton's method in one step.
+/// The iterations of Newton's method in one step.
 struct NewtonIteration<'a> {
     solver: &'a mut NonlinearSolver,
     step: &'a Step<'a>,
     solution: Solution,
     /// Whether the lagged factor of an earlier step may be reused
     may_reuse_factor: bool,
-    /// Schur complement of the factorisation of this step that the last direction is by, if it is
+    /// Schur complement of the factorisation of this step from which the last direction was computed, if it was
     schur: Option<Schur>,
-    /// Whether the tangent of that factorisation was shifted for want of a factor that is allowed
+    /// Whether the tangent of that factorisation was shifted for lack of a factor within the allowed memory
     is_shifted: bool,
-    /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
+    /// Error before the last iteration; 0 after a damped one, whose factorisation is not reused
     last_error: f64,
     remainder: RemainderUse,
 }
 
-/// Decides whether a direction takes the exact tangent, with the [remainder](crate::system::Assembled::remainder) that K leaves out.
+/// Decides whether a direction uses the exact tangent, including the [remainder](crate::system::Assembled::remainder) that K leaves out.
 ///
-/// K alone leads from far away, but converges linearly where points slide. The remainder is taken from the
-/// first iteration on that does not reduce the error well. After one with it that increases the error much, K alone leads twice.
+/// K alone converges from far away, but only linearly where points slide. The remainder is used from the first iteration on that does not reduce the
+/// error well. After an iteration with it that increases the error much, K alone is used for two directions.
 struct RemainderUse {
     taken: bool,
     last_error: f64,
     rest: usize,
 }
 
-/// Growth of the error with the remainder after which K alone leads, and for how many directions.
+/// Growth of the error with the remainder after which K alone is used, and the number of directions for which it is.
 const GROWN: (f64, usize) = (10.0, 2);
 
 impl RemainderUse {
@@ -100,7 +100,7 @@ impl RemainderUse {
         Self { taken: false, last_error: f64::INFINITY, rest: 0 }
     }
 
-    /// Whether it is taken for the direction at a state of this error.
+    /// Whether the remainder is used for the direction at a state with this error.
     fn is_taken(&mut self, error: f64) -> bool {
         if self.taken && error > GROWN.0 * self.last_error {
             self.rest = GROWN.1;
@@ -122,8 +122,8 @@ impl<'a> NewtonIteration<'a> {
         Self { solver, step, solution, may_reuse_factor, schur: None, is_shifted: false, last_error, remainder }
     }
 
-    /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
-    /// none without a factor, and in a linearised step, which is not solved for equilibrium.
+    /// The correction that a state with this error still needs, by the available factor and relative to the largest displacement; `None` without a
+    /// factor, and in a linearised step, which is not solved for equilibrium.
     fn correction(&mut self, next: &State, error: ScaledError) -> Option<f64> {
         if self.step.integrator.is_linearised() {
             return None;
@@ -142,7 +142,7 @@ impl<'a> NewtonIteration<'a> {
         Some(largest(&direction.x) / equations.visible(largest(&next.x)))
     }
 
-    /// One iteration from a state of this error.
+    /// Makes one iteration from a state with this error.
     fn iterate(
         &mut self,
         next: &mut State,
@@ -160,7 +160,7 @@ impl<'a> NewtonIteration<'a> {
         Ok(())
     }
 
-    /// The direction by the lagged factor, by the factorisation of an earlier iteration of the step, or by a new one.
+    /// Computes the direction with the lagged factor, with the factorisation of an earlier iteration of the step, or with a new one.
     fn direction(
         &mut self,
         next: &mut State,
@@ -180,7 +180,7 @@ impl<'a> NewtonIteration<'a> {
         if self.may_reuse_factor {
             linearise(equations, next)?;
             let problem = LinearProblem { step, equations, state: next, increment };
-            // Below the tolerance the displacements are what is not accurate yet.
+            // Below the tolerance, it is the displacements that are not accurate yet
             let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
             let found = linear.direction_by_lagged_factor(&problem, tolerance, error, first);
             if let Some(direction) = found {
@@ -190,7 +190,7 @@ impl<'a> NewtonIteration<'a> {
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
         let may_be_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none();
-        // The remainder changes with every state.
+        // The remainder changes with every state
         let is_chord = may_be_chord && contracts && equations.sums.remainder.is_empty();
         let schur = match self.schur.take().filter(|_| is_chord) {
             Some(schur) => {
@@ -220,7 +220,7 @@ impl<'a> NewtonIteration<'a> {
     }
 }
 
-/// Whether the forces do work along a direction, so that a line search can follow it.
+/// Whether the direction is a descent direction, which a line search can follow.
 fn descends(step: &Step, equations: &Equations, direction: &NewtonDirection) -> bool {
     let dofs = &step.system.dofs;
     let moving = dofs.free.iter().filter(|dof| **dof < dofs.displacements).map(|dof| *dof as usize);

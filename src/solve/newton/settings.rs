@@ -1,19 +1,19 @@
 //! Settings of the nonlinear solver.
 
-/// Tolerances of the nonlinear solve.
+/// Tolerances and options of the nonlinear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
-    /// ‖r‖ ≤ tolerance · (largest effect's Σ‖r_e‖), |g| ≤ tolerance · (length or volume of the constraint)
+    /// ‖r‖ ≤ tolerance · (largest Σ‖r_e‖ of any effect), |g| ≤ tolerance · (length or volume of the constraint)
     pub tolerance: f64,
-    /// Largest correction that an accepted state may still ask for, as a share of the largest displacement \[–\]
+    /// Largest correction that an accepted state may still need, relative to the largest displacement \[–\]
     pub accuracy: f64,
     pub max_iterations: usize,
     pub line_search: bool,
-    /// Reuse factorisations, from step to step too (`lagged_factor`); without it every iteration has its own
+    /// Whether factorisations are reused, also from step to step (`lagged_factor`); otherwise every iteration has its own
     pub reuse_factor: bool,
-    /// A factorisation that costs at least so many back-substitutions is reused from step to step
+    /// Smallest cost of a factorisation, in back-substitutions, at which it is reused from step to step
     pub reuse_threshold: f64,
-    /// Where a step fails, try it with tangents of blocks made positive semidefinite
+    /// Whether a failed step is tried again with the blocks of the tangent made positive semidefinite
     pub projection: bool,
 }
 

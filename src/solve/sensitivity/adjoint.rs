@@ -1,16 +1,16 @@
-//! Adjoint solutions: the change of functionals with the equations of a static state.
+//! Adjoint solutions: the derivatives of functionals with respect to changes of the equations of a static state.
 //!
-//! A residual ρ and gaps γ that are left at a state move it by K Δx + H Δλ = −ρ, Hᵀ Δx − C Δλ = γ, with H = ∂c/∂x of the constraints that
-//! hold and their compliance C. A functional J changes by −z·ρ + μ·γ, where
+//! A remaining residual ρ and remaining gaps γ at a state change it by K Δx + H Δλ = −ρ, Hᵀ Δx − C Δλ = γ, with H = ∂c/∂x of the active constraints
+//! and their compliance C. A functional J changes by −z·ρ + μ·γ, where
 //!
 //! ```text
 //! K z + H μ = ∂J/∂x,   Hᵀ z − C μ = ∂J/∂λ.
 //! ```
 //!
-//! Reactions R = r + H λ at the prescribed dofs p with weights w add K_fp w to the first right side and h_p·w to the second.
+//! Reactions R = r + H λ at the prescribed dofs p with weights w add K_fp w to the first right-hand side and h_p·w to the second.
 //!
-//! A parameter θ that changes the equations at a fixed state leaves ρ = r_θ + λ h_θ + K m + Σ h λ_max′ and γ = g_θ − h·m, where m is the motion of the
-//! prescribed dofs and λ_max′ that of multipliers at their limits: dJ/dθ by one product, for any number of parameters.
+//! A parameter θ that changes the equations at a fixed state leaves ρ = r_θ + λ h_θ + K m + Σ h λ_max′ and γ = g_θ − h·m, where m is the motion of
+//! the prescribed dofs and λ_max′ the change of multipliers at their limits. One product thus gives dJ/dθ for each of any number of parameters.
 //!
 //! Source: Becker & Rannacher, *Acta Numerica* 10 (2001), Section 2. Limits: statics; symmetric tangents.
 
@@ -19,21 +19,21 @@ use crate::math::vector::dot;
 use crate::solve::linear::multipliers::Schur;
 use crate::solve::{Failure, Step};
 use crate::system::{
-    ConstraintKind, Dofs, EquationChange, Gradient, Rows, State, Want, add_products, constraint_changes,
+    ConstraintKind, Dofs, EquationChange, Gradient, State, Want, WantedRows, add_products, constraint_changes,
     keep_prescribed,
 };
 
-/// z and μ of one functional.
+/// The adjoint solution z and μ of one functional.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Adjoint {
-    /// \[unknowns\] z; zero at prescribed dofs \[unit of J per N\]
+    /// \[unknowns\] z \[unit of J per N\]; zero at prescribed dofs
     pub z: Vec<f64>,
-    /// \[constraints\] μ; zero where a constraint does not hold
+    /// \[constraints\] μ; zero for a constraint that is not active
     pub mu: Vec<f64>,
 }
 
 impl Adjoint {
-    /// Derivatives of the functional of this `gradient` by parameters that change the equations at the converged `state`.
+    /// Derivatives of the functional with this `gradient` with respect to parameters that change the equations by `own` at the converged `state`.
     pub fn along(
         &self,
         gradient: &Gradient,
@@ -51,7 +51,7 @@ impl Adjoint {
         let motions: Vec<&[f64]> = own.iter().map(|change| &change.motion[..]).collect();
         let directions: Vec<(&[f64], &[f64])> = motions.iter().zip(&limits).map(|(m, l)| (*m, &l[..])).collect();
         let mut rho: Vec<Vec<f64>> = own.iter().map(|change| change.residual.clone()).collect();
-        for rows in [Rows::Free, Rows::Prescribed] {
+        for rows in [WantedRows::Free, WantedRows::Prescribed] {
             add_products(system, &at, &state.lambda, rows, &directions, &mut rho).map_err(Failure::Eval)?;
         }
         let gaps = constraint_changes(system, &at, &motions).map_err(Failure::Eval)?;
@@ -67,7 +67,7 @@ impl Adjoint {
     }
 }
 
-/// The adjoint solutions of functionals with these gradients, by one factorisation of the tangent at `state`.
+/// Computes the adjoint solutions of functionals with these gradients, with one factorisation of the tangent at `state`.
 pub fn adjoints(method: Method, step: &Step, state: &State, of: &[Gradient]) -> Result<Vec<Adjoint>, Failure> {
     let (system, at) = (step.system, step.at(state));
     let assemble = |increment: Option<&[f64]>| {

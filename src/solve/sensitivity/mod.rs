@@ -1,19 +1,18 @@
-//! Direct differentiation of the states of a run by parameters θ, step by step. At the end of a step
-//! r(x, v, a, xₙ, hₙ; θ) + λ h(x; θ) = 0 and g(x; θ) = target(θ) − c(x; θ), where v and a are linear in x and the past
-//! (xₙ, vₙ, aₙ, qₙ). So, with the motion x_p′ of the prescribed dofs,
+//! Direct differentiation of the states of a run with respect to parameters θ, step by step. At the end of a step r(x, v, a, xₙ, hₙ; θ) + λ h(x; θ) =
+//! 0 and g(x; θ) = target(θ) − c(x; θ), where v and a are linear in x and in the past (xₙ, vₙ, aₙ, qₙ). With the motion x_p′ of the prescribed dofs,
+//! this gives
 //!
 //! K x′ + Σ h λ′ = −(r_θ + λ h_θ + K x_p′ + ∂r/∂v v̂′ + ∂r/∂a â′ + ∂r/∂xₙ xₙ′ + ∂r/∂hₙ hₙ′),
 //!
-//! h·(x′ + x_p′) − C λ′ = g_θ on a taut constraint of compliance C, λ′ = 0 on a slack one, λ′ = ∂λ_max/∂θ at the largest multiplier,
+//! h·(x′ + x_p′) − C λ′ = g_θ for a taut constraint of compliance C, λ′ = 0 for a slack one, λ′ = ∂λ_max/∂θ at the largest multiplier,
 //!
-//! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ + C of the taut constraints,
-//! y = −K⁻¹(…), S λ′ = Hᵀ(y + x_p′) − g_θ and x′ = y − Z λ′. The integrator maps derivatives of states as it maps states, and effects that
-//! remember bring h′ to the end of the step ([`Past`](crate::system::PastDerivative)).
+//! with K and h = ∂c/∂x at the converged state and v̂′, â′ the change at fixed x. With Z = K⁻¹H and S = HᵀZ + C of the taut constraints, y = −K⁻¹(…),
+//! S λ′ = Hᵀ(y + x_p′) − g_θ and x′ = y − Z λ′. The integrator maps derivatives of states as it maps states, and effects with history advance h′ to
+//! the end of the step ([`Past`](crate::system::PastDerivative)).
 //!
-//! Sources: Tortorelli & Michaleris, *Inverse Problems in Engineering* 1, 1994; Kleiber, *Parameter Sensitivity in Nonlinear
-//! Mechanics*, 1997; Choi & Kim, *Structural Sensitivity Analysis and Optimization 2*, 2005.
-//! Limits: converged states; times of the steps that do not depend on θ; at a constraint that is just taut (λ = 0 and
-//! g = 0) the answer has two derivatives, and the one of the slack side is given.
+//! Sources: Tortorelli & Michaleris, *Inverse Problems in Engineering* 1, 1994; Kleiber, *Parameter Sensitivity in Nonlinear Mechanics*, 1997; Choi &
+//! Kim, *Structural Sensitivity Analysis and Optimization 2*, 2005. Limits: converged states; step times that do not depend on θ; at a constraint
+//! that is just taut (λ = 0 and g = 0) there are two one-sided derivatives, and that of the slack side is returned.
 
 pub(super) mod adjoint;
 
@@ -25,24 +24,24 @@ use super::{Failure, SpanStart, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
 use crate::system::{
-    Assembled, At, ConstraintKind, EquationChange, Parameter, Perturbation, Rates, Rows, State, System, Want,
-    add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
+    Assembled, At, ConstraintKind, EquationChange, Perturbation, Rates, State, System, SystemParameter, Want,
+    WantedRows, add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
 };
 
-/// Share of the largest velocity above which a jump of velocities is none of rounding \[–\].
+/// Size, relative to the largest velocity, above which a jump of velocities is not rounding \[–\].
 const VISIBLE: f64 = 1e-9;
 
-/// Derivatives of the state of a run, with a factorisation and sums of its own, in addition to those of the run.
+/// Computes derivatives of the states of a run, with a factorisation and sums separate from those of the run.
 ///
-/// A parameter by differences has two derivatives, of which the second shows the error of the first; they follow each other in
-/// `changes` ([`Parameter::derivatives`]).
+/// A parameter by differences has two derivatives, the second of which shows the error of the first; they are consecutive in `changes`
+/// ([`SystemParameter::derivatives`]).
 pub struct Differentiator<'a> {
     system: &'a System,
-    parameters: Vec<Parameter<'a>>,
+    parameters: Vec<SystemParameter<'a>>,
     pub factor: Factor,
     method: Method,
     sums: Assembled,
-    /// K of the factorisation
+    /// The K that was factorised
     factored: Vec<f64>,
     /// \[derivatives\] ∂/∂θ of the last state
     pub changes: Vec<State>,
@@ -51,14 +50,15 @@ pub struct Differentiator<'a> {
 }
 
 impl<'a> Differentiator<'a> {
-    /// A differentiator that begins with the derivatives of the first state. `method` chooses between direct and iterative linear solvers.
-    pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter<'a>>, changes: Vec<State>) -> Self {
+    /// Builds a differentiator that starts with the derivatives `changes` of the first state. `method` chooses between direct and iterative linear
+    /// solvers.
+    pub fn new(method: Method, system: &'a System, parameters: Vec<SystemParameter<'a>>, changes: Vec<State>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.definiteness());
         let residuals = vec![vec![0.0; system.dofs.equation.len()]; changes.len()];
         Self { system, parameters, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }
     }
 
-    /// Gives the derivatives of the first state the second field that belongs to those of its displacements.
+    /// Sets the second field in the derivatives of the first state so that it is consistent with the derivatives of the displacements.
     ///
     /// # Errors
     ///
@@ -80,7 +80,7 @@ impl<'a> Differentiator<'a> {
         Ok(())
     }
 
-    /// A stage begins at `state`, whose acceleration is that of the start: M a′ is what is left of the change of r.
+    /// Starts a stage at `state`, whose acceleration is the initial one: M a′ equals minus the remaining change of r.
     pub fn begin(&mut self, start: &SpanStart, state: &State) -> Result<(), Failure> {
         if start.goes_on() {
             return Ok(());
@@ -102,19 +102,19 @@ impl<'a> Differentiator<'a> {
         Ok(())
     }
 
-    /// The step ended at the converged state `next`. In statics without history no step needs the one before, so steps may
-    /// be left out there.
+    /// Advances the derivatives over a step that ended at the converged state `next`. In statics without history no step depends on the previous one,
+    /// so that steps may be skipped.
     pub fn step(&mut self, step: &Step, next: &State) -> Result<(), Failure> {
         let (at, lambda) = (step.at(next), &next.lambda);
         if landed(step, next) {
             return Err(Failure::Landing);
         }
         if step.past.memory.is_empty() {
-            // The rule began anew
+            // The integrator was restarted
             self.changes.iter_mut().for_each(|change| change.memory.clear());
         }
         if self.rests(&at, next)? {
-            // At rest nothing changes, and the body need not be held by what comes later.
+            // At rest nothing changes, and the body need not yet be held by constraints that act later
             self.residuals.iter_mut().for_each(|residual| residual.fill(0.0));
             for change in &mut self.changes {
                 let past = change.clone();
@@ -126,7 +126,7 @@ impl<'a> Differentiator<'a> {
         let Self { system, factor, sums, .. } = self;
         system.assemble(&at, lambda, Want::Tangent, None, sums).map_err(Failure::Eval)?;
         if sums.k != self.factored {
-            // The remains of a failed factorisation are not to be used.
+            // A failed factorisation must not be reused
             self.factored.clear();
             factor.move_to(&next.x);
             factor.factorise(&sums.k).map_err(Failure::Linear)?;
@@ -173,18 +173,18 @@ impl<'a> Differentiator<'a> {
         Ok(true)
     }
 
-    /// \[derivatives\]\[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; zero elsewhere.
+    /// \[derivatives\]\[unknowns\] ∂/∂θ of the reactions, the residual at prescribed dofs, at the end of the last step; zero elsewhere.
     pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
         let mut reactions = self.residuals.clone();
         let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
-        add_products(self.system, &step.at(next), &next.lambda, Rows::Prescribed, &directions, &mut reactions)
+        add_products(self.system, &step.at(next), &next.lambda, WantedRows::Prescribed, &directions, &mut reactions)
             .map_err(Failure::Eval)?;
         reactions.iter_mut().for_each(|r| keep_prescribed(self.system, r));
         Ok(reactions)
     }
 }
 
-/// Whether the step to `next` began with other velocities than those of the state before it, because points landed.
+/// Whether the step to `next` started with velocities different from those of the state before it, because points landed.
 fn landed(step: &Step, next: &State) -> bool {
     if !step.integrator.needs_initial_acceleration() || step.system.with_contact_points().next().is_none() {
         return false;
@@ -195,9 +195,9 @@ fn landed(step: &Step, next: &State) -> bool {
     step.system.largest_displacement(&jump) > VISIBLE * step.system.largest_displacement(&v)
 }
 
-/// The changes of the equations by all parameters, one for each derivative.
+/// The changes of the equations due to all parameters, one for each derivative.
 fn equation_changes(
-    parameters: &mut [Parameter],
+    parameters: &mut [SystemParameter],
     system: &System,
     at: &At,
     lambda: &[f64],
@@ -209,8 +209,8 @@ fn equation_changes(
     Ok(out)
 }
 
-/// \[equations\] the change of the residual at the start of a stage by the change of its state, whose acceleration is that of the prescribed dofs, next to that at a fixed state \[unknowns\].
-/// `sums` are those of the state, with the tangent.
+/// \[equations\] the change of the residual at the start of a stage: that due to the change of the state, whose acceleration is that of the
+/// prescribed dofs, plus the change `residual` at a fixed state \[unknowns\]. `sums` are those of the state, with the tangent.
 fn change_of_residual(
     system: &System,
     sums: &Assembled,
@@ -224,7 +224,7 @@ fn change_of_residual(
     let held = held(system, x);
     let along = [(&held[..], &vec![0.0; rates.len()][..])];
     let mut of_held = [residual];
-    add_products(system, at, lambda, Rows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
+    add_products(system, at, lambda, WantedRows::Free, &along, &mut of_held).map_err(Failure::Eval)?;
     let [residual] = of_held;
     let free = system.restrict(x);
     let mut sum = vec![0.0; free.len()];
@@ -237,25 +237,25 @@ fn change_of_residual(
     Ok(sum)
 }
 
-/// \[unknowns\] the part of a change that the equations do not contain.
+/// \[unknowns\] the part of a change on dofs without equations.
 fn held(system: &System, x: &[f64]) -> Vec<f64> {
     let mut held = x.to_vec();
     system.dofs.free.iter().for_each(|&dof| held[dof as usize] = 0.0);
     held
 }
 
-/// The factorised equations of a step with the constraints that are taut there.
+/// The factorised equations of a step with its taut constraints.
 struct TautSystem<'s> {
     system: &'s System,
     factor: &'s mut Factor,
     sums: &'s Assembled,
-    /// Constraints that are taut; a slack one is dropped from H
+    /// Indices of the taut constraints; slack ones are left out of H
     taut: Vec<usize>,
     z: Vec<f64>,
     lu: nalgebra::LU<f64, nalgebra::Dyn, nalgebra::Dyn>,
 }
 
-/// Derivatives before the step, at its end, and those of the residuals there.
+/// Derivatives before the step, derivatives at its end, and derivatives of the residuals at its end.
 type Derivatives<'d> = (&'d [State], &'d mut [State], &'d mut [Vec<f64>]);
 
 impl<'s> TautSystem<'s> {
@@ -267,7 +267,7 @@ impl<'s> TautSystem<'s> {
         Ok(Self { system, factor, sums, taut, z, lu })
     }
 
-    /// x′, v′, a′ and λ′ at the end of the step, from the changes of the equations.
+    /// Computes x′, v′, a′ and λ′ at the end of the step from the changes of the equations.
     fn solve(
         self,
         step: &Step,
@@ -309,7 +309,7 @@ impl<'s> TautSystem<'s> {
             }
             system.prescribed.iter().for_each(|p| change.x[p.dof as usize] = motion[p.dof as usize]);
             system.expand(&y, &mut change.x);
-            // Tied nodes move with the weights of others, too.
+            // Tied nodes also move when their weights change
             let tied = |dof: usize| system.ties.has(dof as u32 / 3) && dof < system.dofs.displacements as usize;
             (0..motion.len())
                 .filter(|&dof| motion[dof] != 0.0 && tied(dof))
@@ -320,7 +320,7 @@ impl<'s> TautSystem<'s> {
     }
 }
 
-/// For each change of the equations: \[unknowns\] forces and \[constraints\] changes of lengths by the motion of prescribed dofs.
+/// For each change of the equations: \[unknowns\] forces and \[constraints\] changes of length due to the motion of prescribed dofs.
 fn by_motion(
     system: &System,
     (next, at): (&State, &At),
@@ -333,7 +333,7 @@ fn by_motion(
         return Ok([forces, gaps]);
     }
     let directions: Vec<(&[f64], &[f64])> = motions.iter().map(|motion| (*motion, &constraints[..])).collect();
-    add_products(system, at, &next.lambda, Rows::Free, &directions, &mut forces).map_err(Failure::Eval)?;
+    add_products(system, at, &next.lambda, WantedRows::Free, &directions, &mut forces).map_err(Failure::Eval)?;
     if !constraints.is_empty() {
         gaps = constraint_changes(system, at, &motions).map_err(Failure::Eval)?;
     }

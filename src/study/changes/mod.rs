@@ -17,7 +17,7 @@ use crate::study::claim::Claim;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use stored::{StoredCase, StoredSummary};
+use stored::{ComparedCase, StoredSummary};
 
 /// Share of a value below which a change is rounding, whatever was built or run \[–\].
 const ROUNDING: f64 = 1e-9;
@@ -57,7 +57,7 @@ pub struct Decision {
 
 /// Something that decides how values are judged, and is not the same in both studies.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Setting {
+pub struct ChangedSetting {
     pub what: String,
     pub old: String,
     pub new: String,
@@ -70,7 +70,7 @@ pub struct Changes {
     pub version: [String; 2],
     pub tolerance: [f64; 2],
     /// Other settings by which values are judged: the value of a run that counts, the reference, absolute tolerances
-    pub settings: Vec<Setting>,
+    pub settings: Vec<ChangedSetting>,
     pub verdict: [String; 2],
     /// Whether they differ in more than numbers
     pub verdict_changed: bool,
@@ -144,8 +144,8 @@ pub fn compare(old: &Path, new: &Path, tolerance: f64) -> Result<Changes, Compar
 }
 
 fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
-    let cases: BTreeMap<&str, &StoredCase> = b.cases.iter().map(|c| (c.id.as_str(), c)).collect();
-    let common: Vec<(&StoredCase, &StoredCase)> =
+    let cases: BTreeMap<&str, &ComparedCase> = b.cases.iter().map(|c| (c.id.as_str(), c)).collect();
+    let common: Vec<(&ComparedCase, &ComparedCase)> =
         a.cases.iter().filter_map(|c| Some((c, *cases.get(c.id.as_str())?))).collect();
     let values = values_between(a, b, &common, tolerance);
     let decisions = decisions_between(a, b);
@@ -192,7 +192,7 @@ fn cases_of_one(from: &StoredSummary, of: &StoredSummary) -> Vec<String> {
 fn values_between(
     a: &StoredSummary,
     b: &StoredSummary,
-    common: &[(&StoredCase, &StoredCase)],
+    common: &[(&ComparedCase, &ComparedCase)],
     tolerance: f64,
 ) -> Vec<Change> {
     let claims: BTreeMap<&str, &Claim> = b.claims.iter().map(|c| (c.what.as_str(), c)).collect();
@@ -226,10 +226,10 @@ fn decisions_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Decision> {
 }
 
 /// Settings by which both studies judge values, and that differ.
-fn settings_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Setting> {
+fn settings_between(a: &StoredSummary, b: &StoredSummary) -> Vec<ChangedSetting> {
     let both = a.settings.iter().filter_map(|(what, old)| Some((what, old, b.settings.get(what)?)));
     both.filter(|(_, old, new)| old != new)
-        .map(|(what, old, new)| Setting { what: what.clone(), old: old.clone(), new: new.clone() })
+        .map(|(what, old, new)| ChangedSetting { what: what.clone(), old: old.clone(), new: new.clone() })
         .collect()
 }
 
@@ -240,7 +240,7 @@ fn differ_in_setting(one: &StoredSummary, other: &StoredSummary) -> bool {
 
 /// The values of a column that two results are judged by, and what is added to its name. Where one of them does not know them, its curves are not
 /// stored and an earlier version has written it, they are the recorded extremes of both.
-fn values_of(old: &StoredCase, new: &StoredCase, column: &str) -> Option<(f64, f64, &'static str)> {
+fn values_of(old: &ComparedCase, new: &ComparedCase, column: &str) -> Option<(f64, f64, &'static str)> {
     let judged = old.judged.get(column).zip(new.judged.get(column));
     let recorded = || Some((old.probes.get(column)?.peak, new.probes.get(column)?.peak, ", recorded extreme"));
     judged.map(|(old, new)| (*old, *new, "")).or_else(recorded)

@@ -5,7 +5,7 @@ use crate::report::{ReportError, files};
 use crate::study::claim::Claim;
 use crate::study::kinds;
 use crate::study::store::outdated::{check_summary, stored_identity};
-use crate::study::store::record::{Quantity, StudyRecord};
+use crate::study::store::record::{StudyQuantity, StudyRecord};
 use crate::study::store::results;
 use serde::Deserialize;
 use serde_json::Value;
@@ -18,7 +18,7 @@ pub struct StoredSummary {
     pub study: String,
     pub kind: String,
     pub tolerance: f64,
-    pub cases: Vec<StoredCase>,
+    pub cases: Vec<ComparedCase>,
     pub verdict: String,
     /// Absent in results of earlier versions
     #[serde(default)]
@@ -34,14 +34,14 @@ pub struct StoredSummary {
     pub claims: Vec<Claim>,
     /// Variant → judged quantities, of `study.json`
     #[serde(skip)]
-    pub quantities: BTreeMap<String, Vec<Quantity>>,
+    pub quantities: BTreeMap<String, Vec<StudyQuantity>>,
     /// Settings by which values are judged, the tolerance apart: name → setting, of `study.json`
     #[serde(skip)]
     pub settings: BTreeMap<String, String>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
-pub struct StoredCase {
+pub struct ComparedCase {
     pub id: String,
     #[serde(default)]
     pub variant: String,
@@ -69,7 +69,7 @@ pub struct StoredPeak {
     pub peak: f64,
 }
 
-impl StoredCase {
+impl ComparedCase {
     /// The recorded columns that a study judges, with the names of their values.
     pub fn values<'a>(&'a self, of: &'a StoredSummary) -> impl Iterator<Item = (&'a str, String)> + 'a {
         let judged = self.probes.keys().filter(|column| of.judged(self, column).is_some());
@@ -132,7 +132,7 @@ impl StoredSummary {
     }
 
     /// The quantity in a column of a case, where the study judges it.
-    pub fn judged(&self, case: &StoredCase, column: &str) -> Option<&Quantity> {
+    pub fn judged(&self, case: &ComparedCase, column: &str) -> Option<&StudyQuantity> {
         self.quantities.get(&case.variant)?.iter().find(|q| q.name == column)
     }
 

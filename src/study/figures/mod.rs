@@ -8,7 +8,7 @@ pub mod work_precision;
 use crate::report::canvas::italic;
 use crate::report::names::with_symbol;
 use crate::report::unit::labelled;
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 
 /// Quantities or axes that a figure with a panel for each shows.
 pub const PANELS: usize = 6;
@@ -19,7 +19,7 @@ pub fn first_of(count: usize, shown: usize, things: &str) -> String {
 }
 
 /// `bending angle θ [°]`, for an axis.
-pub fn axis_label(q: &Quantity, prefix: &str) -> String {
+pub fn axis_label(q: &StudyQuantity, prefix: &str) -> String {
     labelled(&format!("{prefix}{}", with_symbol(&q.label, &q.symbol, &italic(&q.symbol))), &q.unit)
 }
 

@@ -6,7 +6,7 @@ use crate::report::plot::Plot;
 use plotters::style::Color;
 
 /// A case with its cost and its error.
-pub struct Setting {
+pub struct CostPoint {
     pub cost: f64,
     /// \[%\]
     pub error: f64,
@@ -33,8 +33,8 @@ pub fn level_entries() -> [(Sample, String); 2] {
 }
 
 /// The settings that no cheaper one beats in error, cheapest first.
-fn front(settings: &[Setting]) -> Vec<&Setting> {
-    let mut front: Vec<&Setting> = settings.iter().filter(|s| s.may_be_chosen).collect();
+fn front(settings: &[CostPoint]) -> Vec<&CostPoint> {
+    let mut front: Vec<&CostPoint> = settings.iter().filter(|s| s.may_be_chosen).collect();
     front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut best = f64::INFINITY;
     front.retain(|s| {
@@ -46,9 +46,9 @@ fn front(settings: &[Setting]) -> Vec<&Setting> {
 }
 
 /// The front as stairs, and each setting with the whisker of its bar.
-pub fn draw(plot: &Plot, settings: &[Setting]) {
+pub fn draw(plot: &Plot, settings: &[CostPoint]) {
     let area = plot.area;
-    let place = |s: &Setting| plot.floored(s.cost, s.error);
+    let place = |s: &CostPoint| plot.floored(s.cost, s.error);
     let mut stairs: Vec<Point> = vec![];
     for p in front(settings).into_iter().map(place) {
         stairs.extend(stairs.last().map(|last| (p.0, last.1)));
@@ -81,7 +81,7 @@ mod tests {
     fn the_front_has_what_no_cheaper_setting_beats() {
         let setting = |(cost, error, may_be_chosen): (f64, f64, bool)| {
             let look = style(0);
-            Setting { cost, error, bar: error, look, may_be_chosen }
+            CostPoint { cost, error, bar: error, look, may_be_chosen }
         };
         let settings = [
             (8.0, 1.0, true),

@@ -6,7 +6,7 @@ use crate::study::plan::limit::References;
 use crate::study::plan::pilots::{Pilots, build, count};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::settings::Setting;
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::ElementMeshes;
 use crate::study::plan::steps::Steps;
 use crate::study::plan::weigh::Expectation;
 
@@ -17,7 +17,7 @@ const FOR_MESH: f64 = 0.5;
 
 /// Basis of a choice.
 pub struct Known<'a> {
-    pub choices: &'a [Choice],
+    pub choices: &'a [ElementMeshes],
     pub references: &'a References,
     pub steps: &'a Steps,
     pub budget: &'a Budget,

@@ -11,7 +11,7 @@
 
 use crate::study::plan::mesh_limits::{estimates, of_estimates};
 use crate::study::plan::pilots::Pilots;
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::ElementMeshes;
 use crate::study::plan::steps::Steps;
 use crate::study::store::record::StoredCase;
 use serde::Serialize;
@@ -50,7 +50,7 @@ impl Limit {
     /// steps are those of the pilots.
     pub fn for_run(
         self,
-        (choices, pilots): (&[Choice], &Pilots),
+        (choices, pilots): (&[ElementMeshes], &Pilots),
         (choice, run): (usize, &StoredCase),
         steps: &Steps,
         (quantity, tolerance): (&str, f64),
@@ -97,17 +97,17 @@ mod tests {
         StoredCase::new(record, series)
     }
 
-    fn choice(name: &str) -> Choice {
-        Choice {
+    fn choice(name: &str) -> ElementMeshes {
+        ElementMeshes {
             name: name.into(),
             sizes: vec![600, 1320, 2904, 6389],
             element: ElementSpec::Tet10,
-            ..Choice::default()
+            ..ElementMeshes::default()
         }
     }
 
     /// Elements with the peaks of their meshes, coarse ones first; h falls by 1.3.
-    fn pilots(of: &[(&str, &[f64])]) -> (Vec<Choice>, Pilots) {
+    fn pilots(of: &[(&str, &[f64])]) -> (Vec<ElementMeshes>, Pilots) {
         let runs = |(name, values): &(&str, &[f64])| {
             let one = |(k, f): (usize, &f64)| case(&format!("{name}-{k}"), 0.012 / 1.3f64.powi(k as i32), *f);
             values.iter().enumerate().map(one).collect()
@@ -169,7 +169,7 @@ mod tests {
         let (limit, further) = judged(&steps(1.0, &OVER_DT));
         assert!(further && limit.at_steps != mesh.0, "{limit:?}");
         // On a given mesh there is no sequence that it could take part in
-        let given = [Choice { sizes: vec![], ..choice("tet10") }];
+        let given = [ElementMeshes { sizes: vec![], ..choice("tet10") }];
         let same = Limit::new(mesh, &Steps::of_scene(false, ""), Q);
         let kept = same.for_run((&given, &pilots), (0, &run), &Steps::of_scene(false, ""), (Q, TOLERANCE));
         assert_eq!(kept, (same, false));

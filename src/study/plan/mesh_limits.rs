@@ -14,7 +14,7 @@ use crate::study::estimate::richardson::{LEAST_ORDER, bound_of_pair, correction}
 use crate::study::locking;
 use crate::study::plan::model::LEAST_PILOTS;
 use crate::study::plan::pilots::Pilots;
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::ElementMeshes;
 use crate::study::store::record::{Role, StoredCase};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -37,12 +37,12 @@ pub struct Contradiction {
 
 /// The contradiction by the element whose two pilots agree best. Those that lock say nothing.
 pub fn contradiction(
-    choices: &[Choice],
+    choices: &[ElementMeshes],
     pilots: &Pilots,
     limits: &MeshLimits,
     tolerance: f64,
 ) -> Option<Contradiction> {
-    let by_element = |(choice, own): (&Choice, &Vec<StoredCase>)| {
+    let by_element = |(choice, own): (&ElementMeshes, &Vec<StoredCase>)| {
         let [coarse, fine] = &own[..] else { return None };
         if [coarse, fine].iter().any(|case| locking::alarm(&case.record).is_some()) {
             return None;
@@ -60,7 +60,7 @@ pub fn contradiction(
 }
 
 /// f_h of every quantity, from the pilots of each element.
-pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {
+pub fn of_meshes(choices: &[ElementMeshes], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {
     let one = |q: &String| Some((q.clone(), of_estimates(&estimates(choices, &pilots.of, q, tolerance), tolerance)?));
     quantities.iter().filter_map(one).collect()
 }
@@ -94,9 +94,9 @@ pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
 }
 
 /// Estimate of the limit by each element with three meshes or more.
-pub fn estimates(choices: &[Choice], of: &[Vec<StoredCase>], quantity: &str, tolerance: f64) -> Vec<Estimate> {
+pub fn estimates(choices: &[ElementMeshes], of: &[Vec<StoredCase>], quantity: &str, tolerance: f64) -> Vec<Estimate> {
     let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, quantity, peak(c, quantity)?) });
-    let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
+    let one = |(choice, own): (&ElementMeshes, &Vec<StoredCase>)| {
         let levels: Vec<Level> = own.iter().filter_map(level).collect();
         let mut e = estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)?;
         e.uncertainty = e.uncertainty.max(largest_of_sequence(&e));

@@ -44,14 +44,14 @@ use crate::study::store::record::StoredCase;
 use budget::Budget;
 use choose::Known;
 use pilots::{Pilots, Trial};
-use sizes::Choice;
+use sizes::ElementMeshes;
 use std::collections::BTreeMap;
 use steps::Examined;
 
 /// A plan with what is needed to carry it out.
 pub struct Planned {
     pub plan: Plan,
-    choices: Vec<Choice>,
+    choices: Vec<ElementMeshes>,
     pilots: Pilots,
 }
 
@@ -131,7 +131,7 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
 
 /// The pilots of some choices, with the scene and the columns that they are judged by.
 struct Learnt {
-    choices: Vec<Choice>,
+    choices: Vec<ElementMeshes>,
     meshes: Meshes,
     scene: Scene,
     quantities: Vec<String>,
@@ -149,7 +149,7 @@ impl Learnt {
 /// Runs the pilots of these choices.
 fn learn(
     request: &Request,
-    (mut choices, meshes): (Vec<Choice>, Meshes),
+    (mut choices, meshes): (Vec<ElementMeshes>, Meshes),
     budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<Learnt, PlanError> {
@@ -162,7 +162,7 @@ fn learn(
 /// cells only, as in thin walls, all choices start there.
 fn coarsest(
     request: &Request,
-    choices: &mut [Choice],
+    choices: &mut [ElementMeshes],
     budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<(Scene, Vec<String>), PlanError> {

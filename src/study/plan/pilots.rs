@@ -13,9 +13,9 @@ use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
 use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS};
 use crate::study::plan::request::{PlanWatch, Request};
-use crate::study::plan::sizes::{Choice, Meshes};
+use crate::study::plan::sizes::{ElementMeshes, Meshes};
 use crate::study::run::one_run::one_run;
-use crate::study::store::outcome::record;
+use crate::study::store::finished_run::record;
 use crate::study::store::record::{Series, StoredCase};
 use crate::system::State;
 use std::sync::Arc;
@@ -221,7 +221,7 @@ pub fn difference(own: &[StoredCase], quantities: &[String]) -> Option<f64> {
 /// from the share for learning too. A signal to stop ends it with the pilots that are complete.
 pub fn run_all(
     request: &Request,
-    (choices, meshes): (&[Choice], Meshes),
+    (choices, meshes): (&[ElementMeshes], Meshes),
     quantities: &[String],
     budget: &Budget,
     watch: &dyn PlanWatch,
@@ -267,7 +267,7 @@ enum Pilot {
 /// One pilot, unless it is expected to take longer than is left.
 fn pilot(
     request: &Request,
-    (choice, cells): (&Choice, u64),
+    (choice, cells): (&ElementMeshes, u64),
     pilots: &Pilots,
     own: &[StoredCase],
     (left, estimated): (&dyn Fn() -> f64, &[String]),

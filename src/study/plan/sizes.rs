@@ -11,7 +11,7 @@ use toml::Value;
 
 /// An element with its formulation, and the meshes it may have.
 #[derive(Clone, Debug, Default)]
-pub struct Choice {
+pub struct ElementMeshes {
     /// `tet10_up`
     pub name: String,
     /// Changes to the scene, by path
@@ -45,12 +45,12 @@ const RATIO: f64 = 2.2;
 const MOST: f64 = 2e6;
 
 /// The choices for a scene: grids of its proportions, stored meshes only, or also what the mesher makes.
-pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), PlanError> {
+pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<ElementMeshes>, Meshes), PlanError> {
     if let Some(grid) = spec.mesh.grid.as_ref().filter(|_| spec.mesh.parts.is_empty()) {
         let divisions = grids(file, grid, 8u64.saturating_pow(spec.mesh.levels))?;
         let sizes: Vec<u64> = divisions.keys().copied().collect();
         let all = [ElementSpec::Tet4, ElementSpec::Tet10].map(|element| formulations(spec, element, &sizes));
-        let choices = all.into_iter().flatten().map(|choice| Choice { divisions: divisions.clone(), ..choice });
+        let choices = all.into_iter().flatten().map(|choice| ElementMeshes { divisions: divisions.clone(), ..choice });
         return Ok(if sizes.len() > 2 { (choices.collect(), Meshes::Scaled) } else { (given(spec), Meshes::Given) });
     }
     if spec.mesh.body.is_none() && spec.mesh.cells.is_none() && spec.mesh.size.is_none() {
@@ -89,7 +89,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
 }
 
 /// The choices on the mesh that a scene has.
-pub fn given(spec: &SceneSpec) -> Vec<Choice> {
+pub fn given(spec: &SceneSpec) -> Vec<ElementMeshes> {
     formulations(spec, spec.mesh.element, &[])
 }
 
@@ -116,7 +116,7 @@ fn grids(file: &Path, spec: &GridSpec, parts: u64) -> Result<BTreeMap<u64, Value
 }
 
 /// The element with and without a pressure field, on meshes of these sizes.
-fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Choice> {
+fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<ElementMeshes> {
     let mut out = vec![];
     for mixed in [true, false] {
         let mut set = vec![];
@@ -133,12 +133,12 @@ fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Ch
         set.extend(formulations);
         let suffix = if mixed { "_up" } else { "" };
         let name = format!("{}{suffix}", element.name());
-        out.push(Choice { name, set, sizes: sizes.to_vec(), element, divisions: BTreeMap::new() });
+        out.push(ElementMeshes { name, set, sizes: sizes.to_vec(), element, divisions: BTreeMap::new() });
     }
     out
 }
 
-impl Choice {
+impl ElementMeshes {
     /// Starts at a mesh of so many cells, the fewest that the mesher reaches.
     pub fn start_at(&mut self, cells: u64) {
         let more = (1..).map(|k| (cells as f64 * RATIO.powi(k)).round());
@@ -171,11 +171,11 @@ mod tests {
 
     #[test]
     fn sizes_start_at_the_least_that_the_mesher_reaches() {
-        let mut choice = Choice {
+        let mut choice = ElementMeshes {
             name: "tet10_up".into(),
             sizes: vec![600, 1320],
             element: ElementSpec::Tet10,
-            ..Choice::default()
+            ..ElementMeshes::default()
         };
         choice.start_at(2724);
         assert_eq!(choice.sizes[..3], [2724, 5993, 13_184]);

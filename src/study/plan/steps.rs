@@ -14,7 +14,7 @@ use crate::study::plan::error::PlanError;
 use crate::study::plan::mesh_limits::MeshLimits;
 use crate::study::plan::pilots::{Pilots, Trial, build, run};
 use crate::study::plan::request::{PlanWatch, Request};
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::ElementMeshes;
 use crate::study::plan::step_law::StepLaw;
 use crate::study::store::record::StoredCase;
 use crate::system::ConstraintKind;
@@ -77,14 +77,14 @@ impl Steps {
 /// A pilot whose steps are examined.
 #[derive(Clone, Copy)]
 pub struct Examined<'a> {
-    pub choice: &'a Choice,
+    pub choice: &'a ElementMeshes,
     pub cells: u64,
     pub case: &'a StoredCase,
 }
 
 impl<'a> Examined<'a> {
     /// The pilot nearest the limits among those whose runs fit into a share of `left_s`, otherwise the cheapest.
-    pub fn new(choices: &'a [Choice], pilots: &'a Pilots, limits: &MeshLimits, left_s: f64) -> Option<Self> {
+    pub fn new(choices: &'a [ElementMeshes], pilots: &'a Pilots, limits: &MeshLimits, left_s: f64) -> Option<Self> {
         let all =
             || choices.iter().zip(&pilots.of).flat_map(|(choice, own)| own.iter().map(move |case| (choice, case)));
         let distance = |case: &StoredCase| {
@@ -272,11 +272,11 @@ mod tests {
             let record = CaseRecord { id: id.into(), wall_s: seconds, cpu_s: seconds, ..CaseRecord::default() };
             StoredCase::new(record, Series { t_s: vec![0.0, 1.0], columns: [("q".to_string(), vec![0.0, f])].into() })
         };
-        let choice = |name: &str| Choice {
+        let choice = |name: &str| ElementMeshes {
             name: name.into(),
             sizes: vec![600, 1320],
             element: ElementSpec::Tet4,
-            ..Choice::default()
+            ..ElementMeshes::default()
         };
         let choices = [choice("tet4"), choice("tet10")];
         let coarse = vec![case("tet4, 600 cells", 0.8, 0.1), case("tet4, 1320 cells", 0.85, 0.2)];

@@ -11,7 +11,7 @@ use crate::study::plan::limit::{Limit, References};
 use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS, error_law};
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::Setting;
-use crate::study::plan::sizes::Choice;
+use crate::study::plan::sizes::ElementMeshes;
 use crate::study::plan::steps::Steps;
 use crate::study::run::one_run::OneRunRecord;
 use crate::study::store::record::{CaseRecord, StoredCase};
@@ -84,7 +84,13 @@ impl Expectation {
 pub type Weighed = (Vec<Setting>, Vec<(String, String)>);
 
 /// Error and time of every element and size that fit into `budget_s` by the clock.
-pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps, budget_s: f64) -> Weighed {
+pub fn settings(
+    choices: &[ElementMeshes],
+    pilots: &Pilots,
+    references: &References,
+    steps: &Steps,
+    budget_s: f64,
+) -> Weighed {
     let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
         let has_no_scene = own.is_empty() && pilots.refused.get(k).is_some_and(|reasons| !reasons.is_empty());
@@ -125,7 +131,7 @@ pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, st
 }
 
 /// Settings on a given mesh, which are the pilots themselves, by the errors estimated from each run alone, and those of the step.
-pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps) -> Weighed {
+pub fn given(choices: &[ElementMeshes], pilots: &Pilots, references: &References, steps: &Steps) -> Weighed {
     let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
         let Some(case) = own.first() else { continue };
@@ -192,11 +198,11 @@ mod tests {
     #[test]
     fn no_element_is_dropped_without_a_word() {
         let cells = [600, 1320, 2904];
-        let choice = |name: &str| Choice {
+        let choice = |name: &str| ElementMeshes {
             name: name.into(),
             sizes: vec![2904, 6389],
             element: ElementSpec::Tet10,
-            ..Choice::default()
+            ..ElementMeshes::default()
         };
         let choices = ["agrees", "departs", "short"].map(choice);
         let runs =

@@ -11,20 +11,20 @@ use crate::solve::Status;
 use crate::storage::reading::Reading;
 use crate::storage::unix_time;
 use crate::study::run::derivatives::recorder;
-use crate::study::run::inputs::{inputs, uncertain_constants};
 use crate::study::run::live_case::LiveCase;
 use crate::study::run::one_run::{OneRunRecord, one_run};
 use crate::study::run::refinement::{self, Prepared, RefinementRecord, refined};
 use crate::study::run::search::{SearchFollow, Searched, doubt, find, unfinished};
 use crate::study::run::task::Task;
+use crate::study::run::uncertain_constants::{inputs, uncertain_constants};
 use crate::study::run::work::{
     RepeatRecord, RunFollow, Timed, largest_memory, measure, measure_with, present_memory, watch_memory,
 };
 use crate::study::store::field_folder::LAST;
 use crate::study::store::fields::{Fields, USUAL};
+use crate::study::store::finished_run::{record, refused, skin};
 use crate::study::store::folder::{CaseOutput, Store};
 use crate::study::store::identity::Identity;
-use crate::study::store::outcome::{record, refused, skin};
 use crate::study::store::record::{CaseRecord, INPUTS_CHANGED, PANICKED, REFUSED};
 use crate::study::store::states::KeptStates;
 use crate::study::view;

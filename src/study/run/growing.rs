@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 /// # Errors
 ///
 /// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
-pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+pub fn run_study(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
     let mut records = run_cases(study, dir, options, watch)?;
     let broken = with_earlier_results(&records, dir);
     // The cases are done now, so that none is to be done again

@@ -10,7 +10,7 @@
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
 //! | The search for its constants, and derivatives by constants | `search`, `derivatives` |
-//! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`inputs`] |
+//! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`uncertain_constants`] |
 //! | How much work a case was | [`work`] |
 
 pub mod compute;
@@ -18,7 +18,6 @@ pub mod cores;
 mod derivatives;
 pub mod error;
 pub mod growing;
-pub mod inputs;
 mod live_case;
 pub mod memory;
 mod mistakes;
@@ -29,6 +28,7 @@ pub mod refinement;
 pub mod runner;
 mod search;
 pub mod task;
+pub mod uncertain_constants;
 pub mod waiting;
 pub mod work;
 pub mod worker;

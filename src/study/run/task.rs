@@ -5,7 +5,7 @@ use crate::scene::{ParameterKey, Scene, hint};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::overlay::markers::{self, MarkersError};
-use crate::study::run::inputs::uncertain_constants;
+use crate::study::run::uncertain_constants::uncertain_constants;
 use crate::study::store::asked::Asked;
 use crate::study::store::record::CaseRecord;
 use serde::{Deserialize, Serialize};

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | Requests for more than curves | [`asked`] |
-//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`collapse`], [`sunk`], [`status`] |
+//! | The record of a case, and what of a run goes into it | [`record`], [`finished_run`], [`solver_record`], [`contact_record`], [`energy_record`], [`collapse_record`], [`sunk_record`], [`status`] |
 //! | The record of a study, and its cases as they are read back | [`study_record`], [`series`] |
 //! | Its other files | [`csv_text`], [`skin`], [`fields`], [`field_folder`], [`partial_series`] |
 //! | The build that wrote a record which this one cannot read | [`other_build`] |
@@ -22,19 +22,19 @@ pub mod archive;
 pub mod asked;
 pub mod builds;
 pub mod case_files;
-pub mod collapse;
-pub mod contact;
+pub mod collapse_record;
+pub mod contact_record;
 pub mod csv_text;
-pub mod energy;
+pub mod energy_record;
 pub mod field_folder;
 pub mod fields;
+pub mod finished_run;
 pub mod folder;
 pub mod identity;
 pub mod lock;
 pub mod names;
 pub mod origin;
 pub mod other_build;
-pub mod outcome;
 pub mod outdated;
 pub mod partial_series;
 pub mod placing;
@@ -44,10 +44,10 @@ pub mod results;
 pub mod seal;
 pub mod series;
 pub mod skin;
-pub mod solver;
+pub mod solver_record;
 pub mod states;
 pub mod status;
 pub mod study_record;
-pub mod sunk;
+pub mod sunk_record;
 pub mod superseded;
 pub mod upkeep;

@@ -7,14 +7,14 @@ use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, FileDigest, Measured, column};
 use crate::solve::{Integrator, Status, integrator_order};
 use crate::study::overlay::distance::{Distance, MarkerDistance};
-use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
 use crate::study::run::refinement::RefinementRecord;
+use crate::study::run::uncertain_constants::UncertainConstantRecord;
 use crate::study::run::work::{RepeatRecord, WorkRecord};
 use crate::study::store::asked::{Asked, Asks};
-use crate::study::store::contact::ContactRecord;
+use crate::study::store::contact_record::ContactRecord;
 use crate::study::store::identity::{Build, Identity};
-use crate::study::store::solver::SolverRecord;
+use crate::study::store::solver_record::SolverRecord;
 use crate::wording::distinct;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub use crate::study::store::series::{Place, Series, StoredCase};
 pub use crate::study::store::status::{
     CRASHED, INPUTS_CHANGED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
 };
-pub use crate::study::store::study_record::{FamilyRecord, Member, Quantity, Role, StudyRecord, VariantMember};
+pub use crate::study::store::study_record::{FamilyRecord, Member, Role, StudyQuantity, StudyRecord, VariantMember};
 
 /// Version of the form of `cases/<id>.json` and `study.json`. It grows when a program of today could not read them any more; files of a later
 /// version are refused.
@@ -127,7 +127,7 @@ pub struct CaseRecord {
     pub one_run: Option<OneRunRecord>,
     /// Derivatives by the constants that a law file gives intervals of
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub inputs: Vec<InputRecord>,
+    pub inputs: Vec<UncertainConstantRecord>,
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,

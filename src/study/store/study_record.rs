@@ -27,7 +27,7 @@ pub struct StudyRecord {
     /// Largest error bar that is accepted, as a fraction of the value \[–\]
     pub tolerance: f64,
     /// Variant → the quantities judged there; an imposed quantity is not listed
-    pub quantities: BTreeMap<String, Vec<Quantity>>,
+    pub quantities: BTreeMap<String, Vec<StudyQuantity>>,
     /// Variants in the order of the report: `length`, `tension`
     pub variants: Vec<String>,
     /// Variant → what it is in words, where it was said
@@ -167,7 +167,7 @@ pub type Member<'a> = (&'a str, Option<&'a StoredCase>);
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 #[serde(deny_unknown_fields)]
-pub struct Quantity {
+pub struct StudyQuantity {
     /// Column, with its unit as the suffix: `bending_angle_deg`
     pub name: String,
     /// In words: `bending angle`
@@ -178,7 +178,7 @@ pub struct Quantity {
     pub unit: String,
     /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub against: Option<Box<Quantity>>,
+    pub against: Option<Box<StudyQuantity>>,
     /// Error that is accepted whatever the value is, in the unit of the column; a quantity near zero needs one
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absolute_tolerance: Option<f64>,
@@ -190,7 +190,7 @@ pub struct Quantity {
     pub headline: bool,
 }
 
-impl Quantity {
+impl StudyQuantity {
     /// The accepted error, where `relative` is that of the study.
     pub fn tolerance(&self, relative: f64) -> Tolerance {
         Tolerance { relative, absolute: self.absolute_tolerance.unwrap_or(0.0) }

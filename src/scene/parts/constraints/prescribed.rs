@@ -6,8 +6,8 @@ use crate::math::units::Dimension;
 use crate::scene::build::builder::{Builder, Turned};
 use crate::scene::error::SceneError;
 use crate::scene::notes::jump::{Impact, note_jump};
+use crate::scene::rotation::RotationSpec;
 use crate::scene::signal::SignalSpec;
-use crate::scene::turning::TurningSpec;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -23,7 +23,7 @@ pub struct PrescribedSpec {
     /// The same for each of the components
     pub displacement: Option<SignalSpec>,
     /// A finite rotation: every node is on its circle at every time
-    pub rotation: Option<TurningSpec>,
+    pub rotation: Option<RotationSpec>,
     /// Components of a translation, after the rotation if there is one
     pub translation: Option<[SignalSpec; 3]>,
 }

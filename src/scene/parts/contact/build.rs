@@ -20,7 +20,7 @@ use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
-use crate::scene::turning::check_in_contact;
+use crate::scene::rotation::check_in_contact;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.

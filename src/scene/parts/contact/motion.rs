@@ -1,6 +1,6 @@
 //! Motion of obstacles: a translation along a direction and a rotation about an axis, by signals.
 //!
-//! A point X goes to P + R(θ)(X − P) + s e, with R(θ) of [`turning`](crate::scene::turning). The four nodes that carry the
+//! A point X goes to P + R(θ)(X − P) + s e, with R(θ) of [`rotation`](crate::scene::rotation). The four nodes that carry the
 //! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller in
 //! between: cos(Δθ/2) of its size. The angle of a step is therefore limited.
 
@@ -12,7 +12,7 @@ use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::parts::contact::spec::MotionSpec;
-use crate::scene::turning::{check_in_contact, unit_vector};
+use crate::scene::rotation::{check_in_contact, unit_vector};
 
 /// The four nodes that carry an obstacle along its motion.
 pub(in crate::scene) fn carry(

@@ -1,9 +1,9 @@
 //! `[[contact]]` of a scene.
 
 use crate::scene::build::shape::ShapeSpec;
+use crate::scene::rotation::RotationSpec;
 use crate::scene::signal::SignalSpec;
 use crate::scene::text::quantity::{Length, Modulus, Speed};
-use crate::scene::turning::TurningSpec;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -47,7 +47,7 @@ pub struct MotionSpec {
     /// Displacement \[m\] along the direction
     pub displacement: Option<SignalSpec>,
     /// Rotation about a fixed axis
-    pub turn: Option<TurningSpec>,
+    pub turn: Option<RotationSpec>,
 }
 
 /// Relation between distance and contact pressure

@@ -1,6 +1,6 @@
 //! Selector `box`: everything in a box along the axes.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use super::place::{RuleSpec, at_place, vector};
 use crate::mesh::error::point;
 use crate::scene::text::quantity::Length;
@@ -23,7 +23,7 @@ pub struct BoxSelector {
 }
 
 impl SelectorPart for BoxSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let (min, max) = (vector(&self.min), vector(&self.max));
         if (0..3).any(|d| min[d] > max[d]) {
             return Err(Refusal::new("`min` is beyond `max`", "give the lower corner as `min`"));

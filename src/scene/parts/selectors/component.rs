@@ -1,6 +1,6 @@
 //! Selector `component`: a piece of the surface, or a part of the body, that hangs together.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use crate::math::units::Decimals;
 use crate::mesh::TetMesh;
 use crate::mesh::parts::parts;
@@ -83,7 +83,7 @@ struct Component {
 }
 
 impl SelectorPart for ComponentSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let pick = self.pick.pick();
         let all = match pick {
             Pick::Facets => surfaces(ground.mesh),
@@ -111,7 +111,7 @@ impl SelectorPart for ComponentSelector {
         }
         let mut entities: Vec<u32> = chosen.iter().flat_map(|c| &c.entities).copied().collect();
         entities.sort_unstable();
-        Ok(Found { pick, entities, depends_on_mesh: false, note: None })
+        Ok(SelectedEntities { pick, entities, depends_on_mesh: false, note: None })
     }
 
     fn words(&self) -> String {

@@ -1,6 +1,6 @@
 //! Selector `near`: everything near a surface from a file.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use super::place::{RuleSpec, at_surface};
 use crate::math::units::{self, Dimension};
 use crate::mesh::distance::Nearest;
@@ -29,7 +29,7 @@ pub struct NearSelector {
 }
 
 impl SelectorPart for NearSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let tolerance = self.tolerance.0;
         if tolerance < 0.0 {
             let fact = format!("the tolerance is {} mm", tolerance * 1e3);
@@ -49,7 +49,7 @@ impl SelectorPart for NearSelector {
         if found.entities.is_empty() {
             return Err(Refusal::new(format!("{} holds no {}", self.words(), found.pick.words()), sizes.words()));
         }
-        Ok(Found { note: sizes.doubt().or(found.note), ..found })
+        Ok(SelectedEntities { note: sizes.doubt().or(found.note), ..found })
     }
 
     fn words(&self) -> String {

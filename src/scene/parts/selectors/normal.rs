@@ -1,6 +1,6 @@
 //! Selector `normal`: the facets that look in a direction.
 
-use super::part::{Found, Ground, Refusal, SelectorPart};
+use super::part::{Ground, Refusal, SelectedEntities, SelectorPart};
 use super::place::direction;
 use crate::math::units::shown;
 use crate::mesh::TetMesh;
@@ -26,7 +26,7 @@ pub struct NormalSelector {
 }
 
 impl SelectorPart for NormalSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let degrees = self.angle.0.to_degrees();
         if !(0.0..=180.0).contains(&degrees) {
             let fact = format!("the angle is {} deg", shown(degrees));
@@ -37,7 +37,7 @@ impl SelectorPart for NormalSelector {
         // Parts of a flat facet look where it does: the border is the same on all levels of one file
         let is_kept = is_smooth && is_flat && ground.levels.is_some();
         let note = "`levels` keep its border, which runs where facets of the file meet; other files of a round body have another one";
-        Ok(Found {
+        Ok(SelectedEntities {
             pick: Pick::Facets,
             entities,
             depends_on_mesh: is_smooth && !(is_kept && ground.levels > Some(0)),

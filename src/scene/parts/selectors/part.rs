@@ -16,7 +16,7 @@ pub(in crate::scene) trait SelectorPart {
     }
 
     /// Finds its entities.
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal>;
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal>;
 
     /// Its place in words: `the sphere of radius 3 mm at (0, 0, 0) mm`.
     fn words(&self) -> String;
@@ -39,7 +39,7 @@ pub(in crate::scene) struct Ground<'a> {
 }
 
 /// Entities that a selector holds.
-pub(in crate::scene) struct Found {
+pub(in crate::scene) struct SelectedEntities {
     pub pick: Pick,
     /// Ascending, without repeats
     pub entities: Vec<u32>,
@@ -91,7 +91,7 @@ pub(in crate::scene) fn region_of(
     selector: &dyn SelectorPart,
     ground: &Ground,
 ) -> Result<(Region, Option<String>), Refusal> {
-    let Found { pick, entities, depends_on_mesh, note } = selector.find(ground)?;
+    let SelectedEntities { pick, entities, depends_on_mesh, note } = selector.find(ground)?;
     if entities.is_empty() {
         let (low, high) = ground.mesh.bounding_box();
         let fact = format!("{} holds no {}", selector.words(), pick.words());

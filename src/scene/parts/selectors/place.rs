@@ -1,6 +1,6 @@
 //! Picking by place: the entities inside of it, by a rule at its border.
 
-use super::part::{Found, Ground, PickSpec, Refusal};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
@@ -37,7 +37,7 @@ pub(super) fn at_place(
     place: &str,
     (pick, rule): (PickSpec, Option<RuleSpec>),
     holds: &dyn Fn(&Vec3, f64) -> bool,
-) -> Result<Found, Refusal> {
+) -> Result<SelectedEntities, Refusal> {
     let (mesh, pick) = (ground.mesh, pick.pick());
     let margin = 1e-9 * mesh.diagonal();
     let entities = |rule| pick.at(mesh, rule, &|x| holds(x, margin));
@@ -60,7 +60,7 @@ pub(super) fn at_place(
         }
     };
     let depends_on_mesh = is_cut(mesh, (pick, rule), &|x| holds(x, margin));
-    Ok(Found { pick, entities: entities(rule), depends_on_mesh, note: None })
+    Ok(SelectedEntities { pick, entities: entities(rule), depends_on_mesh, note: None })
 }
 
 /// The entities within a tolerance of a surface, by [`at_place`]. Where the surface itself holds the same ones, its border is theirs, however large the
@@ -70,7 +70,7 @@ pub(super) fn at_surface(
     (place, tolerance): (&str, f64),
     chosen: (PickSpec, Option<RuleSpec>),
     holds: &dyn Fn(&Vec3, f64) -> bool,
-) -> Result<Found, Refusal> {
+) -> Result<SelectedEntities, Refusal> {
     let mut found = at_place(ground, place, chosen, holds)?;
     let thin = SURFACE * ground.mesh.diagonal();
     if !found.depends_on_mesh || tolerance <= thin {

@@ -1,6 +1,6 @@
 //! Selector `plane`: everything near a plane.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use super::place::{RuleSpec, at_surface, direction, vector};
 use crate::mesh::error::point;
 use crate::scene::text::quantity::Length;
@@ -25,7 +25,7 @@ pub struct PlaneSelector {
 }
 
 impl SelectorPart for PlaneSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let (at, normal, tolerance) = (vector(&self.point), direction("normal", &self.normal)?, self.tolerance.0);
         if tolerance < 0.0 {
             let fact = format!("the tolerance is {} mm", tolerance * 1e3);

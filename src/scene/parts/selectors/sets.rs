@@ -1,6 +1,6 @@
 //! Selectors `union`, `intersection`, `difference` and `complement`: regions made of other regions.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use crate::mesh::boundary::facet_cells;
 use crate::mesh::select::Pick;
 use crate::mesh::{Region, TetMesh};
@@ -52,7 +52,7 @@ impl SelectorPart for UnionSelector {
         &self.of
     }
 
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         combine(ground, &self.of, self.pick, |_, operands| {
             let mut all = operands.concat();
             all.sort_unstable();
@@ -71,7 +71,7 @@ impl SelectorPart for IntersectionSelector {
         &self.of
     }
 
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         combine(ground, &self.of, self.pick, |_, operands| {
             let is_in_all = |k: &u32| operands[1..].iter().all(|other| other.binary_search(k).is_ok());
             operands[0].iter().copied().filter(is_in_all).collect()
@@ -88,7 +88,7 @@ impl SelectorPart for DifferenceSelector {
         &self.of
     }
 
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         combine(ground, &self.of, self.pick, |_, operands| without(&operands[0], &operands[1..]))
     }
 
@@ -102,7 +102,7 @@ impl SelectorPart for ComplementSelector {
         &self.of
     }
 
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         combine(ground, &self.of, self.pick, without)
     }
 
@@ -125,7 +125,7 @@ fn combine(
     names: &[String],
     pick: Option<PickSpec>,
     operation: impl Fn(&[u32], &[Vec<u32>]) -> Vec<u32>,
-) -> Result<Found, Refusal> {
+) -> Result<SelectedEntities, Refusal> {
     if names.is_empty() {
         return Err(Refusal::new("`of` names no region", "name those that it is made of"));
     }
@@ -137,7 +137,7 @@ fn combine(
     let taken: Result<Vec<Vec<u32>>, Refusal> =
         regions().map(|(name, region)| entities(ground.mesh, name, region, pick)).collect();
     let depends_on_mesh = regions().any(|(_, region)| region.depends_on_mesh);
-    Ok(Found { pick, entities: operation(&pick.every(ground.mesh), &taken?), depends_on_mesh, note: None })
+    Ok(SelectedEntities { pick, entities: operation(&pick.every(ground.mesh), &taken?), depends_on_mesh, note: None })
 }
 
 /// The kind of entity that all of the regions hold.

@@ -1,6 +1,6 @@
 //! Selector `sphere`: everything in a ball.
 
-use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use super::place::{RuleSpec, at_place, vector};
 use crate::mesh::error::point;
 use crate::scene::text::quantity::Length;
@@ -23,7 +23,7 @@ pub struct SphereSelector {
 }
 
 impl SelectorPart for SphereSelector {
-    fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+    fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal> {
         let (center, radius) = (vector(&self.center), self.radius.0);
         if radius <= 0.0 {
             return Err(Refusal::new(format!("the radius is {} mm", radius * 1e3), "it must be positive"));

@@ -14,7 +14,7 @@
 //! [`super::corners`] takes all dimensions at their worst ends together. Where the pressures of
 //! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated; nor where a case of a dimension has no result.
 
-use crate::calibrate::inverse::{Bound, Calibration, Found};
+use crate::calibrate::inverse::{Bound, Calibration, FittedConstant};
 use crate::math::statistics::larger;
 use crate::study::analysis::Analysis;
 use crate::study::estimate::family::{Estimate, Level, estimate};
@@ -159,7 +159,7 @@ fn judge(
     meshes: Meshes,
     without_constants: &[String],
 ) -> CalibratedConstant {
-    let own: &Found = &finest.found.constants[k];
+    let own: &FittedConstant = &finest.found.constants[k];
     let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
     let are_known = without_constants.is_empty();
     let corners = corners_of(cases, &sizes, own.value, k).filter(|_| are_known);

@@ -20,7 +20,7 @@ use crate::study::calibration_plan::used_law;
 use crate::study::curve::Curve;
 use crate::study::kinds::calibration::corners;
 use crate::study::kinds::calibration::findings::{CalibratedConstant, CalibratedVariant};
-use crate::study::store::record::{Quantity, Role, Series, StoredCase, StudyRecord};
+use crate::study::store::record::{Role, Series, StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 pub struct Band {
     /// Variant of the calibration
     pub variant: String,
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// Case on the finest mesh
     pub case: String,
     pub t_s: Vec<f64>,
@@ -75,7 +75,7 @@ pub fn band(
     let (own, columns) = gradients(of_case, &quantity.name, &keys)?;
     let covariance = source.covariance.as_ref()?;
     let half = |[a, b]: [f64; 2]| 0.5 * (b - a);
-    let widest = |c: &crate::calibrate::inverse::Found| Some(half(c.widest()?) / c.std_error?);
+    let widest = |c: &crate::calibrate::inverse::FittedConstant| Some(half(c.widest()?) / c.std_error?);
     let wide: Vec<f64> = own.iter().map(|k| widest(&source.constants[*k])).collect::<Option<_>>()?;
     let wide = wide.into_iter().fold(0.0, larger);
     let moved = Moved::of(answer, &own);

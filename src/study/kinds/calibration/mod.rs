@@ -17,7 +17,7 @@ use crate::study::calibration_plan::{CalibrationPlan, CalibrationSpec, CurveSpec
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, refuse};
-use crate::study::store::record::{Quantity, Role};
+use crate::study::store::record::{Role, StudyQuantity};
 use crate::study::store::results::Results;
 use analysis::analyse;
 use findings::CalibrationFindings;
@@ -57,7 +57,7 @@ pub struct MeasuredVariantSpec {
     pub set: toml::Table,
     /// Quantities that are reported
     #[serde(rename = "quantity", default)]
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<StudyQuantity>,
     /// Measured curve that the scene is to reproduce
     pub measured: MeasuredSpec,
     /// Further curves of the same constants

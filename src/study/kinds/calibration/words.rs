@@ -1,7 +1,7 @@
 //! Sentences of a calibration: its verdict, its constants, the judgement of element and mesh, doubts and warnings.
 
 use crate::calibrate::ErrorModel;
-use crate::calibrate::inverse::{Calibration, Found, Stable};
+use crate::calibrate::inverse::{Calibration, FittedConstant, Stable};
 use crate::math::statistics::larger;
 use crate::report::names::constant;
 use crate::report::numbers::{capital, digits, percent};
@@ -61,7 +61,7 @@ fn left_and_moved(found: &Calibration) -> [Vec<&str>; 2] {
 }
 
 /// The words after the fact that a constant is not determined, where the search left it or others at their starting values, or changed them with others only.
-pub fn left_words(found: &Calibration, own: &Found) -> String {
+pub fn left_words(found: &Calibration, own: &FittedConstant) -> String {
     let [left, moved] = left_and_moved(found);
     match (&left[..], &moved[..]) {
         ([], []) => String::new(),

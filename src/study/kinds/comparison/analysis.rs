@@ -26,7 +26,7 @@ use crate::study::kinds::comparison::findings::{
 };
 use crate::study::kinds::comparison::sequence::{self, sequences};
 use crate::study::kinds::comparison::{finer, samples};
-use crate::study::store::record::{Member, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Member, Role, StoredCase, StudyQuantity, StudyRecord};
 use crate::wording::few;
 use std::collections::BTreeMap;
 
@@ -72,7 +72,7 @@ fn find<'a>(all: &[Member<'a>], member: &str) -> Option<&'a StoredCase> {
 fn compare(
     (study, stored): (&StudyRecord, &[StoredCase]),
     variant: &str,
-    quantity: &Quantity,
+    quantity: &StudyQuantity,
     reference: &str,
     incomparable: &mut Vec<Incomparable>,
 ) -> Option<MemberDifferences> {
@@ -119,7 +119,12 @@ impl Base {
     /// # Errors
     ///
     /// In words, why nothing can be compared with it.
-    fn new(name: String, case: Option<&StoredCase>, quantity: &Quantity, tolerance: Tolerance) -> Result<Self, String> {
+    fn new(
+        name: String,
+        case: Option<&StoredCase>,
+        quantity: &StudyQuantity,
+        tolerance: Tolerance,
+    ) -> Result<Self, String> {
         let Some(case) = case else { return Err(format!("{name} has no result there")) };
         match (Curve::of(&case.series, &quantity.name), peak(case, &quantity.name)) {
             (Some(curve), Some(peak)) => Ok(Self { name, curve, peak, tolerance }),
@@ -132,7 +137,7 @@ impl Base {
     /// # Errors
     ///
     /// In words, why it cannot be compared.
-    fn compare(&self, case: Option<&StoredCase>, quantity: &Quantity) -> Result<ComparedMember, String> {
+    fn compare(&self, case: Option<&StoredCase>, quantity: &StudyQuantity) -> Result<ComparedMember, String> {
         let c = case.ok_or("it has no result there")?;
         let (f, g) = (Curve::of(&c.series, &quantity.name).ok_or("it has no curve of it")?, &self.curve);
         let own_peak = peak(c, &quantity.name).ok_or("it has no curve of it")?;

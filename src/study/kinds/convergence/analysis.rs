@@ -12,7 +12,7 @@ use crate::study::kinds::convergence::errors::Noise;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
-use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Role, StoredCase, StudyQuantity, StudyRecord};
 
 /// Analyses what is there; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
@@ -44,7 +44,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool) -> MeshErrors {
+fn mesh_errors(cases: &Cases, variant: &str, quantity: &StudyQuantity, deciding: bool) -> MeshErrors {
     let study = cases.study;
     let tolerance = quantity.tolerance(study.tolerance);
     let quantity = quantity.name.as_str();

@@ -2,7 +2,7 @@
 
 use crate::scene::SceneSpec;
 use crate::study::estimate::step_size::has_steps_of;
-use crate::study::run::inputs::{bounded_constants, undetermined_constants};
+use crate::study::run::uncertain_constants::{bounded_constants, undetermined_constants};
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 use crate::wording::distinct;
 use std::collections::BTreeMap;

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 /// Error of one case in one quantity.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct CaseError {
+pub struct CaseQuantityError {
     pub id: String,
     pub value: f64,
     /// |f − f*|/scale \[–\]
@@ -59,7 +59,7 @@ impl StepCause {
 
 /// Differences between time steps on one mesh, as an error of the study's step. It is part of every error bar.
 #[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct StepError {
+pub struct TimeStepError {
     pub family: String,
     pub cause: StepCause,
     /// \[cases\] Δt \[s\], smallest first
@@ -77,8 +77,8 @@ pub fn errors(
     cases: &Cases,
     (variant, quantity): (&str, &str),
     reference: Option<&Reference>,
-    step: Option<&StepError>,
-) -> Vec<CaseError> {
+    step: Option<&TimeStepError>,
+) -> Vec<CaseQuantityError> {
     let Some(r) = reference.filter(|r| r.scale > 0.0) else { return vec![] };
     let (scale, more) = (r.scale, r.uncertainty + step.map_or(0.0, |s| s.error));
     (cases.of_variant(variant))
@@ -87,7 +87,7 @@ pub fn errors(
             let value = peak(c, quantity)?;
             let off = (value - r.value).abs();
             let bar = (off + more + missed(&c.record) * value.abs()) / scale;
-            Some(CaseError { id: c.record.id.clone(), value, error: off / scale, bar })
+            Some(CaseQuantityError { id: c.record.id.clone(), value, error: off / scale, bar })
         })
         .collect()
 }
@@ -157,7 +157,12 @@ pub fn unresolved(cases: &Cases, variant: &str, quantity: &str, allowed: f64) ->
 }
 
 /// The largest error of the study's step by a family of time steps that the variant runs; none where no family tells one.
-pub fn step_error(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Option<StepError> {
+pub fn step_error(
+    cases: &Cases,
+    variant: &str,
+    quantity: &str,
+    reference: Option<&Reference>,
+) -> Option<TimeStepError> {
     let families = cases.study.families.iter().filter(|f| f.role == Role::TimeStep);
     let found = families.filter_map(|family| step_error_of(cases, family, (variant, quantity), reference));
     found.max_by(|a, b| a.error.total_cmp(&b.error))
@@ -169,7 +174,7 @@ fn step_error_of(
     family: &FamilyRecord,
     (variant, quantity): (&str, &str),
     reference: Option<&Reference>,
-) -> Option<StepError> {
+) -> Option<TimeStepError> {
     let mut members: Vec<&StoredCase> = cases.of(family, variant);
     let first = &members.first()?.record;
     let is_of_study = |c: &&StoredCase| cases.at_study_step(variant, &c.record);
@@ -193,5 +198,5 @@ fn step_error_of(
         (StepCause::Algebraic, larger(range(values.iter().copied()), range(last.iter().copied())))
     };
     let negligible = reference.is_some_and(|r| error <= 0.1 * r.uncertainty) || error <= ROUNDING * runs[at].1.abs();
-    Some(StepError { family: family.name.clone(), cause, dt_s, values, error, negligible })
+    Some(TimeStepError { family: family.name.clone(), cause, dt_s, values, error, negligible })
 }

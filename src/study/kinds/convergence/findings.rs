@@ -8,7 +8,7 @@ use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::extension::Extension;
-use crate::study::kinds::convergence::errors::{CaseError, Noise, StepError, Unresolved};
+use crate::study::kinds::convergence::errors::{CaseQuantityError, Noise, TimeStepError, Unresolved};
 use crate::study::kinds::convergence::independent::{InputUncertainty, OneRunBar};
 use crate::study::store::record::Role;
 use serde::Serialize;
@@ -35,7 +35,7 @@ pub struct MeshErrors {
     pub curves: Vec<(String, CurveStudy)>,
     /// One per formulation with seeds
     pub noise: Vec<Noise>,
-    pub step: Option<StepError>,
+    pub step: Option<TimeStepError>,
     /// A case whose steps do not resolve the motion
     pub unresolved: Option<Unresolved>,
     /// Largest share of a peak that the time grid may miss between two points \[–\]
@@ -51,7 +51,7 @@ pub struct MeshErrors {
     /// Constants of the laws with an interval whose share of the quantity is not known, since no derivative by them is there
     pub without_share: Vec<String>,
     pub reference: Option<Reference>,
-    pub errors: Vec<CaseError>,
+    pub errors: Vec<CaseQuantityError>,
     /// A reference within the tolerance exists, the time steps resolve the motion, and the time grid meets the extrema of the signals
     pub supported: bool,
     /// Why not, or what limits it

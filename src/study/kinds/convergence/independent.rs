@@ -10,7 +10,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::run::inputs::InputRecord;
+use crate::study::run::uncertain_constants::UncertainConstantRecord;
 use crate::study::store::record::StoredCase;
 use serde::Serialize;
 
@@ -76,8 +76,8 @@ pub fn input_uncertainty(
         is_known.then_some(case)
     };
     let finest = ids.find_map(known)?;
-    let change = |i: &InputRecord| i.derivatives[quantity] * i.half_width;
-    let correlation = |a: &InputRecord, b: &InputRecord| match a.constant == b.constant {
+    let change = |i: &UncertainConstantRecord| i.derivatives[quantity] * i.half_width;
+    let correlation = |a: &UncertainConstantRecord, b: &UncertainConstantRecord| match a.constant == b.constant {
         true => 1.0,
         false => a.correlation.get(&b.constant).copied().unwrap_or(0.0),
     };

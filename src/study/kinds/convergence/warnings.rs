@@ -5,7 +5,7 @@ use crate::report::numbers::{capital, minus_signs, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
 use crate::study::estimate::richardson::{LEAST_RATIO, ROUNDING, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::kinds::convergence::errors::{StepCause, StepError};
+use crate::study::kinds::convergence::errors::{StepCause, TimeStepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
 use crate::study::notes::notes;
@@ -132,11 +132,11 @@ fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
 /// Says that a family of time steps measures no error of theirs at one time, once. Values that are rounding of the largest one in their unit have no digits to differ in.
 fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let steps = quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?)));
-    let idle: Vec<(&ByQuantity<MeshErrors>, &StepError)> =
+    let idle: Vec<(&ByQuantity<MeshErrors>, &TimeStepError)> =
         steps.filter(|(_, s)| s.cause == StepCause::Algebraic).collect();
-    let size = |s: &StepError| s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-    let relative = |s: &StepError| s.error / size(s);
-    let is_rounding = |q: &ByQuantity<MeshErrors>, s: &StepError| {
+    let size = |s: &TimeStepError| s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    let relative = |s: &TimeStepError| s.error / size(s);
+    let is_rounding = |q: &ByQuantity<MeshErrors>, s: &TimeStepError| {
         let of_unit = idle.iter().filter(|(other, _)| other.quantity.unit == q.quantity.unit);
         of_unit.map(|(_, other)| size(other)).any(|other| size(s) < ROUNDING * other)
     };

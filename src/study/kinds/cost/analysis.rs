@@ -10,7 +10,7 @@ use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::{curve_error, members, reference, steps};
 use crate::study::kinds::cost::sentence;
-use crate::study::store::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use crate::wording::count;
 
 /// Analyses what is there; cases that are missing or did not converge are named.
@@ -38,7 +38,7 @@ fn cost_of_accuracy(
     study: &StudyRecord,
     stored: &[StoredCase],
     variant: &str,
-    quantity: &Quantity,
+    quantity: &StudyQuantity,
     levels: &[f64],
 ) -> CostOfAccuracy {
     let reference = reference(study, stored, variant, quantity);

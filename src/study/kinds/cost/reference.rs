@@ -19,7 +19,7 @@ use crate::study::estimate::family::{Estimate, Level, estimate_of_order, formal_
 use crate::study::estimate::reference as chosen;
 use crate::study::estimate::step_size::step_sizes;
 use crate::study::estimate::tolerance::Tolerance;
-use crate::study::store::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
 /// f* and f*(t) with their own errors.
@@ -69,7 +69,7 @@ pub fn reference(
     study: &StudyRecord,
     stored: &[StoredCase],
     variant: &str,
-    quantity: &Quantity,
+    quantity: &StudyQuantity,
 ) -> Option<ReferenceCurve> {
     let tolerance = quantity.tolerance(study.tolerance);
     let quantity = quantity.name.as_str();
@@ -140,7 +140,12 @@ fn extrapolated(
 
 /// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame
 /// decides nothing.
-pub fn curve_error(reference: &ReferenceCurve, case: &StoredCase, quantity: &Quantity, tolerance: f64) -> Option<f64> {
+pub fn curve_error(
+    reference: &ReferenceCurve,
+    case: &StoredCase,
+    quantity: &StudyQuantity,
+    tolerance: f64,
+) -> Option<f64> {
     let f = Curve::of(&case.series, &quantity.name)?;
     let Curve { t, f: star } = &reference.curve;
     let d: Vec<f64> = t.iter().zip(star).map(|(t, star)| f.at(*t) - star).collect();

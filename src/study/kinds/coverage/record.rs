@@ -1,6 +1,6 @@
 //! Details that a coverage study keeps with its record.
 
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 use serde::{Deserialize, Serialize};
 
 /// The problems of a study.
@@ -22,7 +22,7 @@ pub struct ProblemRecord {
     /// It took no part in the choice of the bounds and rules that are judged
     #[serde(default)]
     pub fresh: bool,
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<StudyQuantity>,
     /// Families whose error bars are judged
     pub judged: Vec<JudgedFamily>,
     /// Families that know the truth

@@ -8,7 +8,7 @@ use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names};
-use crate::study::store::record::{Quantity, Role};
+use crate::study::store::record::{Role, StudyQuantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -77,7 +77,7 @@ pub struct ProblemSpec {
     pub quick: bool,
     /// Quantities whose error bars are judged
     #[serde(rename = "quantity")]
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<StudyQuantity>,
     /// Name of a series of sizes → label of a size → its changes; `truth` is the series of the truth
     #[serde(deserialize_with = "changes::of_series")]
     #[schemars(with = "BTreeMap<String, AnyTable>")]

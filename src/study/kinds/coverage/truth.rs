@@ -9,7 +9,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, estimate, formal_order};
 use crate::study::estimate::richardson::Triple;
 use crate::study::kinds::coverage::record::ProblemRecord;
-use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Role, StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
 /// Share of a change by extrapolation that counts as its uncertainty.
@@ -20,7 +20,7 @@ const SHARE_OF_CHANGE: f64 = 0.25;
 pub struct Truth {
     pub problem: String,
     pub material: String,
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// \[unit of the quantity\]
     pub value: f64,
     pub uncertainty: f64,
@@ -45,7 +45,7 @@ pub fn truth(
     stored: &[StoredCase],
     problem: &ProblemRecord,
     material: &str,
-    quantity: &Quantity,
+    quantity: &StudyQuantity,
 ) -> Option<Truth> {
     let limits: Vec<Limit> =
         problem.truths.iter().filter_map(|family| limit(study, stored, family, material, &quantity.name)).collect();

@@ -5,17 +5,17 @@
 use crate::report::numbers::{percent, significant};
 use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::reduction::record::{
-    DerivedRecord, InputRecord, ModelRecord, QuantityRecord, ReductionRecord,
+    DerivedRecord, ModelRecord, QuantityRecord, ReductionInputRecord, ReductionRecord,
 };
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 use crate::study::store::results::Results;
 use crate::wording::count;
 
 /// Findings of a reduction study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReductionFindings {
-    pub inputs: Vec<InputRecord>,
-    pub quantities: Vec<Quantity>,
+    pub inputs: Vec<ReductionInputRecord>,
+    pub quantities: Vec<StudyQuantity>,
     /// None as long as there are no models
     pub derived: Option<DerivedRecord>,
     /// Whether every case has its result
@@ -97,7 +97,7 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
 /// Bar over error from which on a bar is called wide.
 const WIDE: f64 = 5.0;
 
-fn doubts(models: &[ModelRecord], quantities: &[Quantity]) -> Vec<String> {
+fn doubts(models: &[ModelRecord], quantities: &[StudyQuantity]) -> Vec<String> {
     let mut out = vec![];
     for model in models {
         for (q, asked) in model.quantities.iter().zip(quantities) {
@@ -135,8 +135,9 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
         return "No verdict: not every run has a result, so that no model is made.".into();
     };
     let of = |model: &ModelRecord| {
-        let part =
-            |(q, asked): (&QuantityRecord, &Quantity)| format!("the {} within {}", asked.label, percent(relative(q)));
+        let part = |(q, asked): (&QuantityRecord, &StudyQuantity)| {
+            format!("the {} within {}", asked.label, percent(relative(q)))
+        };
         let all: Vec<String> = model.quantities.iter().zip(&found.quantities).map(part).collect();
         all.join(", ")
     };
@@ -207,7 +208,7 @@ pub(super) mod tests {
                 }],
             }],
         });
-        let quantity = Quantity { label: "height of the tip".into(), ..Quantity::default() };
+        let quantity = StudyQuantity { label: "height of the tip".into(), ..StudyQuantity::default() };
         ReductionFindings {
             inputs: vec![],
             quantities: vec![quantity],

@@ -2,7 +2,7 @@
 
 use crate::material::law_from_table;
 use crate::scene::{ParameterKey, hint, read_scene};
-use crate::study::kinds::reduction::record::InputRecord;
+use crate::study::kinds::reduction::record::ReductionInputRecord;
 use crate::study::spec::Mistake;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ const OTHERS: [(&str, &str, &str); 5] = [
 ];
 
 /// Refuses inputs that cannot be, at their place, with the reason.
-pub fn check(inputs: &[InputRecord], scene: &Path) -> Result<(), Mistake> {
+pub fn check(inputs: &[ReductionInputRecord], scene: &Path) -> Result<(), Mistake> {
     for input in inputs {
         let place = format!("input {}", input.name);
         let is_other = |key: &str| input.key.starts_with(key) || key.starts_with('.') && input.key.contains(key);

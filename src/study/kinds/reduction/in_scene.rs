@@ -1,6 +1,6 @@
 //! The inputs of a study as its scene has them: their values at its start, and whether they drive.
 
-use super::record::InputRecord;
+use super::record::ReductionInputRecord;
 use crate::math::units;
 use crate::scene::spec::{EffectSpec, IntegratorSpec, SignalSpec};
 use crate::scene::{SceneSpec, find, overrides, read_scene};
@@ -9,7 +9,7 @@ use serde::Deserialize;
 use std::path::Path;
 
 /// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages or a static one.
-pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
+pub fn complete(inputs: &mut [ReductionInputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
     // A scene that cannot be read is refused with its own reason
     let Ok((spec, text)) = read_scene(scene, &[]) else { return Ok(()) };
     let table: toml::Table = text.parse().unwrap_or_default();
@@ -35,7 +35,7 @@ pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Resu
 }
 
 /// Refuses inputs whose keys lead to the same place, however they are written.
-fn check_apart(inputs: &[InputRecord], table: &toml::Table) -> Result<(), Mistake> {
+fn check_apart(inputs: &[ReductionInputRecord], table: &toml::Table) -> Result<(), Mistake> {
     let mut marked = table.clone();
     for (k, input) in inputs.iter().enumerate() {
         // A key that leads nowhere is refused with its own reason
@@ -56,7 +56,7 @@ fn check_apart(inputs: &[InputRecord], table: &toml::Table) -> Result<(), Mistak
 }
 
 /// Refuses an input that is a part of another signal, such as a term of a sum: a controller sets whole signals.
-fn check_whole(input: &InputRecord, table: &toml::Table) -> Result<(), Mistake> {
+fn check_whole(input: &ReductionInputRecord, table: &toml::Table) -> Result<(), Mistake> {
     let above = std::iter::successors(input.key.rsplit_once('.'), |(above, _)| above.rsplit_once('.'));
     let is_signal = |key: &&str| find(table, key).is_ok_and(|value| SignalSpec::deserialize(value.clone()).is_ok());
     match above.map(|(above, _)| above).filter(is_signal).last() {

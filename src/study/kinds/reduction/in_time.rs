@@ -1,7 +1,7 @@
 //! Runs in time of a reduction study: inputs that are polygons over time, drawn from their ranges.
 
 use super::path::random;
-use super::record::{InputRecord, MotionRecord};
+use super::record::{ReductionInputRecord, ReductionMotionRecord};
 use crate::math::units::{self, Dimension};
 use crate::study::spec::Mistake;
 use crate::wording::first;
@@ -19,7 +19,7 @@ pub struct MotionSpec {
 }
 
 /// The times in s.
-pub fn motion(spec: &MotionSpec) -> Result<MotionRecord, Mistake> {
+pub fn motion(spec: &MotionSpec) -> Result<ReductionMotionRecord, Mistake> {
     let time = |key: &str, text: &str| {
         let wrong = |fact: String| {
             ("motion".to_string(), format!("{key} = \"{text}\" {fact}"), format!("write {key} = \"0.5 s\""))
@@ -30,7 +30,8 @@ pub fn motion(spec: &MotionSpec) -> Result<MotionRecord, Mistake> {
             Err(why) => Err(wrong(format!("is no time: {why}"))),
         }
     };
-    let record = MotionRecord { duration: time("duration", &spec.duration)?, corner: time("corner", &spec.corner)? };
+    let record =
+        ReductionMotionRecord { duration: time("duration", &spec.duration)?, corner: time("corner", &spec.corner)? };
     if record.corner > record.duration {
         let fact = format!("corner = \"{}\" is longer than a run of {}", spec.corner, spec.duration);
         return Err(("motion".into(), fact, "give a shorter time between corners, or longer runs".into()));
@@ -39,7 +40,7 @@ pub fn motion(spec: &MotionSpec) -> Result<MotionRecord, Mistake> {
 }
 
 /// Shares of the ranges at the corners of each run, each drawn by itself.
-pub fn corners(inputs: usize, runs: usize, motion: MotionRecord, seed: u64) -> Vec<Vec<Vec<f64>>> {
+pub fn corners(inputs: usize, runs: usize, motion: ReductionMotionRecord, seed: u64) -> Vec<Vec<Vec<f64>>> {
     let each = (motion.duration / motion.corner - 1e-9).ceil().max(1.0) as usize;
     random(inputs, runs * each, seed).chunks(each).map(<[Vec<f64>]>::to_vec).collect()
 }
@@ -58,7 +59,7 @@ pub fn uncut<'a>(dt: f64, runs: impl Iterator<Item = (&'a str, usize)>) -> Resul
 }
 
 /// The inputs at a time of a run with these corners, in the units of both.
-pub fn at(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord, t: f64) -> Vec<f64> {
+pub fn at(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: ReductionMotionRecord, t: f64) -> Vec<f64> {
     let place = t / motion.corner;
     let before = (place.floor() as usize).min(corners.len());
     let share = place - before as f64;
@@ -74,7 +75,7 @@ pub fn at(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord, t:
 }
 
 /// The changes of a run: each input is a polygon with these corners, from rest on.
-pub fn run(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord) -> toml::Table {
+pub fn run(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: ReductionMotionRecord) -> toml::Table {
     let mut changes = super::runs::polygons(inputs, corners, motion.corner);
     changes.insert("stage.0.duration".into(), format!("{} s", motion.duration).into());
     changes
@@ -97,9 +98,15 @@ mod tests {
     #[test]
     fn inputs_are_polygons_from_rest() {
         let (start, held) = (None, false);
-        let input =
-            InputRecord { name: "pull".into(), key: "k".into(), unit: "mm".into(), range: [1.0, 5.0], start, held };
-        let motion = MotionRecord { duration: 0.2, corner: 0.1 };
+        let input = ReductionInputRecord {
+            name: "pull".into(),
+            key: "k".into(),
+            unit: "mm".into(),
+            range: [1.0, 5.0],
+            start,
+            held,
+        };
+        let motion = ReductionMotionRecord { duration: 0.2, corner: 0.1 };
         let value = |t: f64| at(std::slice::from_ref(&input), &[vec![3.0], vec![4.0]], motion, t)[0];
         for (t, expected) in [(0.0, 1.0), (0.05, 2.0), (0.1, 3.0), (0.15, 3.5), (0.2, 4.0)] {
             assert!((value(t) - expected).abs() < 1e-12, "{t}: {}", value(t));

@@ -2,7 +2,7 @@
 
 use crate::reduction::{ReducedModel, Twin};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
-use crate::study::kinds::reduction::record::{Comparison, MeshRecord, MeshesRecord, ReductionRecord};
+use crate::study::kinds::reduction::record::{Comparison, MeshesRecord, ReductionMeshRecord, ReductionRecord};
 use crate::study::kinds::reduction::runs::at_points;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
@@ -57,9 +57,14 @@ fn along(model: &ReducedModel, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     Some(out)
 }
 
-fn mesh(name: &str, (case, states): (&StoredCase, usize), values: &[Vec<f64>], target: &[Vec<f64>]) -> MeshRecord {
+fn mesh(
+    name: &str,
+    (case, states): (&StoredCase, usize),
+    values: &[Vec<f64>],
+    target: &[Vec<f64>],
+) -> ReductionMeshRecord {
     let cells = case.record.mesh.cells;
-    MeshRecord { name: name.into(), cells, step_s: step(case, states), errors: distances(values, target) }
+    ReductionMeshRecord { name: name.into(), cells, step_s: step(case, states), errors: distances(values, target) }
 }
 
 /// CPU time from one of so many states of a case to the next \[s\]; parts of steps that were cut are none of their own.

@@ -7,7 +7,7 @@ use crate::scene::{Body, ParameterKey, Scene, changed_scene, mesh_sha256, simula
 use crate::study::kind::Underived;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
-use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::record::{ReductionInputRecord, ReductionRecord};
 use crate::study::kinds::reduction::runs::at_points;
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
@@ -30,7 +30,7 @@ pub struct Prepared {
     pub scene: Scene,
     file: PathBuf,
     body: Arc<Body>,
-    inputs: Vec<InputRecord>,
+    inputs: Vec<ReductionInputRecord>,
     /// \[inputs of the study\] place among those of a model
     places: Vec<usize>,
     /// \[inputs of the study\] one unit in SI
@@ -58,7 +58,7 @@ impl Prepared {
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
         let marks = marks(&record.inputs, &factors);
-        let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
+        let left = |(input, mark): (&ReductionInputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (of_study, known) = (&cases[0].record.provenance.scene, KnownLaws::default());
         let (spec, text) = changed_scene(&file, of_study, &changes, &known).map_err(|e| e.to_string())?;
@@ -167,10 +167,11 @@ impl Prepared {
     /// The training of these states.
     pub fn training<'a>(&'a self, states: &'a [FullState]) -> Result<Training<'a>, String> {
         let at = |values: &[f64]| self.at_constants(values).map_err(ReductionError::OtherScene);
-        let of: Vec<(usize, &InputRecord)> =
+        let of: Vec<(usize, &ReductionInputRecord)> =
             self.inputs.iter().enumerate().filter(|(_, input)| input.is_constant()).collect();
-        let key = |(_, input): &(usize, &InputRecord)| input.key.parse::<ParameterKey>().map_err(|e| e.to_string());
-        let named = |(k, input): &(usize, &InputRecord)| {
+        let key =
+            |(_, input): &(usize, &ReductionInputRecord)| input.key.parse::<ParameterKey>().map_err(|e| e.to_string());
+        let named = |(k, input): &(usize, &ReductionInputRecord)| {
             Input::new(constant_name(input), input.range.map(|u| self.factors[*k] * u))
         };
         let constants = ConstantInputs {
@@ -202,7 +203,7 @@ fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Optio
     }
     // One state each, at the end of its run
     let set = rounds.member(&case.record.family, member)?;
-    let value = |input: &InputRecord| match set.get(&input.key)? {
+    let value = |input: &ReductionInputRecord| match set.get(&input.key)? {
         toml::Value::Table(signal) => signal.get("of")?.as_array()?.last()?.as_array()?.get(1)?.as_float(),
         toml::Value::String(text) => parts(text).ok().map(|(number, ..)| number),
         number => number.as_float(),
@@ -211,7 +212,7 @@ fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Optio
 }
 
 /// An input in the scene of a model: a signal left to a controller, with a start that tells it from the others; a constant in the middle of its range.
-fn left_open(input: &InputRecord, mark: f64) -> toml::Value {
+fn left_open(input: &ReductionInputRecord, mark: f64) -> toml::Value {
     if input.is_constant() {
         return input.text(0.5 * (input.range[0] + input.range[1]));
     }
@@ -228,7 +229,7 @@ const APART: f64 = 1e-6;
 const ROUNDING: f64 = 1e-9;
 
 /// \[inputs\] values within the ranges, in the units of the inputs, that tell at the start which input is which: no two of them are one value in SI.
-fn marks(inputs: &[InputRecord], factors: &[f64]) -> Vec<f64> {
+fn marks(inputs: &[ReductionInputRecord], factors: &[f64]) -> Vec<f64> {
     let (n, mut marks) = (inputs.len(), Vec::<f64>::new());
     for (k, (input, factor)) in inputs.iter().zip(factors).enumerate() {
         let width = input.range[1] - input.range[0];
@@ -244,10 +245,14 @@ fn marks(inputs: &[InputRecord], factors: &[f64]) -> Vec<f64> {
 }
 
 /// The place of each input of the study among those of a model: signals as the scene has them, then constants.
-fn places(scene: &Scene, inputs: &[InputRecord], (marks, factors): (&[f64], &[f64])) -> Result<Vec<usize>, String> {
+fn places(
+    scene: &Scene,
+    inputs: &[ReductionInputRecord],
+    (marks, factors): (&[f64], &[f64]),
+) -> Result<Vec<usize>, String> {
     let initial = scene.controls.values_from_outside(&scene.controls.memory());
     let mut constants = initial.len()..;
-    let mut place = |(k, input): (usize, &InputRecord)| {
+    let mut place = |(k, input): (usize, &ReductionInputRecord)| {
         if input.is_constant() {
             return constants.next().ok_or_else(String::new);
         }
@@ -261,7 +266,7 @@ fn places(scene: &Scene, inputs: &[InputRecord], (marks, factors): (&[f64], &[f6
 }
 
 /// Name of a constant among the inputs of a model: law, key and unit, `rubber_mu_Pa`.
-fn constant_name(input: &InputRecord) -> String {
+fn constant_name(input: &ReductionInputRecord) -> String {
     let name = input.key.trim_start_matches("laws.").replace('.', "_");
     let is_pressure = parts(&format!("1 {}", input.unit)).is_ok_and(|(_, _, _, of)| of == Dimension::PRESSURE);
     if is_pressure { name + "_Pa" } else { name }
@@ -286,7 +291,7 @@ mod tests {
             vec![([0.0, 3.0], "mm"), ([0.0, 1.5], "mm"), ([0.0, 1.0], "mm"), ([-1.0, 3.0], "mm")],
             vec![([0.0, 5.0], "kPa"), ([0.0, 5.0], "kPa"), ([0.0, 5.0], "kPa")],
         ] {
-            let input = |(range, unit): &([f64; 2], &str)| InputRecord {
+            let input = |(range, unit): &([f64; 2], &str)| ReductionInputRecord {
                 name: "a".into(),
                 key: "k".into(),
                 unit: (*unit).into(),
@@ -294,7 +299,7 @@ mod tests {
                 start: None,
                 held: false,
             };
-            let inputs: Vec<InputRecord> = ranges.iter().map(input).collect();
+            let inputs: Vec<ReductionInputRecord> = ranges.iter().map(input).collect();
             let factors: Vec<f64> = inputs.iter().map(|i| factor(&i.unit).expect("a unit")).collect();
             let marks = marks(&inputs, &factors);
             for (k, input) in inputs.iter().enumerate() {

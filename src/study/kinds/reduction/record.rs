@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// An input of the scene with its range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct InputRecord {
+pub struct ReductionInputRecord {
     pub name: String,
     /// Path into the scene of the signal that it takes the place of
     pub key: String,
@@ -22,7 +22,7 @@ pub struct InputRecord {
     pub held: bool,
 }
 
-impl InputRecord {
+impl ReductionInputRecord {
     /// Whether it is a constant of a law; others are signals.
     pub fn is_constant(&self) -> bool {
         self.key.starts_with("laws.")
@@ -41,7 +41,7 @@ impl InputRecord {
 
 /// Times of runs in time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MotionRecord {
+pub struct ReductionMotionRecord {
     /// Length of a run \[s\]
     pub duration: f64,
     /// Time from one corner of an input to the next \[s\]
@@ -66,13 +66,13 @@ pub struct GreedyRecord {
 pub struct ReductionRecord {
     /// Scene file, relative to the folder of the study file
     pub scene: PathBuf,
-    pub inputs: Vec<InputRecord>,
+    pub inputs: Vec<ReductionInputRecord>,
     /// Member → \[points × inputs\] in the units of the inputs
     pub training: BTreeMap<String, Vec<Vec<f64>>>,
     pub held_back: BTreeMap<String, Vec<Vec<f64>>>,
     /// Times of runs in time, whose points are the corners of the inputs
     #[serde(default)]
-    pub motion: Option<MotionRecord>,
+    pub motion: Option<ReductionMotionRecord>,
     /// Where training states are added to these
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub greedy: Option<GreedyRecord>,
@@ -154,14 +154,14 @@ pub struct Comparison {
     /// \[quantities\] largest changes from rest on it
     pub sizes: Vec<f64>,
     /// The mesh of the models comes first
-    pub meshes: Vec<MeshRecord>,
+    pub meshes: Vec<ReductionMeshRecord>,
     /// \[models × quantities\] largest distance of changes from rest, none where a step did not succeed
     pub models: Vec<Option<Vec<f64>>>,
 }
 
 /// A mesh of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeshRecord {
+pub struct ReductionMeshRecord {
     pub name: String,
     pub cells: usize,
     /// CPU time of a step \[s\]

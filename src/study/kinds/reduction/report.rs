@@ -6,8 +6,8 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative, time};
-use crate::study::kinds::reduction::record::{DerivedRecord, InputRecord, SearchStep};
-use crate::study::kinds::reduction::{figures, mesh_figure, search_figure};
+use crate::study::kinds::reduction::figures;
+use crate::study::kinds::reduction::record::{DerivedRecord, ReductionInputRecord, SearchStep};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, json};
@@ -20,10 +20,10 @@ pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
     analysis.insert("chosen".into(), json!(chosen));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let figures = [
-        drawn("meshes", || mesh_figure::meshes(a)),
+        drawn("meshes", || figures::meshes::meshes(a)),
         drawn("work-precision", || figures::precision(a)),
         drawn("bars", || figures::bars(a)),
-        drawn("search", || search_figure::search(a)),
+        drawn("search", || figures::search::search(a)),
         drawn("singular-values", || figures::decay(a)),
     ];
     Content {
@@ -98,7 +98,7 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
 
 /// The inputs with their ranges, and what the models are made of, in sentences.
 pub fn made_of(a: &ReductionFindings) -> String {
-    let range = |i: &InputRecord| {
+    let range = |i: &ReductionInputRecord| {
         let [low, high] = i.range.map(|end| end.to_string().replace('-', "−"));
         format!("{} from {low} to {high} {}", i.name, i.unit).trim_end().to_string()
     };
@@ -314,7 +314,7 @@ mod tests {
         let (start, held) = (None, false);
         let (name, key, unit) = ("tension".into(), "k".into(), "mm".into());
         let mut a = found(0.01, Some(0));
-        a.inputs = vec![InputRecord { name, key, unit, range: [-3.0, 1.0], start, held }];
+        a.inputs = vec![ReductionInputRecord { name, key, unit, range: [-3.0, 1.0], start, held }];
         let states = "Inputs of the models: tension from −3 to 1 mm. The models are made of 24 states within these ranges, and their bars of 1 that were held back.";
         assert_eq!(made_of(&a), states);
         a.derived.iter_mut().for_each(|derived| derived.dt = Some(0.01));

@@ -1,6 +1,6 @@
 //! Runs through points of the ranges of the inputs, as changes of the scene.
 
-use super::record::InputRecord;
+use super::record::ReductionInputRecord;
 use crate::reduction::inputs::SHARE;
 use crate::scene::column;
 
@@ -8,20 +8,20 @@ use crate::scene::column;
 const ROUNDING: f64 = 1e-9;
 
 /// Share of the range at which the input is zero, or nearest to it.
-pub fn at_rest(input: &InputRecord) -> f64 {
+pub fn at_rest(input: &ReductionInputRecord) -> f64 {
     let [low, high] = input.range;
     (input.at_rest() - low) / (high - low)
 }
 
 /// Values in the units of the inputs.
-pub fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
+pub fn in_units(inputs: &[ReductionInputRecord], shares: &[f64]) -> Vec<f64> {
     inputs.iter().zip(shares).map(|(i, s)| i.range[0] + s * (i.range[1] - i.range[0])).collect()
 }
 
 /// The changes of a run: each signal is a polygon over time, one point a second, from rest on; constants are those of the first point. Where the `quantities` have
 /// angles, which count turns from state to state, the way to a point is cut into steps.
 pub fn members<'a>(
-    inputs: &[InputRecord],
+    inputs: &[ReductionInputRecord],
     points: &[Vec<f64>],
     quantities: impl IntoIterator<Item = &'a str>,
 ) -> toml::Table {
@@ -29,7 +29,7 @@ pub fn members<'a>(
     let constants = inputs.iter().enumerate().filter(|(_, input)| input.is_constant());
     changes.extend(constants.filter_map(|(k, input)| Some((input.key.clone(), input.text(points.first()?[k])))));
     let turns = quantities.into_iter().any(column::is_angle);
-    let start: Vec<f64> = inputs.iter().map(InputRecord::at_rest).collect();
+    let start: Vec<f64> = inputs.iter().map(ReductionInputRecord::at_rest).collect();
     let from = std::iter::once(&start).chain(points);
     let steps = from.zip(points).map(|(from, to)| if turns { steps(inputs, from, to) } else { 1 });
     let steps: Vec<usize> = steps.collect();
@@ -45,7 +45,7 @@ pub fn members<'a>(
 }
 
 /// Steps from one point to the next in which no signal changes by more than a share of its range; a power of two, whose times have no rounding.
-fn steps(inputs: &[InputRecord], from: &[f64], to: &[f64]) -> usize {
+fn steps(inputs: &[ReductionInputRecord], from: &[f64], to: &[f64]) -> usize {
     let signals = inputs.iter().zip(from.iter().zip(to)).filter(|(input, _)| !input.is_constant());
     let shares = signals.map(|(input, (from, to))| (to - from).abs() / (input.range[1] - input.range[0]));
     let most = shares.fold(0.0, f64::max);
@@ -58,7 +58,7 @@ pub fn at_points(t: &[f64]) -> Vec<usize> {
 }
 
 /// Each signal as a polygon over time with these points at even distances \[s\], from rest on.
-pub fn polygons(inputs: &[InputRecord], points: &[Vec<f64>], each: f64) -> toml::Table {
+pub fn polygons(inputs: &[ReductionInputRecord], points: &[Vec<f64>], each: f64) -> toml::Table {
     let mut changes = toml::Table::new();
     for (k, input) in inputs.iter().enumerate() {
         if input.is_constant() {
@@ -83,7 +83,7 @@ mod tests {
     /// The way to an angle is cut into steps of a sixteenth of the range, others are not; the states at the points are found again.
     #[test]
     fn the_way_to_an_angle_is_cut() {
-        let input = |key: &str| InputRecord {
+        let input = |key: &str| ReductionInputRecord {
             name: "pull".into(),
             key: key.into(),
             unit: "mm".into(),

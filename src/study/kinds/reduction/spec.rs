@@ -9,11 +9,11 @@ use crate::study::kinds::reduction::constants;
 use crate::study::kinds::reduction::in_scene;
 use crate::study::kinds::reduction::in_time::{self, MotionSpec};
 use crate::study::kinds::reduction::path::{ordered, random};
-use crate::study::kinds::reduction::record::{InputRecord, MeshesRecord, ReductionRecord};
+use crate::study::kinds::reduction::record::{MeshesRecord, ReductionInputRecord, ReductionRecord};
 use crate::study::kinds::reduction::runs::{at_rest, in_units, members};
 use crate::study::kinds::reduction::training::TrainingSpec;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names, check_quantities};
-use crate::study::store::record::{Quantity, Role};
+use crate::study::store::record::{Role, StudyQuantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -25,10 +25,10 @@ use std::path::Path;
 pub struct ReductionStudy {
     /// Inputs of the models, with the ranges that they are made for
     #[serde(rename = "input", default)]
-    pub inputs: Vec<InputSpec>,
+    pub inputs: Vec<ReductionInputSpec>,
     /// Recorded columns that the models give
     #[serde(rename = "quantity", default)]
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<StudyQuantity>,
     /// States that the models are made of: their number, or a plan; or the number of runs in time
     pub training: TrainingSpec,
     /// States that their error bars are made of, or runs in time; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
@@ -57,7 +57,7 @@ pub struct ReductionStudy {
 /// An input of reduced models.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct InputSpec {
+pub struct ReductionInputSpec {
     /// In words: `pull`
     pub name: String,
     /// Path into the scene of a signal or a constant that the input takes the place of
@@ -121,7 +121,7 @@ pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Ex
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let motion = study.motion.as_ref().map(in_time::motion).transpose()?;
     // The constants of a run are those of all its states
-    let apart = inputs.iter().any(InputRecord::is_constant);
+    let apart = inputs.iter().any(ReductionInputRecord::is_constant);
     let number = if apart { usize::MAX } else { study.runs };
     let runs = |role: Role| match (motion, role) {
         (Some(motion), Role::Training) => {
@@ -172,7 +172,7 @@ pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Ex
     Ok(Expansion { rules, ..Expansion::new(vec![variant], specs, record) })
 }
 
-fn names(quantities: &[Quantity]) -> impl Iterator<Item = &str> {
+fn names(quantities: &[StudyQuantity]) -> impl Iterator<Item = &str> {
     quantities.iter().map(|q| q.name.as_str())
 }
 
@@ -206,7 +206,7 @@ fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<Fa
             }
         };
     };
-    if record.inputs.iter().any(InputRecord::is_constant) {
+    if record.inputs.iter().any(ReductionInputRecord::is_constant) {
         let fact = "meshes are compared along one run, whose constants of laws are the same at all states";
         return mistake("reference", fact, "compare meshes in a study whose inputs are signals");
     }
@@ -231,7 +231,7 @@ fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<Fa
     Ok(out)
 }
 
-fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
+fn check(study: &ReductionStudy) -> Result<Vec<ReductionInputRecord>, Mistake> {
     let mistake = |place: &str, fact: String, remedy: &str| Err((place.into(), fact, remedy.into()));
     let names: Vec<String> = study.inputs.iter().map(|i| i.name.clone()).collect();
     if names.is_empty() {
@@ -265,7 +265,7 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
     if study.runs == 0 {
         return mistake("runs", "no run at all".into(), "give 1 or more");
     }
-    let inputs: Vec<InputRecord> = study.inputs.iter().map(input).collect::<Result<_, _>>()?;
+    let inputs: Vec<ReductionInputRecord> = study.inputs.iter().map(input).collect::<Result<_, _>>()?;
     if study.motion.is_some() {
         at_rest_only(study, &inputs)?;
     }
@@ -273,7 +273,7 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
 }
 
 /// Refuses in a study of runs in time what models at rest only have.
-fn at_rest_only(study: &ReductionStudy, inputs: &[InputRecord]) -> Result<(), Mistake> {
+fn at_rest_only(study: &ReductionStudy, inputs: &[ReductionInputRecord]) -> Result<(), Mistake> {
     let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
     if matches!(study.training, TrainingSpec::Plan(_)) {
         let fact = "a plan chooses states at rest; runs in time are drawn";
@@ -291,7 +291,7 @@ fn at_rest_only(study: &ReductionStudy, inputs: &[InputRecord]) -> Result<(), Mi
     Ok(())
 }
 
-fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
+fn input(spec: &ReductionInputSpec) -> Result<ReductionInputRecord, Mistake> {
     let place = format!("input {}", spec.name);
     let wrong =
         |fact: String| (place.clone(), fact, "write range = [\"0 mm\", \"15 mm\"], in units of the input".to_string());
@@ -308,7 +308,7 @@ fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
         return Err((place, format!("the range from {low} to {high} {unit} is empty"), remedy));
     }
     let (start, held) = (None, false);
-    Ok(InputRecord {
+    Ok(ReductionInputRecord {
         name: spec.name.clone(),
         key: spec.key.clone(),
         unit: unit.into(),

@@ -8,11 +8,11 @@
 use crate::report::numbers::percent;
 use crate::solve::Status;
 use crate::study::analysis::{self, Analysis};
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::kinds::robustness::check::{self, Check, CheckResult};
 use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
-use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{NOT_RUN, StoredCase, StudyRecord};
 use crate::wording::count;
 use serde::Serialize;

@@ -19,7 +19,7 @@ use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
 use crate::study::kinds::robustness::loads::Loads;
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::spec::{VariantSpec, refuse};
-use crate::study::store::record::{Quantity, REFUSED};
+use crate::study::store::record::{REFUSED, StudyQuantity};
 use crate::wording::few;
 use std::path::Path;
 use toml::{Table, Value};
@@ -140,14 +140,14 @@ fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn
 }
 
 /// The first recorded quantity in this order: bending angle, position, markers, reaction, cable, cavity.
-fn quantity(spec: &SceneSpec) -> Option<Quantity> {
+fn quantity(spec: &SceneSpec) -> Option<StudyQuantity> {
     let Headline { column, label, symbol, unit } = spec.headline()?;
-    Some(Quantity {
+    Some(StudyQuantity {
         name: column,
         label: label.into(),
         symbol: symbol.into(),
         unit: unit.into(),
-        ..Quantity::default()
+        ..StudyQuantity::default()
     })
 }
 
@@ -247,7 +247,7 @@ fn without_sizes(mesh: &MeshSpec) -> &'static str {
 }
 
 /// Starts that are not rest: a scene that ends static ends where the run from rest ends.
-fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
+fn starts(file: &Path, spec: &SceneSpec, quantity: &StudyQuantity) -> SuiteSpec {
     let law = |table: &Table| table.get("law").and_then(Value::as_str).and_then(|name| registry::find(name).ok());
     let survives = spec.laws.values().all(|table| law(table).is_some_and(|l| l.info.survives_inversion));
     let mut all = vec![

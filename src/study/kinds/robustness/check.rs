@@ -102,7 +102,7 @@ impl Bound {
         let worse = |a: f64, b: f64| if b.is_nan() || a.is_nan() { b.is_nan() } else { b > a };
         let rows = measured.iter().zip(reference).map(|(&m, &r)| (self.off(m, r), m, r));
         let (off, measured, reference) = rows.reduce(|a, b| if worse(a.0, b.0) { b } else { a })?;
-        // Nothing is off by nothing, whatever the size; no error is a share of a size that is no finite number
+        // Nothing is off by nothing, whatever the size; no error is a share of a size that is not a finite number
         let error = match size.is_finite() {
             true if off == 0.0 => 0.0,
             true => off / size,
@@ -298,7 +298,7 @@ fn in_scene(scene: &toml::Table, path: &str) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::study::store::record::{CaseRecord, Series};
-    use crate::study::store::solver::StopRecord;
+    use crate::study::store::solver_record::StopRecord;
 
     /// A case of these rows of x, after two steps.
     fn case(x: &[f64]) -> StoredCase {

@@ -5,10 +5,10 @@
 //! ```
 
 use crate::study::axis::AxisRecord;
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::curve::{peak, peak_words};
 use crate::study::kinds::robustness::record::MapRecord;
-use crate::study::outcome::CaseOutcome;
-use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
 /// An answer up to this far off, beyond the tolerance, is poor; farther off it is wrong \[–\].
@@ -19,7 +19,7 @@ const POOR: f64 = 0.1;
 pub struct Map {
     pub family: String,
     pub setup: String,
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the map
     pub peak_is: &'static str,
     pub axes: Vec<AxisRecord>,
@@ -218,7 +218,7 @@ mod tests {
             r.probes.insert("angle_deg".into(), probe);
             stored.push(case);
         }
-        let quantity = Quantity { name: "angle_deg".into(), ..Quantity::default() };
+        let quantity = StudyQuantity { name: "angle_deg".into(), ..StudyQuantity::default() };
         let axes = vec![axis("dt", 3), axis("load", 2)];
         let setup = String::new();
         let mut map = MapRecord { family: "map".into(), setup, quantity, axes, points, reference: None, rows: vec![] };

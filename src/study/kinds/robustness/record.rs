@@ -2,7 +2,7 @@
 
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::check::Check;
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub struct SuiteRecord {
 pub struct MapRecord {
     pub family: String,
     pub setup: String,
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// Along x, along y
     pub axes: Vec<AxisRecord>,
     /// Member → index along x and y

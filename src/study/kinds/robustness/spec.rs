@@ -7,7 +7,7 @@ use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_unit};
-use crate::study::store::record::{Quantity, REFUSED, Role};
+use crate::study::store::record::{REFUSED, Role, StudyQuantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -61,7 +61,7 @@ pub struct MapSpec {
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// The column whose peak is compared with that of the reference
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// Two: along x and along y
     #[serde(rename = "axis")]
     pub axes: Vec<AxisSpec>,

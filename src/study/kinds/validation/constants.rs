@@ -3,7 +3,7 @@
 use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, find};
 use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan};
-use crate::study::kinds::validation::spec::{InputSpec, Purpose, RecordSpec, UnknownSpec, ValidationStudy};
+use crate::study::kinds::validation::spec::{Purpose, RecordSpec, UncertainInputSpec, UnknownSpec, ValidationStudy};
 use crate::wording::either;
 
 /// Most unknowns: their corners are 16 runs.
@@ -87,7 +87,7 @@ pub fn without_use(study: &ValidationStudy, records: &[RecordPlan], scenes: &[to
 }
 
 /// The keys of an input that a scene has, with one standard deviation each \[SI\].
-fn deviations(input: &InputSpec, keys: &[&String], scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
+fn deviations(input: &UncertainInputSpec, keys: &[&String], scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
     let (amount, dimension) = units::quantity(&input.deviation).map_err(|e| e.to_string())?;
     if amount <= 0.0 {
         return Err("its deviation is not above zero".into());

@@ -14,7 +14,7 @@ use crate::study::kinds::validation::quantities::Sources;
 use crate::study::kinds::validation::spec::{Purpose, RecordSpec, ValidationStudy};
 use crate::study::kinds::validation::tracks::RecordTracks;
 use crate::study::spec::{FamilySpec, VariantSpec, refuse};
-use crate::study::store::record::Quantity;
+use crate::study::store::record::StudyQuantity;
 use crate::wording::count;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -44,7 +44,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         let mut columns: Vec<&QuantityPlan> = plan.quantities.iter().filter(of).collect();
         columns.dedup_by_key(|q| q.column.clone());
         // The column as it is recorded: the label is that of what is evaluated from it
-        let quantity = |q: &&QuantityPlan| Quantity {
+        let quantity = |q: &&QuantityPlan| StudyQuantity {
             name: q.column.clone(),
             label: column::words(&q.column).0,
             symbol: q.symbol.clone(),
@@ -52,7 +52,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
                 "1" => String::new(),
                 unit => unit.into(),
             },
-            ..Quantity::default()
+            ..StudyQuantity::default()
         };
         VariantSpec {
             name: r.name.clone(),

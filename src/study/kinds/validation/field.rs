@@ -9,7 +9,7 @@ use crate::math::units::{self, Dimension};
 use crate::storage::table::Line;
 use crate::study::kinds::validation::measured;
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan};
-use crate::study::kinds::validation::spec::{Evaluation, FieldSpec, RecordSpec};
+use crate::study::kinds::validation::spec::{Evaluation, MeasuredFieldSpec, RecordSpec};
 use crate::study::spec::EXPERIMENT;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub struct Field {
 
 impl Field {
     /// Reads the table of a record; the error says what is wrong in words.
-    pub fn read(base: &Path, spec: &FieldSpec, record: &RecordSpec) -> Result<Self, String> {
+    pub fn read(base: &Path, spec: &MeasuredFieldSpec, record: &RecordSpec) -> Result<Self, String> {
         let file = spec.file.replace(EXPERIMENT, record.experiment());
         let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
         let names: Vec<&str> = spec.position.iter().chain(&spec.displacement).map(String::as_str).collect();
@@ -65,7 +65,7 @@ impl Field {
     }
 
     /// A quantity per point and component, in millimetres.
-    pub fn quantities(&self, spec: &FieldSpec, record: &RecordSpec, errors: &Errors) -> Vec<QuantityPlan> {
+    pub fn quantities(&self, spec: &MeasuredFieldSpec, record: &RecordSpec, errors: &Errors) -> Vec<QuantityPlan> {
         let middle = self.points.iter().sum::<Vec3>() / self.points.len() as f64;
         let one = |(k, i): (usize, usize)| {
             let (number, axis, arm) = (k + 1, AXES[i], self.points[k] - middle);
@@ -122,7 +122,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    pub fn read(spec: &FieldSpec) -> Result<Self, String> {
+    pub fn read(spec: &MeasuredFieldSpec) -> Result<Self, String> {
         let read = |key: &str, text: &str, dimension| {
             units::parse(text, dimension)
                 .map_err(|e| format!("{key}: {e}"))

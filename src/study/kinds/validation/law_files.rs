@@ -6,7 +6,7 @@
 use crate::scene::SceneSpec;
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::plan::{InputPlan, ValidationPlan};
-use crate::study::run::inputs::{Uncertain, uncertain_constants, undetermined_constants};
+use crate::study::run::uncertain_constants::{Uncertain, uncertain_constants, undetermined_constants};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use toml::Table;

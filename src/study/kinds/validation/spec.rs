@@ -17,7 +17,7 @@ pub struct ValidationStudy {
     pub unknowns: Vec<UnknownSpec>,
     /// Numbers that are known with an uncertainty
     #[serde(rename = "input", default)]
-    pub inputs: Vec<InputSpec>,
+    pub inputs: Vec<UncertainInputSpec>,
     /// Experiments with their scenes
     #[serde(rename = "record", default)]
     pub records: Vec<RecordSpec>,
@@ -26,7 +26,7 @@ pub struct ValidationStudy {
     pub quantities: Vec<QuantitySpec>,
     /// Fields of displacements
     #[serde(rename = "field", default)]
-    pub fields: Vec<FieldSpec>,
+    pub fields: Vec<MeasuredFieldSpec>,
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
@@ -61,7 +61,7 @@ pub struct UnknownSpec {
 /// A number of the scenes that is known with an uncertainty.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct InputSpec {
+pub struct UncertainInputSpec {
     /// Name of the input
     pub name: String,
     /// Paths into the scenes that change together; a record has those of its scene
@@ -236,7 +236,7 @@ pub struct TableSpec {
 /// Displacements of many points, by image correlation or markers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct FieldSpec {
+pub struct MeasuredFieldSpec {
     /// Part of the names of its columns and quantities
     pub name: String,
     /// CSV relative to the study; `{experiment}` is replaced by the experiment of the record

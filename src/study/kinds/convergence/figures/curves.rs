@@ -12,7 +12,7 @@ use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::{PANELS, axis_label, first_of};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::store::record::{Quantity, Role, StoredCase};
+use crate::study::store::record::{Role, StoredCase, StudyQuantity};
 use crate::study::store::results::Results;
 use plotters::style::Color;
 
@@ -39,7 +39,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     }
     let shown = shown(analysis, variant, &cases);
     let more = first_of(shown.len(), PANELS, "quantities");
-    let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
+    let panels: Vec<(StudyQuantity, Option<&CurveStudy>)> = (shown.into_iter())
         .take(PANELS)
         .map(|q| {
             let study = analysis.find(variant, &q.name);
@@ -106,13 +106,13 @@ fn entries(cases: &[&StoredCase], sizes: usize, has_limit: bool) -> Vec<(Sample,
 }
 
 /// The quantities with a panel: those that decide in the variant.
-fn shown<'a>(analysis: &'a ConvergenceFindings, variant: &str, cases: &[&StoredCase]) -> Vec<&'a Quantity> {
+fn shown<'a>(analysis: &'a ConvergenceFindings, variant: &str, cases: &[&StoredCase]) -> Vec<&'a StudyQuantity> {
     let deciding = analysis.quantities.iter().filter(|q| q.variant == variant && q.deciding).map(|q| &q.quantity);
     deciding.filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some())).collect()
 }
 
 /// The order of the curves of every quantity, in a sentence.
-fn orders(panels: &[(Quantity, Option<&CurveStudy>)]) -> String {
+fn orders(panels: &[(StudyQuantity, Option<&CurveStudy>)]) -> String {
     let words: Vec<String> = panels
         .iter()
         .filter_map(|(q, s)| {
@@ -134,7 +134,7 @@ fn orders(panels: &[(Quantity, Option<&CurveStudy>)]) -> String {
 fn panel(
     area: &crate::report::canvas::Area,
     cases: &[&StoredCase],
-    q: &Quantity,
+    q: &StudyQuantity,
     study: Option<&CurveStudy>,
     (upper, lower): ([i32; 4], [i32; 4]),
     letter: Option<Letter>,

@@ -9,7 +9,7 @@ use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::figures::sheet::Sheet;
-use crate::study::figures::work_precision::{self, Setting, level_entries, levels};
+use crate::study::figures::work_precision::{self, CostPoint, level_entries, levels};
 use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::convergence::figures::look::{self, Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -234,7 +234,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
     let is_seed = |d: &ErrorDot| store.study.families[d.family].role == Role::Seeds;
     let setting = |d: &ErrorDot| {
         let ErrorDot { cost, error, bar, .. } = *d;
-        Setting { cost, error, bar, look: look(d.family), may_be_chosen: !is_seed(d) }
+        CostPoint { cost, error, bar, look: look(d.family), may_be_chosen: !is_seed(d) }
     };
     let extra = work_precision::entries().collect();
     let (svg, more) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {

@@ -8,7 +8,7 @@ use crate::report::panels::Letter;
 use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::figures::sheet::Sheet;
-use crate::study::figures::work_precision::{self, Setting, levels};
+use crate::study::figures::work_precision::{self, CostPoint, levels};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
@@ -162,9 +162,9 @@ impl Panel<'_> {
         };
         let setting = |s: &CostedCase| {
             let (cost, [error, bar]) = ((self.amount.of)(s)?, ends(s));
-            Some(Setting { cost, error, bar, look: look(store, &s.family), may_be_chosen: true })
+            Some(CostPoint { cost, error, bar, look: look(store, &s.family), may_be_chosen: true })
         };
-        let placed: Vec<Setting> = q.settings.iter().filter_map(setting).collect();
+        let placed: Vec<CostPoint> = q.settings.iter().filter_map(setting).collect();
         let x = Axis::log(placed.iter().map(|s| s.cost), &self.amount.label);
         let label = format!("error of the {} [%]", measure.words());
         let y = Axis::of_errors(q.settings.iter().flat_map(ends), tolerance, 0.0, &label);

@@ -4,9 +4,9 @@ use crate::report::canvas::{RGB, figure, mm};
 use crate::report::figure::Figure;
 use crate::report::panels::{Panels, headed};
 use crate::report::surface::{Fit, Look, View, extent, surface};
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::figures::first_of;
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
-use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];

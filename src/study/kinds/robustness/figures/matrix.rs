@@ -6,8 +6,8 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, legend_below, legend_lines, numbered};
 use crate::report::measure::{shortened, width};
+use crate::study::case_outcome::CaseOutcome;
 use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
-use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 
 const ROW: f64 = 3.9;

@@ -20,14 +20,14 @@ use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
 use crate::study::overlay::{notes, overlays};
 use crate::study::run::work::WorkRecord;
-use crate::study::store::contact::contacts;
+use crate::study::store::contact_record::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
     CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, OppositeRecord, PhaseRecord,
     ProbeRecord, Provenance, SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
-use crate::study::store::solver::{self, SolverRecord};
+use crate::study::store::solver_record::{self, SolverRecord};
 use nalgebra::Rotation3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -82,7 +82,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         steps_matter: Some(path_dependence(scene).is_some()),
         unseen_share: unseen_share(scene),
         status: run.status.name().into(),
-        status_detail: solver::detail(scene, run),
+        status_detail: solver_record::detail(scene, run),
         solver: SolverRecord::new(scene, run),
         wall_s: spent.wall_s,
         cpu_s: spent.cpu_s,
@@ -122,7 +122,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         probes: probes(scene, run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        notes: of_scene.chain(solver::notes(scene, run)).chain(of_tracks).chain(notes(&overlays)).collect(),
+        notes: of_scene.chain(solver_record::notes(scene, run)).chain(of_tracks).chain(notes(&overlays)).collect(),
         distances: overlays.into_iter().filter_map(|o| o.distance).collect(),
         measured: scene.measured.curves.clone(),
         markers,

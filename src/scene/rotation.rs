@@ -19,7 +19,7 @@ use std::f64::consts::PI;
 /// A rotation by the right-hand rule, about an axis that stays where it is.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct TurningSpec {
+pub struct RotationSpec {
     /// Direction of the axis; its length does not count
     pub axis: [f64; 3],
     /// A point of the axis
@@ -36,7 +36,7 @@ const HALF_TURN: f64 = PI * (1.0 - 1e-9);
 const MOST_IN_CONTACT: f64 = PI / 9.0 * (1.0 + 1e-9);
 
 /// A rotation whose angle is a function of time.
-pub(super) struct Turning {
+pub(super) struct Rotation {
     /// Unit vector along the axis
     axis: Vec3,
     /// \[m\]
@@ -45,14 +45,14 @@ pub(super) struct Turning {
     pub(super) angle: Signal,
 }
 
-impl TurningSpec {
+impl RotationSpec {
     /// The rotation; its angle is recorded as `column`.
-    pub(super) fn build(&self, builder: &mut Builder, place: &str, column: String) -> Result<Turning, SceneError> {
+    pub(super) fn build(&self, builder: &mut Builder, place: &str, column: String) -> Result<Rotation, SceneError> {
         let axis = unit_vector(builder, place, "axis", self.axis)?;
         let angle = builder.signal(place, column.clone(), &self.angle, Dimension::ANGLE)?;
         note_jump(builder, &column, &angle, Impact::FromPlace);
         check_steps(builder, place, &angle)?;
-        Ok(Turning { axis, about: self.about.map(|x| x.0).into(), angle })
+        Ok(Rotation { axis, about: self.about.map(|x| x.0).into(), angle })
     }
 }
 
@@ -126,7 +126,7 @@ pub fn half_turns(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
     jumps.collect()
 }
 
-impl Turning {
+impl Rotation {
     /// Component `i` of the displacement \[m\] of the point that is at `at` \[m\] at rest.
     pub(super) fn displacement(&self, at: Vec3, i: usize) -> Signal {
         let v = at - self.about;

@@ -1,5 +1,8 @@
 //! Figures of a reduction study: error over cost, errors with their estimates, decay of the singular values.
 
+pub mod meshes;
+pub mod search;
+
 use crate::report::canvas::{Area, INK, Mark as Shape, PALETTE, dashed, figure, line, mark, mm};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::numbers::capital;

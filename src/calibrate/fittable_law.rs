@@ -14,7 +14,7 @@ pub fn fittable_laws() -> Vec<&'static LawEntry> {
 
 /// A law with its number of terms.
 #[derive(Clone, Copy, Debug)]
-pub struct Model {
+pub struct FittableLaw {
     pub law: &'static LawEntry,
     pub form: &'static FitForm,
     pub terms: usize,
@@ -22,7 +22,7 @@ pub struct Model {
     pub nu: f64,
 }
 
-impl Model {
+impl FittableLaw {
     /// `terms`: the usual number where none is asked for.
     pub fn new(name: &str, terms: Option<usize>) -> Result<Self, FitError> {
         let known = fittable_laws();
@@ -68,7 +68,7 @@ impl Model {
         }
     }
 
-    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`Model::at`].
+    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`FittableLaw::at`].
     pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
         self.nominal(values, mode, mode.stretches_with(self.nu, stretch, 1.0))
     }

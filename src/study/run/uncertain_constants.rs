@@ -13,7 +13,7 @@ use toml::Table;
 
 /// A constant with its interval, and derivatives of the extremes by it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct InputRecord {
+pub struct UncertainConstantRecord {
     /// `laws.rubber.mu`; keys that have one value, as in `laws.foam.nu1 = laws.foam.nu2`
     pub constant: String,
     /// The larger side of its 95 % interval, from its value \[SI\]
@@ -110,7 +110,7 @@ fn intervals(law: &Table) -> impl Iterator<Item = (&String, f64, [f64; 2])> {
 }
 
 /// Derivatives of the extremes of all columns; none where they stop before one.
-pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
+pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities) -> Vec<UncertainConstantRecord> {
     let column = |name: &String| {
         let k = run.columns.iter().position(|c| c == name)?;
         sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
@@ -123,7 +123,7 @@ pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities)
             let d = own.iter().map(|n| row[j][*n] - sensitivities.rows[0][j][*n]).sum::<f64>();
             d.is_finite().then(|| (name.clone(), d))
         };
-        InputRecord {
+        UncertainConstantRecord {
             constant: constant.name(),
             half_width: constant.half_width,
             correlation: constant.correlation.clone(),

@@ -7,9 +7,9 @@ use crate::scene::{
     wrinkle_notes,
 };
 use crate::solve::{Status, TurningPoint};
-use crate::study::store::collapse::CollapseRecord;
-use crate::study::store::energy::EnergyRecord;
-use crate::study::store::sunk::SunkenRecord;
+use crate::study::store::collapse_record::CollapseRecord;
+use crate::study::store::energy_record::EnergyRecord;
+use crate::study::store::sunk_record::SunkenRecord;
 use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

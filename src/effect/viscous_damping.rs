@@ -1,7 +1,7 @@
-//! Damping: mass-proportional, and viscous in the bulk.
+//! Viscous damping in the bulk.
 
 use super::cell::{CellPoints, MOST_NODES};
-use super::mass::Mass;
+use super::damping_work::work;
 use crate::material::LaneResponse;
 use crate::math::lanes::{Kernel, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, ZERO9, rows};
@@ -10,48 +10,6 @@ use crate::system::{
     At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative,
     Perturbation, Want,
 };
-
-/// Mass-proportional damping: r = α M v \[N\], α \[1/s\] (the mass term of Rayleigh 1877).
-pub struct MassDamping {
-    pub alpha: f64,
-    pub mass: Mass,
-}
-
-impl Effect for MassDamping {
-    fn name(&self) -> &str {
-        "mass_damping"
-    }
-
-    fn role(&self) -> EnergyRole {
-        EnergyRole::Dissipative
-    }
-
-    fn blocks(&self) -> &Blocks {
-        &self.mass.blocks
-    }
-
-    fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        self.mass.apply(at.v, b, self.alpha, at.rates.cv, want, out);
-        out.energy = work(&self.mass.blocks, at, b, out);
-        Ok(())
-    }
-
-    fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities {
-            needs: Needs { velocity: true, acceleration: false },
-            past: Some(self),
-            linear_in_rates: true,
-            ..Capabilities::default()
-        }
-    }
-}
-
-impl PastDerivative for MassDamping {
-    fn along(&self, _: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        self.mass.apply(direction.v, b, self.alpha, 0.0, Want::Residual, out);
-        Ok(())
-    }
-}
 
 /// Kelvin–Voigt damping S_v = η Ė with Ė = (E − Eₙ)/Δt, E = ½(FᵀF − I), η \[Pa s\].
 ///
@@ -233,10 +191,4 @@ impl PastDerivative for ViscousDamping {
         }
         Ok(())
     }
-}
-
-/// r_e·(x − old) of block `b` \[J\].
-pub(super) fn work(blocks: &Blocks, at: &At, b: usize, out: &BlockValues) -> f64 {
-    let dofs = blocks.nodes(b).iter().flat_map(|&n| 3 * n as usize..3 * n as usize + 3);
-    dofs.zip(&out.r).map(|(dof, r)| r * (at.x[dof] - at.old[dof])).sum()
 }

@@ -1,4 +1,4 @@
-//! Files: read within a limit, written whole or not at all, known by their contents; the time of their records.
+//! Files: read up to a size limit, written whole or not at all, and identified by their contents; the time for records.
 
 pub mod columns;
 pub mod reading;
@@ -13,23 +13,23 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tempfile::NamedTempFile;
 
-/// Largest text that a person writes: scenes, studies, laws, cards \[bytes\].
+/// Largest accepted text written by hand, such as scenes, studies, laws and cards \[bytes\].
 pub const TEXT_LIMIT: u64 = 64 << 20;
-/// Largest file of data: meshes, surfaces, tables \[bytes\].
+/// Largest accepted data file, such as meshes, surfaces and tables \[bytes\].
 pub const DATA_LIMIT: u64 = 4 << 30;
-/// A gzipped file may unpack to this \[bytes\] and to a multiple of its own size in addition.
+/// Size to which any gzipped file may unpack \[bytes\], in addition to a multiple of its own size.
 const UNPACKED_FREE: u64 = 16 << 20;
-/// Files of numbers shrink to a third, regular grids as text to a tenth.
+/// Largest accepted compression ratio. Files of numbers compress to about a third of their size, regular grids written as text to about a tenth.
 const UNPACKED_RATIO: u64 = 24;
 
-/// The contents of a regular file of at most `limit` bytes. A pipe or a device, which may have no end, is refused.
+/// Reads a regular file of at most `limit` bytes. A pipe or a device, which may have no end, is refused.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let bytes = limited(open(path)?, limit)?;
     reading::note(path, || sha256(&bytes));
     Ok(bytes)
 }
 
-/// A regular file, to be read. A pipe without a writer would block when it is opened, so that its kind is asked for first.
+/// Opens a regular file for reading. Its kind is checked first, because opening a pipe without a writer would block.
 pub fn open(path: &Path) -> Result<File> {
     if !std::fs::metadata(path)?.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file"));
@@ -37,18 +37,18 @@ pub fn open(path: &Path) -> Result<File> {
     File::open(path)
 }
 
-/// Whether there is no such file, or a file in place of its folder.
+/// Whether an error means that the file does not exist, or that its folder is itself a file.
 pub fn is_absent(e: &Error) -> bool {
     matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
 }
 
-/// The same as UTF-8 text.
+/// Reads a regular file of at most `limit` bytes as UTF-8 text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String> {
     String::from_utf8(read(path, limit)?)
         .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text in UTF-8; save it in this encoding"))
 }
 
-/// All of a stream that ends within `limit` bytes, such as an archive as it is unpacked.
+/// Reads a stream, such as an archive while it is unpacked, to its end; refuses more than `limit` bytes.
 pub fn limited(stream: impl Read, limit: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.take(limit + 1).read_to_end(&mut bytes)?;
@@ -58,7 +58,7 @@ pub fn limited(stream: impl Read, limit: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The content of a gzipped file. One that unpacks to far more than such a file of numbers is refused: it may be made to fill the memory.
+/// Unpacks a gzipped file. A file that unpacks to far more than a file of numbers would is refused, because it may be meant to fill the memory.
 pub fn unpacked(packed: &[u8]) -> Result<Vec<u8>> {
     let limit = (UNPACKED_FREE + UNPACKED_RATIO * packed.len() as u64).min(DATA_LIMIT);
     let mut bytes = Vec::new();
@@ -70,27 +70,27 @@ pub fn unpacked(packed: &[u8]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether a file begins as a gzipped one.
+/// Whether a file begins like a gzipped file.
 pub fn is_packed(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
 }
 
-/// Writes a file whole or not at all: into a new file of the same folder, which reaches the disk before it takes the name. Two writers do not meet,
-/// and a link of the same name is replaced, not followed.
+/// Writes a file whole or not at all: into a new file in the same folder, which reaches the disk before it is given the name. Concurrent writers do
+/// not interfere, and a symbolic link of the same name is replaced, not followed.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     write_with(path, |file| file.write_all(bytes))
 }
 
-/// The same with what `fill` writes.
+/// Writes a file whole or not at all, with the content that `fill` produces.
 pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<()> {
     keep_part(part_with(path, fill)?, path)
 }
 
-/// Writes several files in their order, each whole: none of them takes its name before all have reached the disk and `ready` has been called.
+/// Writes several files in order, each whole: none is given its name before all have reached the disk and `ready` has been called.
 ///
 /// # Errors
 ///
-/// The file that cannot be written. Where it is found before `ready`, nothing has changed.
+/// The file that cannot be written. If the error occurs before `ready` is called, nothing has changed.
 pub fn write_together<B: AsRef<[u8]>>(
     files: &[(PathBuf, B)],
     ready: impl FnOnce(),
@@ -103,14 +103,14 @@ pub fn write_together<B: AsRef<[u8]>>(
     files.iter().zip(parts).try_for_each(|((path, _), part)| keep_part(part, path).map_err(|e| (path.clone(), e)))
 }
 
-/// A new file next to this one with what `fill` writes, which has reached the disk.
+/// A new file next to `path` with the content that `fill` produces, which has reached the disk.
 fn part_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".part");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // The user's umask applies
+        // The permissions follow the user's umask
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder_of(path))?;
@@ -130,12 +130,12 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A new name is safe when its folder is; where a folder cannot be opened, its system keeps names by itself.
+/// Flushes a folder to the disk, so that new names in it are safe. Where a folder cannot be opened, the system keeps names safe by itself.
 fn make_names_safe(folder: &Path) {
     File::open(folder).and_then(|folder| folder.sync_all()).ok();
 }
 
-/// Gives a file that another program has written its name, in the same file system: it reaches the disk first.
+/// Renames a file that another program has written, within one file system, after its content has reached the disk.
 pub fn keep(part: &Path, path: &Path) -> Result<()> {
     File::open(part)?.sync_all()?;
     std::fs::rename(part, path)?;
@@ -143,7 +143,7 @@ pub fn keep(part: &Path, path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Makes a folder with its parents, and writes and removes a file there: a run must not find out at its end that it cannot.
+/// Creates a folder with its parents, and writes and removes a file in it, so that a run finds out at its start that it cannot write there.
 pub fn writable_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     let mut trial = tempfile::Builder::new().prefix(".").suffix(".part").tempfile_in(folder)?;
@@ -156,19 +156,19 @@ pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-/// SHA-256 in hexadecimal digits of what `fill` writes, piece by piece.
+/// SHA-256 in hexadecimal digits of the bytes that `fill` writes, piece by piece.
 pub fn sha256_of(fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<String> {
     let mut sum = Sha256::new();
     fill(&mut sum)?;
     Ok(hexadecimal(&sum.finalize()))
 }
 
-/// The digits of bytes, two for each.
+/// Bytes as hexadecimal digits, two for each byte.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Time since the beginning of 1970; zero where the clock is before it.
+/// Time since the beginning of 1970; zero if the clock is set earlier.
 pub fn unix_time() -> Duration {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
