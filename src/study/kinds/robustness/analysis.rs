@@ -207,7 +207,7 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
 mod tests {
     use super::*;
     use crate::study::store::record::{REFUSED, Series};
-    use crate::study::store::solver::StopRecord;
+    use crate::study::store::solver_record::StopRecord;
     use CaseOutcome::{Demanded, Fail, Pass, Stopped, Unchecked};
 
     fn suite(ends: Option<&[&str]>, checks: Vec<Check>) -> SuiteRecord {
