@@ -81,7 +81,7 @@ pub struct CaseSummary {
     pub dt_s: f64,
     /// End of the run: `Converged`, or the reason why it stopped
     pub status: String,
-    /// `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
+    /// `pass`, `unchecked`, `demanded`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<String>")]
     pub outcome: Option<CaseOutcome>,
