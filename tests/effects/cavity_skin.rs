@@ -102,11 +102,11 @@ outer = { kind = "component", pick = "facets", which = "outer" }
 
 /// The bar, held at one end, with a cavity.
 fn scene(folder: &Path, mesh: TetMesh, cavity: &str) -> Result<Scene, String> {
-    scene_of(folder, mesh, WALLS, cavity)
+    scene_of(folder, mesh, (WALLS, "0.01 mm"), cavity)
 }
 
-/// A body, held at one end, with these regions and a cavity.
-fn scene_of(folder: &Path, mesh: TetMesh, regions: &str, cavity: &str) -> Result<Scene, String> {
+/// A body, held at one end, with these regions and a cavity; its skin has this reach.
+fn scene_of(folder: &Path, mesh: TetMesh, (regions, reach): (&str, &str), cavity: &str) -> Result<Scene, String> {
     let text = format!(
         r#"
 [mesh]
@@ -129,7 +129,7 @@ region = "root"
 name = "air"
 file = "air.obj"
 unit = "mm"
-reach = "0.01 mm"
+reach = "{reach}"
 [[constraint]]
 kind = "cavity"
 {cavity}
@@ -354,7 +354,8 @@ inner = { kind = "box", min = ["7.9 mm", "7.9 mm", "7.9 mm"], max = ["32.1 mm", 
         let caps = cap(&surface);
         surface.triangles.extend(&caps);
         write(&folder.path().join("air.obj"), &surface);
-        let of = |cavity: &str| scene_of(folder.path(), mesh.clone(), regions, cavity);
+        let within = |reach: &str, cavity: &str| scene_of(folder.path(), mesh.clone(), (regions, reach), cavity);
+        let of = |cavity: &str| within("0.01 mm", cavity);
         for drive in [PRESSURE.to_string(), VOLUME.replace("300", "100")] {
             let [region, skin] = ["region = \"inner\"", "skin = \"air\""]
                 .map(|wall| of(&format!("{wall}\n{drive}{symmetric}")).expect("a scene"));
@@ -368,15 +369,11 @@ inner = { kind = "box", min = ["7.9 mm", "7.9 mm", "7.9 mm"], max = ["32.1 mm", 
         }
         let said = of(&format!("skin = \"air\"\n{PRESSURE}")).err().expect("refused");
         assert!(said.contains("leaves the body: at "), "{said}");
-        // Off the facets, into the body
-        let inward = |p: &mut Vec3| {
-            if is_in(p) && p.z < 1.1 * UNIT && p.y < 1.4 * UNIT {
-                p.z -= 1e-3;
-            }
-        };
-        surface.points.iter_mut().for_each(inward);
-        write(&folder.path().join("air.obj"), &surface);
-        let said = of(&format!("skin = \"air\"\n{PRESSURE}{symmetric}")).err().expect("refused");
+        // Triangles of their own, with a cap within the reach
+        let mut other = other_wall([4, 1]);
+        other.points.iter_mut().for_each(|p| p.y = 0.5 * (p.y + UNIT));
+        write(&folder.path().join("air.obj"), &other);
+        let said = within("5 mm", &format!("skin = \"air\"\n{PRESSURE}{symmetric}")).err().expect("refused");
         assert!(said.contains("and the others lie on no facets"), "{said}");
     }
 }

@@ -127,18 +127,12 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
         }
         Err(loose) => loose,
     };
-    if let Some((rest, plane)) = without_caps(builder, all) {
-        let capped = of - rest.triangles.len();
-        let words =
-            format!("{capped} of {of} triangles of the skin {name} close it where the body ends and is held ({plane})");
-        let Ok(facets) = on_facets(&rest) else {
-            let fact = format!(
-                "{words}, and the others lie on no facets: as a part of it that follows the body, this cap would load it"
-            );
-            return Err(builder.content(place, fact, "give the facets of the wall as `region`"));
-        };
+    let open = without_caps(builder, name, all);
+    if let Some((rest, capped)) = &open
+        && let Ok(facets) = on_facets(rest)
+    {
         builder.notes.push(format!(
-            "{cavity}: {words}, and no pressure acts on them; the others lie on {} facets, which are its wall",
+            "{cavity}: {capped}, and no pressure acts on them; the others lie on {} facets, which are its wall",
             facets.len()
         ));
         return Ok(Wall::Facets(facets));
@@ -170,6 +164,12 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
         let fact = format!("the skin \"{name}\" has the body inside of it, at {}", point(&at));
         builder.content(place, fact, "take the surface of a hollow, with the body around it")
     })?;
+    if let Some((_, capped)) = open {
+        let fact = format!(
+            "{capped}, and the others lie on no facets: as a part of it that follows the body, this cap would load it"
+        );
+        return Err(builder.content(place, fact, "give the facets of the wall as `region`"));
+    }
     let told =
         format!("{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}");
     if is_off {
@@ -184,19 +184,24 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
     Ok(Wall::Skin { surface: skin.surface, weights: skin.weights, nearest })
 }
 
-/// A surface without its triangles in planes in which the body ends and is held, and these planes in words; none where there are no such triangles, or no others.
-fn without_caps(builder: &Builder, surface: &Surface) -> Option<(Surface, String)> {
+/// A skin without its triangles in planes in which the body ends and is held, and these in words; none where there are no such triangles, or no others.
+fn without_caps(builder: &Builder, name: &str, surface: &Surface) -> Option<(Surface, String)> {
     let planes = HeldPlane::all(builder);
-    let is_cap = |plane: &HeldPlane, t: &[u32; 3]| plane.has(&t.map(|k| surface.points[k as usize]));
-    let capped: Vec<String> = planes
-        .iter()
-        .filter(|plane| surface.triangles.iter().any(|t| is_cap(plane, t)))
-        .map(HeldPlane::words)
-        .collect();
-    let triangles: Vec<[u32; 3]> =
-        surface.triangles.iter().filter(|t| !planes.iter().any(|plane| is_cap(plane, t))).copied().collect();
-    let some = !capped.is_empty() && !triangles.is_empty();
-    some.then(|| (Surface { points: surface.points.clone(), triangles }, capped.join(", ")))
+    let is_in = |t: &[u32; 3], plane: &HeldPlane| plane.has(&t.map(|k| surface.points[k as usize]));
+    let (caps, triangles): (Vec<_>, Vec<_>) =
+        surface.triangles.iter().copied().partition(|t| planes.iter().any(|plane| is_in(t, plane)));
+    if caps.is_empty() || triangles.is_empty() {
+        return None;
+    }
+    let of: Vec<String> =
+        planes.iter().filter(|plane| caps.iter().any(|t| is_in(t, plane))).map(HeldPlane::words).collect();
+    let words = format!(
+        "{} of {} triangles of the skin {name} close it where the body ends and is held ({})",
+        caps.len(),
+        surface.triangles.len(),
+        of.join(", ")
+    );
+    Some((Surface { points: surface.points.clone(), triangles }, words))
 }
 
 /// Share of the volume of a hollow by which that of a skin in it may differ: facets cut less off a round one.
