@@ -1,9 +1,11 @@
 //! Stages: rows and events at late times, rules that need short steps, signals faster than the steps.
 
 use crate::common::{run, scene};
+use durometer::math::stopwatch::Spent;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::Scene;
+use durometer::study::store::outcome::record;
 
 /// A bar along x with mass that is held at one end.
 fn bar(more: &str) -> Scene {
@@ -69,6 +71,21 @@ fn rules_that_need_short_steps_are_noted() {
         let integrator = format!("{{ kind = \"newmark\", beta = {beta}, gamma = {gamma} }}");
         let scene = bar(&format!("[[stage]]\nintegrator = {integrator}\nduration = \"1 ms\"\ndt = \"1 ms\"\n"));
         assert_eq!(scene.notes.iter().any(|note| note.contains("newmark")), noted, "{beta} {gamma}: {:?}", scene.notes);
+        assert!(scene.notes.iter().all(|note| note.len() < 300), "{beta}: a number of some digits: {:?}", scene.notes);
+    }
+}
+
+/// Newmark's method is of second order with γ = ½ only, and its record says so.
+#[test]
+fn the_order_of_newmark_is_that_of_its_gamma() {
+    for (integrator, order) in [
+        ("{ kind = \"newmark\", beta = 0.25, gamma = 0.5 }", 2.0),
+        ("{ kind = \"newmark\", beta = 0.3025, gamma = 0.6 }", 1.0),
+        ("\"implicit_euler\"", 1.0),
+        ("\"bdf2\"", 2.0),
+    ] {
+        let scene = bar(&format!("[[stage]]\nintegrator = {integrator}\nduration = \"2 ms\"\ndt = \"1 ms\"\n"));
+        assert_eq!(record(&scene, &run(&scene), Spent::default()).order_in_time(), order, "{integrator}");
     }
 }
 

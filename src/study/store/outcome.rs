@@ -14,7 +14,7 @@ use crate::scene::{
     CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, has_glued_edge, no_limit_at,
     path_dependence, wall,
 };
-use crate::solve::{TimeSpan, integrator_order};
+use crate::solve::{Integrator, TimeSpan};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -53,11 +53,12 @@ fn unseen_share(scene: &Scene) -> Option<f64> {
     prescribed.filter_map(|s| between(&s.signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
 }
 
-/// Name of the integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
-fn integrator(spans: &[TimeSpan]) -> &'static str {
-    let names = || spans.iter().rev().map(|s| s.integrator.name());
-    let in_time = names().filter_map(|name| Some((integrator_order(name)?, name)));
-    in_time.min_by_key(|(order, _)| *order).map(|(_, name)| name).or_else(|| names().next()).unwrap_or("static")
+/// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
+fn integrator(spans: &[TimeSpan]) -> Integrator {
+    let all = || spans.iter().rev().map(|s| s.integrator);
+    let in_time = all().filter_map(|integrator| Some((integrator.order()?, integrator)));
+    let of_least_order = in_time.min_by_key(|(order, _)| *order).map(|(_, integrator)| integrator);
+    of_least_order.or_else(|| all().next()).unwrap_or(Integrator::Static)
 }
 
 /// The record of a run that took this time.
@@ -74,7 +75,8 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         mesh: mesh_record(scene),
         formulation: scene.spec.formulation(),
         law: scene.law.as_deref().map(LawRecord::new),
-        integrator: integrator(&scene.spans).into(),
+        integrator: integrator(&scene.spans).name().into(),
+        order_in_time: integrator(&scene.spans).order(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
