@@ -3,6 +3,9 @@
 use super::formula::Formula;
 use std::f64::consts::TAU;
 
+/// Rounding of points of the time grid, sums of durations and steps, in units of the last place of their time.
+pub const PLACES: f64 = 8.0;
+
 /// Linear from (start, from) to (end, to), constant outside: what is known of a signal at two points of the time grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {

@@ -1,7 +1,7 @@
 //! Rates ds/dt of signals, and whether they jump.
 
 use super::formula::Formula;
-use super::signal::{Clock, Signal};
+use super::signal::{Clock, PLACES, Signal};
 use std::f64::consts::{PI, TAU};
 
 /// Distance in time for the rate of a formula without a derivative, and for the second derivative of one that has one: at least so long \[s\], and so much of the
@@ -19,27 +19,32 @@ const NO_RATE: f64 = 1e-6;
 /// Rounding of a rate by differences, in units of ε of the value over their length: about 8 from each side.
 const ROUNDING: f64 = 16.0;
 
-/// Side of a time from which rates are looked at, where they jump.
+/// How far a point of the time grid may lie from a corner that it is meant to lie on, by rounding \[s\].
+fn slack(t: f64) -> f64 {
+    PLACES * f64::EPSILON * t.abs()
+}
+
+/// Side of a time from which rates are looked at, where they jump, with the rounding of that time \[s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
-    Before,
-    After,
+    Before(f64),
+    After(f64),
 }
 
 impl Side {
     /// Whether the corner lies before what is looked at.
     fn is_past(self, t: f64, corner: f64) -> bool {
         match self {
-            Self::Before => t > corner,
-            Self::After => t >= corner,
+            Self::Before(slack) => t > corner + slack,
+            Self::After(slack) => t >= corner - slack,
         }
     }
 
     /// A step of this length to this side.
     fn step(self, length: f64) -> f64 {
         match self {
-            Self::Before => -length,
-            Self::After => length,
+            Self::Before(_) => -length,
+            Self::After(_) => length,
         }
     }
 }
@@ -52,17 +57,17 @@ fn product([a, da, dda]: [f64; 3], [b, db, ddb]: [f64; 3]) -> [f64; 3] {
 impl Signal {
     /// ds/dt from this time on, where the rate jumps.
     pub fn rate(&self, now: Clock) -> f64 {
-        self.motion(now, Side::After)[1]
+        self.motion(now, Side::After(slack(now.t)))[1]
     }
 
     /// ds/dt until this time, where the rate jumps.
     pub fn rate_before(&self, now: Clock) -> f64 {
-        self.motion(now, Side::Before)[1]
+        self.motion(now, Side::Before(slack(now.t)))[1]
     }
 
     /// d²s/dt² from this time on, where it jumps.
     pub fn acceleration(&self, now: Clock) -> f64 {
-        self.motion(now, Side::After)[2]
+        self.motion(now, Side::After(slack(now.t)))[2]
     }
 
     /// s, ds/dt and d²s/dt² on one side of a time.
@@ -156,21 +161,25 @@ impl Signal {
         (1..=RATES).map(rate).fold(0.0, f64::max)
     }
 
-    /// Whether the rate may jump between two times, these not included. Inputs are not taken for smooth, formulas where no kink is found.
+    /// Whether the rate may jump between two times, these with their rounding not included. Inputs are not taken for smooth, formulas where no kink is found.
     pub fn has_corner(&self, from: f64, to: f64) -> bool {
+        self.has_corner_between(from + slack(from), to - slack(to))
+    }
+
+    fn has_corner_between(&self, from: f64, to: f64) -> bool {
         let inside = |t: f64| from < t && t < to;
         match self {
             Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } => false,
             Self::Formula(formula) => has_kink(formula, from, to),
             Self::Ramp { from: low, to: high, start, end } => low != high && (inside(*start) || inside(*end)),
-            Self::Hold { signal, at } => inside(*at) || signal.has_corner(from, to.min(*at)),
-            Self::Delay { signal, by } => inside(*by) || signal.has_corner(from - by, to - by),
+            Self::Hold { signal, at } => inside(*at) || signal.has_corner_between(from, to.min(*at)),
+            Self::Delay { signal, by } => inside(*by) || signal.has_corner_between(from - by, to - by),
             Self::Table(rows) => rows.iter().any(|row| inside(row.0)) && rows.iter().any(|row| row.1 != rows[0].1),
             Self::Continued { signal, from: first, to: last, .. } => {
-                inside(*first) || inside(*last) || signal.has_corner(from, to)
+                inside(*first) || inside(*last) || signal.has_corner_between(from, to)
             }
-            Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_corner(from, to)),
-            Self::Turn { angle, .. } => angle.has_corner(from, to),
+            Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_corner_between(from, to)),
+            Self::Turn { angle, .. } => angle.has_corner_between(from, to),
             Self::Input(_) => true,
         }
     }
@@ -190,7 +199,8 @@ fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
     }
     let bend = |[a, b]: [f64; 2]| {
         let secant = (formula.at(b) - formula.at(a)) / (b - a);
-        let [after, before] = [(a, Side::After), (b, Side::Before)].map(|(t, side)| of_formula(formula, t, side)[0]);
+        let [after, before] =
+            [(a, Side::After(0.0)), (b, Side::Before(0.0))].map(|(t, side)| of_formula(formula, t, side)[0]);
         (secant - after).abs().max((secant - before).abs())
     };
     let sharper = |[a, b]: [f64; 2]| {
@@ -287,6 +297,22 @@ mod tests {
             assert!((found - exact).abs() < 1e-6, "{found} in place of {exact}");
         }
         assert!(signal.jumps_at(1.0, 2.0) && !signal.jumps_at(0.5, 0.9) && !signal.jumps_at(1.5, 2.0));
+    }
+
+    /// A stage of 0.1 s and one of 0.2 s end 5e-17 s after 0.3 s.
+    #[test]
+    fn the_rounding_of_a_point_of_the_grid_decides_about_no_corner() {
+        let (point, corner) = (0.1 + 0.2, 0.3);
+        assert!(point > corner);
+        let ramp = |start: f64, end: f64| Signal::Ramp { from: 0.0, to: 2.0, start, end };
+        let late = Signal::Delay { signal: Box::new(ramp(0.1, 0.2)), by: 0.2 };
+        for (falls, rises, at) in [(ramp(0.2, corner), ramp(corner, 0.4), point), (ramp(0.2, point), late, corner)] {
+            let rates =
+                [&falls, &rises].map(|s| [s.rate_before(Clock::from(at)), s.rate(Clock::from(at))].map(f64::round));
+            assert_eq!(rates, [[20.0, 0.0], [0.0, 20.0]], "at {at}");
+            assert!(falls.jumps_at(at, 0.4) && !falls.has_corner(0.25, at) && !rises.has_corner(at, 0.35), "at {at}");
+        }
+        assert!(ramp(0.0, corner).has_corner(0.0, corner + 1e-12));
     }
 
     #[test]
