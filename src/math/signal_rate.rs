@@ -1,7 +1,7 @@
 //! Rates ds/dt of signals, and whether they jump.
 
 use super::formula::Formula;
-use super::signal::{Clock, PLACES, Signal};
+use super::signal::{Clock, Known, PLACES, Ramp, Signal};
 use std::f64::consts::{PI, TAU};
 
 /// Distance in time for the rate of a formula without a derivative, and for the second derivative of one that has one: at least so long \[s\], and so much of the
@@ -75,6 +75,10 @@ impl Signal {
         let t = now.t;
         let past = |corner: f64| side.is_past(t, corner);
         let linear = |rate: f64| [self.at(now), rate, 0.0];
+        let decided = |ramp: &Ramp| {
+            let changes = past(ramp.start) && !past(ramp.end);
+            linear(if changes { (ramp.to - ramp.from) / (ramp.end - ramp.start) } else { 0.0 })
+        };
         match self {
             Self::Constant(_) => linear(0.0),
             Self::RaisedCosine { amplitude, frequency } => {
@@ -115,10 +119,14 @@ impl Signal {
                 let [rate, acceleration] = of_formula(formula, t, side);
                 [self.at(now), rate, acceleration]
             }
-            Self::Input(k) => {
-                let ramp = now.inputs.get(*k).filter(|ramp| past(ramp.start) && !past(ramp.end));
-                linear(ramp.map_or(0.0, |ramp| (ramp.to - ramp.from) / (ramp.end - ramp.start)))
-            }
+            Self::Input(k) => match now.inputs.get(*k) {
+                Some(Known::Ramp(ramp)) => decided(ramp),
+                _ => linear(0.0),
+            },
+            Self::Switched { input, signals } => match now.known(*input) {
+                Known::Ramp(ramp) => decided(&ramp),
+                Known::Follows { signal, since } => signals[signal].motion(Clock { t: t - since, ..now }, side),
+            },
         }
     }
 
@@ -180,7 +188,7 @@ impl Signal {
             }
             Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_corner_between(from, to)),
             Self::Turn { angle, .. } => angle.has_corner_between(from, to),
-            Self::Input(_) => true,
+            Self::Input(_) | Self::Switched { .. } => true,
         }
     }
 }
@@ -242,7 +250,6 @@ fn of_formula(formula: &Formula, t: f64, side: Side) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::super::formula::Formula;
-    use super::super::signal::Ramp;
     use super::*;
 
     /// Differences of second order at times without a corner, and the rate after each corner.
@@ -250,6 +257,7 @@ mod tests {
     fn rates_are_the_derivatives() {
         let ramp = Signal::Ramp { from: 1.0, to: 3.0, start: 1.0, end: 2.0 };
         let sine = Signal::Sine { amplitude: 0.5, frequency: 0.3, phase: 0.2 };
+        let signals = vec![Signal::Constant(0.0), ramp.clone()];
         let all = [
             Signal::Constant(2.0),
             Signal::RaisedCosine { amplitude: 2.0, frequency: 0.7 },
@@ -260,10 +268,13 @@ mod tests {
             Signal::Turn { angle: Box::new(sine.clone()), cosine: 3.0, sine: 5.0 },
             Signal::Formula(Formula::new("sin(3 * t) + t ^ 2", 1.0).expect("a formula")),
             Signal::Sum(vec![sine.clone(), Signal::Product(vec![sine.clone(), ramp.clone(), Signal::Input(0)])]),
+            Signal::Switched { input: 0, signals: signals.clone() },
+            Signal::Switched { input: 1, signals },
             sine,
             ramp,
         ];
-        let inputs = [Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 }];
+        let inputs =
+            [Known::Ramp(Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 }), Known::Follows { signal: 1, since: 0.8 }];
         for signal in &all {
             let at = |t: f64| Clock { t, inputs: &inputs };
             for t in [0.3, 1.2, 1.7, 2.6] {

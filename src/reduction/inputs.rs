@@ -1,7 +1,7 @@
 //! The inputs of a reduced model, and the forces and lengths that depend on them.
 
 use super::error::ReductionError;
-use crate::math::signal::{Clock, Ramp};
+use crate::math::signal::{Clock, Known};
 use crate::math::units::within;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ impl Affine {
     /// The function `f` of the inputs; an error where it is not affine, or depends on time in a scene that ends at `end` \[s\].
     pub fn identify(what: &str, inputs: &[Input], end: f64, f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
         let at = |t: f64, u: &[f64]| {
-            let inputs: Vec<Ramp> = u.iter().map(|&u| Ramp::constant(u)).collect();
+            let inputs: Vec<Known> = u.iter().map(|&u| Known::constant(u)).collect();
             f(Clock { t, inputs: &inputs })
         };
         let low: Vec<f64> = inputs.iter().map(|i| i.range[0]).collect();

@@ -1,6 +1,6 @@
 //! The state of a run, and the inputs of one evaluation.
 
-use crate::math::signal::{Clock, Ramp};
+use crate::math::signal::{Clock, Known};
 
 /// Everything that changes during a run, in SI units. A clone of it is a checkpoint of the mechanics.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,8 +20,8 @@ pub struct State {
     pub dt: f64,
     /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
-    /// The known part of the signals that a controller decides during the run; empty if there are none
-    pub inputs: Vec<Ramp>,
+    /// What is known of the signals that are decided during the run; empty if there are none
+    pub inputs: Vec<Known>,
 }
 
 impl State {
@@ -91,7 +91,7 @@ pub struct At<'a> {
     pub old: &'a [f64],
     /// History at the start of the step: of the whole state for a system, [blocks × `HistoryVariables::size`] for an effect
     pub history: &'a [f64],
-    pub inputs: &'a [Ramp],
+    pub inputs: &'a [Known],
     pub rates: Rates,
 }
 
