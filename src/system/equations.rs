@@ -291,10 +291,14 @@ impl System {
         Ok(())
     }
 
-    /// Gives a state, with which a body begins in place of rest, the histories of one that begins so; zeros where an effect is not defined there, which stops
-    /// the first step.
+    /// Gives a state, with which a body begins in place of rest, the histories of one that begins so; zeros at rest, and where an effect is not defined, which
+    /// stops the first step.
     pub fn begin(&self, state: &mut State) {
         let mut all = vec![0.0; state.history.len()];
+        if state.x[..self.dofs.displacements as usize].iter().all(|x| *x == 0.0) {
+            state.history = all;
+            return;
+        }
         for (e, effect) in self.effects.iter().enumerate() {
             let Some(variables) = effect.capabilities().history else { continue };
             let at = self.inputs_of(e, &state.at());
