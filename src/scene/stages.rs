@@ -220,8 +220,8 @@ const UNSEEN: f64 = 0.1;
 
 /// Notes on signals that go farther between the points of the time grid than at them.
 fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
-    let known = builder.signals.iter().filter(|s| !s.signal.has_inputs());
-    known.filter_map(|NamedSignal { name, signal }| {
+    let known = builder.signals.iter().flat_map(|s| s.signal.prescribed().map(|signal| (&s.name, signal)));
+    known.filter_map(|(name, signal)| {
         let Between { t, value, .. } = between(signal, &builder.spans).filter(|b| b.share > UNSEEN)?;
         Some(format!(
             "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"

@@ -46,11 +46,17 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
-/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of static stages.
-fn unseen_share(scene: &Scene) -> Option<f64> {
-    let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| s.integrator.is_static()).copied().collect();
-    let prescribed = scene.signals.iter().filter(|s| !s.signal.has_inputs());
-    prescribed.filter_map(|s| between(&s.signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
+/// Whether masses move in a stage.
+fn has_motion(scene: &Scene, span: &TimeSpan) -> bool {
+    let has_mass = scene.spec.effects.iter().any(|e| e.kind() == "inertia") || !scene.spec.rigids.is_empty();
+    has_mass && !span.integrator.is_static()
+}
+
+/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of these stages.
+fn unseen_share(scene: &Scene, is_of: impl Fn(&TimeSpan) -> bool) -> Option<f64> {
+    let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| is_of(s)).copied().collect();
+    let prescribed = scene.signals.iter().flat_map(|s| s.signal.prescribed());
+    prescribed.filter_map(|signal| between(signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
 }
 
 /// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
@@ -82,7 +88,13 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
         mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
-        unseen_share: unseen_share(scene),
+        unseen_share: unseen_share(scene, |span| !has_motion(scene, span)),
+        unseen_force_share: scene
+            .spans
+            .iter()
+            .any(|span| has_motion(scene, span))
+            .then(|| unseen_share(scene, |_| true))
+            .flatten(),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
@@ -248,8 +260,7 @@ fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
 
 /// Changes of a column in the stages with masses that move.
 fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
-    let has_mass = scene.spec.effects.iter().any(|e| e.kind() == "inertia") || !scene.spec.rigids.is_empty();
-    let spans = scene.spans.iter().filter(|s| has_mass && !s.integrator.is_static());
+    let spans = scene.spans.iter().filter(|span| has_motion(scene, span));
     let changes = spans.filter_map(|span| {
         let inside =
             |row: &&Vec<f64>| row[0] >= span.start * (1.0 - f64::EPSILON) && row[0] <= span.end * (1.0 + f64::EPSILON);
