@@ -49,7 +49,7 @@ pub struct Clock<'a> {
 }
 
 impl Clock<'_> {
-    /// What is known of the input of a switched signal: it follows the first one where nothing is said.
+    /// The input of a switched signal as it is known: it follows the first one where nothing is said.
     pub(super) fn known(&self, input: usize) -> Known {
         self.inputs.get(input).copied().unwrap_or(Known::Follows { signal: 0, since: 0.0 })
     }

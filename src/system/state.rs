@@ -20,7 +20,7 @@ pub struct State {
     pub dt: f64,
     /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
-    /// What is known of the signals that are decided during the run; empty if there are none
+    /// The signals that are decided during the run, as they are known; empty if there are none
     pub inputs: Vec<Known>,
 }
 

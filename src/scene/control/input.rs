@@ -102,7 +102,7 @@ impl Input {
     }
 }
 
-/// What is known of all inputs from `t` to `next`, with their values at both.
+/// All inputs as they are known from `t` to `next`, with their values at both.
 pub(super) fn known(
     (inputs, memory): (&[Input], &ControlMemory),
     [(t, now), (next, ahead)]: [(f64, &[f64]); 2],

@@ -59,6 +59,12 @@ fn unseen_share(scene: &Scene, is_of: impl Fn(&TimeSpan) -> bool) -> Option<f64>
     prescribed.filter_map(|signal| between(signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
 }
 
+/// The same of all stages, where masses move in some.
+fn unseen_force_share(scene: &Scene) -> Option<f64> {
+    let moves = scene.spans.iter().any(|span| has_motion(scene, span));
+    moves.then(|| unseen_share(scene, |_| true)).flatten()
+}
+
 /// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
 fn integrator(spans: &[TimeSpan]) -> Integrator {
     let all = || spans.iter().rev().map(|s| s.integrator);
@@ -72,6 +78,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     let of_scene = scene.notes.iter().cloned();
+    let integrator = integrator(&scene.spans);
     let CutRegions { of_all: cut_regions, of_columns: cut_columns } = CutRegions::new(scene);
     CaseRecord {
         id: String::new(),
@@ -81,20 +88,15 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         mesh: mesh_record(scene),
         formulation: scene.spec.formulation(),
         law: scene.law.as_deref().map(LawRecord::new),
-        integrator: integrator(&scene.spans).name().into(),
-        order_in_time: integrator(&scene.spans).order(),
+        integrator: integrator.name().into(),
+        order_in_time: integrator.order(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
         mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
         unseen_share: unseen_share(scene, |span| !has_motion(scene, span)),
-        unseen_force_share: scene
-            .spans
-            .iter()
-            .any(|span| has_motion(scene, span))
-            .then(|| unseen_share(scene, |_| true))
-            .flatten(),
+        unseen_force_share: unseen_force_share(scene),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
         solver: SolverRecord::new(scene, run),
@@ -353,7 +355,6 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve::Integrator;
 
     /// A body that is shaken and then held converges with the order of the shaking, wherever in the protocol that is.
     #[test]
@@ -361,7 +362,7 @@ mod tests {
         let euler = Integrator::ImplicitEuler { linearised: false };
         let of = |all: &[Integrator]| {
             let spans = all.iter().map(|i| TimeSpan { integrator: *i, start: 0.0, end: 1.0, dt: 0.1 });
-            integrator(&spans.collect::<Vec<_>>())
+            integrator(&spans.collect::<Vec<_>>()).name()
         };
         assert_eq!(of(&[euler, Integrator::Static]), "implicit_euler");
         assert_eq!(of(&[euler, Integrator::Bdf2]), "implicit_euler");
