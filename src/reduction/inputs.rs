@@ -138,6 +138,7 @@ pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::signal::Signal;
 
     /// A model begins at the value of its scene, and never outside of its range; without one at zero, or at the nearest end.
     #[test]
@@ -157,7 +158,7 @@ mod tests {
             let load = |pulse: f64| {
                 move |now: Clock| {
                     let share = now.t / end;
-                    3.0 * now.inputs[0].at(now.t) + if (0.2..0.25).contains(&share) { pulse } else { 0.0 }
+                    3.0 * Signal::Input(0).at(now) + if (0.2..0.25).contains(&share) { pulse } else { 0.0 }
                 }
             };
             let found = Affine::identify("load", &inputs, end, load(0.0)).expect("affine");
