@@ -2,6 +2,7 @@
 
 use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
+use crate::common::threads;
 use durometer::math::random::SplitMix;
 use durometer::math::statistics::larger;
 use durometer::math::units::{self, Dimension};
@@ -182,14 +183,10 @@ fn statics_depends_on_nothing_else() {
         let text = toml::to_string(&system.table(&case.text)).expect("TOML");
         let scaled = Arc::new(system.body(body));
         same("other units", ended(case, &text, scaled), &|column| system.column(column), SAME);
-        let pool = rayon_pool(1);
-        let alone = pool.install(|| ended(case, &case.text, body.clone()));
+        let [alone, shared] = [1, 3].map(|count| threads::on(count, || ended(case, &case.text, body.clone())));
         same("one thread", alone, &|_| 1.0, 0.0);
+        same("three threads", shared, &|_| 1.0, 0.0);
     }
-}
-
-fn rayon_pool(threads: usize) -> rayon::ThreadPool {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
 
 /// Nodes and cells in another order.

@@ -1,6 +1,6 @@
 //! The iterative path gives what the direct one does: the same states, and a record that says what it did and what it does not know.
 
-use crate::common::{self, shipped_scene};
+use crate::common::{self, shipped_scene, threads};
 use durometer::math::linear::GradientCounts;
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
@@ -119,9 +119,9 @@ fn bits_do_not_depend_on_restarts_or_threads() {
     let part = scene.run_with(RunOptions { restart: Some(from), ..RunOptions::default() });
     assert_eq!(whole.last, part.last);
     assert_eq!(whole.rows, part.rows);
-    for threads in [1, 3] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        assert_eq!(pool.install(|| go(&scene)).rows, whole.rows, "{threads} threads");
+    for count in [1, 3] {
+        let run = threads::on(count, || go(&scene));
+        assert!(run.rows == whole.rows && run.last == whole.last, "{count} threads");
     }
 }
 
