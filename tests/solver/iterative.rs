@@ -54,7 +54,7 @@ fn scenes_have_the_same_states_on_both_paths() {
 }
 
 /// Silicone in a displacement formulation, ν = 0.49, cells of one order: the hard case. Iterations for a right side are three times
-/// those of ν = 0.3; the numbers are measured, and the bounds a fifth above.
+/// those of ν = 0.3: 19 and 57, and the bounds are a fifth above.
 #[test]
 fn near_incompressibility_costs_iterations() {
     let iterations = |nu: &str| {
@@ -73,7 +73,7 @@ fn near_incompressibility_costs_iterations() {
         iterations as f64 / solves as f64
     };
     let (soft, hard) = (iterations("laws.silicone.nu=0.3"), iterations("laws.silicone.nu=0.49"));
-    assert!(soft < 40.0 && hard < 140.0, "{soft}, {hard}");
+    assert!(soft < 23.0 && hard < 69.0, "{soft}, {hard}");
 }
 
 /// Mixed formulations: iterations for a right side to 1e-9, with ν = 0.3 and 0.4999. Measured: tet4, 1 770 cells 30, 35; tet10,
