@@ -323,16 +323,16 @@ fn counts_agree_with_dense_eigenvalues() {
         // Across, the edge that a roller and the lower side share
         let edge = all.iter().copied().filter(|n| mesh.points[*n as usize].xy() == Vector2::zeros()).collect();
         let held = vec![(nodes(&mesh, "xmin"), 0), (nodes(&mesh, "xmax"), 0), (edge, 1), (all, 2)];
-        let mut most = 0;
+        let mut counts = Vec::new();
         for stretch in [0.9, 0.8, 0.7, 0.6, 0.5, 0.4] {
             let (system, state, counted) = uniform(&mesh, held.clone(), formulation, nu, [stretch, 1.0]);
             let exact = negative(&system, &state);
             assert_eq!(counted, exact, "{} with ν = {nu} at {stretch}", label(order, formulation));
-            most = most.max(counted);
+            counts.push(counted);
         }
         // Linear cells that lock have one
         let least = if (order, formulation) == FORMULATIONS[0] { 1 } else { 2 };
-        assert!(most >= least, "{} with ν = {nu}: {most} negative eigenvalues", label(order, formulation));
+        assert!(counts.iter().any(|n| *n >= least), "{} with ν = {nu}: {counts:?}", label(order, formulation));
     }
 }
 
