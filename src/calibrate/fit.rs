@@ -333,7 +333,7 @@ impl Choice {
             weighting: options.weighting,
             noise,
             loss: options.loss,
-            stable: stable_points(options.stable, &self.modes, self.stretch),
+            stable: stable_points(options.stable, &self.fitted),
             slack: vec![],
             held: None,
             stop: options.stop.clone(),
@@ -392,20 +392,29 @@ fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {
 /// Stretches per mode at which a linear law is kept stable
 const STABLE: u32 = 201;
 
-/// As asked in every mode; else the fitted modes from rest over the fitted range.
-fn stable_points(asked: Option<StretchRange>, modes: &[Mode], fitted: [f64; 2]) -> Vec<(Mode, f64)> {
-    // Stability is a matter of the principal stretches: simple shear has those of the planar test
-    let has = |m: &Mode| match m {
-        Mode::Uniaxial => modes.contains(m),
-        Mode::Planar => [Mode::Planar, Mode::SimpleShear, Mode::Biaxial].iter().any(|m| modes.contains(m)),
-        _ => [Mode::Equibiaxial, Mode::Biaxial].iter().any(|m| modes.contains(m)),
+/// As asked in every mode; else each mode that was fitted from rest over its own fitted stretches: a law is not held back where no test of the mode has been.
+fn stable_points(asked: Option<StretchRange>, fitted: &[Sample]) -> Vec<(Mode, f64)> {
+    let range = |mode: Mode| match asked {
+        Some(r) => [r.from.min(1.0), r.to.max(1.0)],
+        None => extent(fitted.iter().map(|s| stretch_as(mode, s)).chain([1.0])),
     };
-    let (modes, [low, high]) = match asked {
-        Some(r) => (Mode::PULLED.to_vec(), [r.from.min(1.0), r.to.max(1.0)]),
-        None => (Mode::PULLED.into_iter().filter(has).collect(), [fitted[0].min(1.0), fitted[1].max(1.0)]),
+    let of = |mode: Mode| {
+        let [low, high] = range(mode);
+        let at = move |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
+        (0..STABLE).filter(move |_| low < high).map(move |k| (mode, at(k)))
     };
-    let at = |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
-    modes.iter().flat_map(|m| (0..STABLE).map(move |k| (*m, at(k)))).collect()
+    Mode::PULLED.into_iter().flat_map(of).collect()
+}
+
+/// The stretch \[–\] that a data point reaches in a mode, 1 where it is none of it. Stability is a matter of the principal stretches: simple shear has those of the planar test, and a
+/// biaxial state counts as planar in each direction and as equibiaxial up to the stretch that is nearer to rest.
+fn stretch_as(mode: Mode, s: &Sample) -> f64 {
+    match (mode, s.mode) {
+        (Mode::Planar, Mode::SimpleShear | Mode::Biaxial) => s.stretch,
+        (Mode::Equibiaxial, Mode::Biaxial) => s.stretch.min(s.second).max(1.0) * s.stretch.max(s.second).min(1.0),
+        (mode, own) if mode == own => s.stretch,
+        _ => 1.0,
+    }
 }
 
 fn citation(source: &super::Source) -> String {
