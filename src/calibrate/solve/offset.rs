@@ -42,11 +42,14 @@ pub struct Offset {
     pub strain: f64,
     /// 1 in tension, −1 in compression
     pub side: f64,
+    /// Where its fitted data points begin, as a strain to its side \[–\]: zero, or noise below it
+    pub begin: f64,
 }
 
 impl Offset {
+    /// Whether a data point is of this curve. One on the other side of rest, which was not fitted, is none and keeps its strain.
     pub fn is_of(&self, s: &Sample) -> bool {
-        self.specimen == s.specimen && self.mode == s.mode
+        self.specimen == s.specimen && self.mode == s.mode && self.side * s.mode.strain(s.stretch) >= self.begin
     }
 
     /// The data point without this much of the slack.
