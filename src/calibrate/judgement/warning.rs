@@ -3,6 +3,7 @@
 use super::compressibility::{Change, UNNOTICED};
 use super::estimate::Direction;
 use crate::calibrate::constant_format::{number_text, probability_text, stress_text};
+use crate::calibrate::sample::Test;
 use crate::calibrate::{Mode, Partner, Treatment};
 use crate::wording;
 use serde::Serialize;
@@ -47,8 +48,8 @@ pub enum FitWarning {
     LimitedOutliers { file: String, lines: Vec<u64> },
     /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
-    /// Modes of which only one of several specimens was tested, and those of which several were
-    NoRepeat { single: Vec<Mode>, repeated: Vec<Mode> },
+    /// Tests of which only one of several specimens was taken, and those of which several were
+    NoRepeat { single: Vec<Test>, repeated: Vec<Test> },
     /// The errors are larger at large stresses, and every pascal has the same weight
     Unequal,
     /// The errors of curves have different sizes, and every pascal has the same weight; largest standard deviation over the smallest one
@@ -253,7 +254,7 @@ impl FitWarning {
         match self {
             Self::Specimen { file, level } => write!(
                 f,
-                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
+                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all at the stretches that all have, more than the scatter of the others \
                  explains (Grubbs' test, 5 %); look for the cause before leaving it out"
             ),
             Self::NoRepeat { single, repeated } => write_no_repeat(f, single, repeated),
@@ -298,15 +299,15 @@ impl FitWarning {
     }
 }
 
-fn write_no_repeat(f: &mut fmt::Formatter<'_>, single: &[Mode], repeated: &[Mode]) -> fmt::Result {
-    let words = |modes: &[Mode]| modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+fn write_no_repeat(f: &mut fmt::Formatter<'_>, single: &[Test], repeated: &[Test]) -> fmt::Result {
+    let words = |tests: &[Test]| tests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     match repeated {
         [] => f.write_str(
-            "each mode was tested on one specimen: the intervals hold the errors of the curves, not the scatter between specimens; test several in a mode",
+            "each test was made on one specimen: the intervals hold the errors of the curves, not the scatter between specimens; take several for a test",
         ),
         repeated => write!(
             f,
-            "{} was tested on one specimen: its level is taken to scatter as that of the specimens in {}; test several in each mode",
+            "{} was tested on one specimen: its level is taken to scatter as that of the specimens in {}; take several for each test",
             words(single),
             words(repeated)
         ),

@@ -68,7 +68,7 @@ pub fn warnings(
     }
     found.extend(result.scatter.as_ref().and_then(|s| {
         let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
-        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
+        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level? })
     }));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2
@@ -102,9 +102,9 @@ pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
     grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
 
-/// Modes of one specimen in tests of several.
+/// Tests on one specimen where there are several.
 pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
-    let Repeats { repeated, single } = Repeats::of_modes(fitted);
+    let Repeats { repeated, single } = Repeats::of_samples(fitted);
     let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
     (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
 }
