@@ -154,7 +154,7 @@ impl<'t> Table<'t> {
     }
 
     fn corrected(&self, rows: &[Sample], corrections: Corrections) -> Result<Corrected, FitError> {
-        let mut found = corrections.applied(rows, &self.groups, &self.of.file)?;
+        let mut found = corrections.applied(rows, (&self.groups, &self.sides), &self.of.file)?;
         found.log.extend(self.waiting(&mut found.samples));
         Ok(found)
     }
