@@ -20,6 +20,7 @@ use crate::calibrate::solve::noise;
 use crate::calibrate::{AuditEntry, AuditKind, FitError, Mode, Sample, SharedError};
 use crate::math::statistics::{deviation, t_quantile};
 use crate::math::units::{self, Dimension};
+use std::collections::HashSet;
 
 /// Data points above the level that begin the line, and data points of a line
 const BEGIN: usize = 3;
@@ -66,8 +67,11 @@ impl Corrections<'_> {
             if !(level > 0.0 && level.is_finite()) {
                 return Err(refuse("the noise level must be above zero".into()));
             }
-            for group in sides {
-                shift(&mut all, group, level).map_err(refuse)?;
+            // A shift may take data points near rest to the other side
+            let lines = |group: &Group| group.of(&all.samples).iter().map(|s| s.line).collect::<HashSet<u64>>();
+            let lines: Vec<HashSet<u64>> = sides.iter().map(lines).collect();
+            for (group, lines) in sides.iter().zip(&lines) {
+                shift(&mut all, group, lines, level).map_err(refuse)?;
             }
         }
         Ok(all)
@@ -122,12 +126,13 @@ impl Corrected {
 }
 
 /// Shifts the strain of a group to where the line reaches zero stress, and drops the data points before the line.
-fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
+fn shift(all: &mut Corrected, group: &Group, lines: &HashSet<u64>, level: f64) -> Result<(), String> {
     let (mode, samples) = (group.mode, &mut all.samples);
     if mode == Mode::Biaxial {
         return Err("a biaxial test has two strains, and no single toe".into());
     }
-    let mut own = group.of(samples);
+    let has = |s: &Sample| s.specimen == group.specimen && s.mode == mode && lines.contains(&s.line);
+    let mut own: Vec<Sample> = samples.iter().filter(|s| has(s)).copied().collect();
     if sides(&own) == [true, true] {
         return Err(format!("the {mode} test goes to both sides of rest, and has no single toe; leave it out"));
     }
@@ -155,9 +160,9 @@ fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
     let ToeLine { origin, slope, half_width } = found;
     let (from, to) = (own[first].line, own[first + line - 1].line);
     let gone: Vec<u64> = own[..first].iter().map(|s| s.line).collect();
-    let places = group.places(samples);
-    places.iter().for_each(|k| samples[*k].stretch = mode.stretch(mode.strain(samples[*k].stretch) - origin));
-    samples.retain(|s| s.specimen != group.specimen || s.mode != mode || !gone.contains(&s.line));
+    let moved = samples.iter_mut().filter(|s| has(s));
+    moved.for_each(|s| s.stretch = mode.stretch(mode.strain(s.stretch) - origin));
+    samples.retain(|s| !has(s) || !gone.contains(&s.line));
     let message = format!(
         "{} strain was shifted by {:+.6}: the line through lines {from} to {to} ({} data points, slope {}) reaches zero stress at {origin:.6}",
         group.name,
