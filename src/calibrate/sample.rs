@@ -1,7 +1,7 @@
 //! One measured stress, and the record of the machine in one row.
 
 use super::Mode;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -56,12 +56,19 @@ pub fn sides<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> [bool; 2] {
 }
 
 /// A mode and a side of rest: tension and compression are two tests, shear to either side is one.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 pub struct Test {
     pub mode: Mode,
     pub compression: bool,
     /// Whether the mode was tested on the other side of rest, too
     pub both: bool,
+}
+
+impl Test {
+    /// Whether tension and compression differ: shear to either side is one test, and so is a biaxial one.
+    pub fn has_sides(self) -> bool {
+        Mode::PULLED.contains(&self.mode)
+    }
 }
 
 impl fmt::Display for Test {
@@ -95,6 +102,13 @@ pub fn tests(samples: &[Sample]) -> Vec<Test> {
         Test { mode: s.mode, compression, both: both[s.mode as usize] }
     };
     samples.iter().map(one).collect()
+}
+
+/// The samples of each test.
+pub fn by_test(samples: &[Sample]) -> BTreeMap<Test, Vec<Sample>> {
+    let mut found: BTreeMap<Test, Vec<Sample>> = BTreeMap::new();
+    tests(samples).into_iter().zip(samples).for_each(|(test, s)| found.entry(test).or_default().push(*s));
+    found
 }
 
 /// The record of the machine in one row, unchanged, where the table has it.

@@ -17,8 +17,7 @@
 use super::errors;
 use super::estimate::Estimate;
 use super::origin::Origin;
-use crate::calibrate::sample::sides;
-use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
+use crate::calibrate::solve::offset::{Offset, SlackChoice, no_single_offset, removed};
 use crate::calibrate::solve::{
     LawFit, LawSetting, ROUNDING, constants, fitted, jacobian, residual, solve, solve_untested,
 };
@@ -153,17 +152,6 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     }
     let constants = solve(&own, &removed(rows, &offsets), None)?.identified.estimates;
     Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
-}
-
-/// Why a curve has no single offset: of a test to both sides of rest each side has its own.
-pub fn no_single_offset<'a>(mode: Mode, curve: impl Iterator<Item = &'a Sample>) -> Option<&'static str> {
-    match mode {
-        Mode::Biaxial => Some("a biaxial test has two strains, and no single offset"),
-        _ if sides(curve) == [true, true] => {
-            Some("a test to both sides of rest has no single offset: fit each side alone, with --range")
-        }
-        _ => None,
-    }
 }
 
 /// Whether the data points inside this offset show that they carry no stress.

@@ -16,8 +16,8 @@ pub enum FitWarning {
     /// Residuals have a pattern. p-values \[–\] of the two tests; one of them is below 2.5 %.
     /// `wider`: something smooth is left, by which the intervals for use are wider
     Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64, wider: bool },
-    /// Rms misfit in the fitted range above the tolerance
-    Misfit { rms_relative: f64, tolerance: f64 },
+    /// Rms misfit in the fitted range above the tolerance, where there are several tests of one of them
+    Misfit { test: Option<Test>, rms_relative: f64, tolerance: f64 },
     /// Another mode is predicted with more than the tolerance
     CrossMode { mode: Mode, bias_relative: f64, rms_relative: f64 },
     /// Stiffness outside 1 kPa to 10 MPa; `instead`: the unit that would make it a rubber
@@ -75,11 +75,12 @@ impl fmt::Display for FitWarning {
                 write_systematic(f, (*runs, *runs_p), *departure_p, *rms_relative)?;
                 if *wider { write!(f, "; for its use over all of it take the wider interval") } else { Ok(()) }
             }
-            Self::Misfit { rms_relative, tolerance } => write!(
+            Self::Misfit { test, rms_relative, tolerance } => write!(
                 f,
-                "misfit {:.1} % rms in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
+                "misfit {:.1} % rms{} in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
                  or take a richer law",
                 100.0 * rms_relative,
+                test.map(|test| format!(" of {test}")).unwrap_or_default(),
                 100.0 * tolerance
             ),
             Self::CrossMode { mode, bias_relative, rms_relative } => {
@@ -213,7 +214,10 @@ impl FitWarning {
                 write(f, "influence the fit", file, lines)?;
                 f.write_str("; pass --loss huber, or leave them out")
             }
-            Self::LimitedOutliers { file, lines } => write(f, "have a limited weight by --loss huber", file, lines),
+            Self::LimitedOutliers { file, lines } => {
+                write(f, "have a limited weight by --loss huber", file, lines)?;
+                f.write_str("; the misfit is that of the others")
+            }
             _ => Ok(()),
         }
     }
@@ -368,7 +372,7 @@ fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(Mode, f64)], reach: f64, 
     write!(
         f,
         "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \
-         these modes too",
+         these modes up to there, too",
         words.join(", ")
     )?;
     if linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }

@@ -9,7 +9,7 @@ use super::order;
 use super::rupture::{self, Beginning};
 use super::{Alternative, Preparation, Treatment};
 use crate::calibrate::constant_format::stress_text;
-use crate::calibrate::judgement::slack::no_single_offset;
+use crate::calibrate::solve::offset::no_single_offset;
 use crate::calibrate::{AuditEntry, AuditKind, Experiment, FitError, Mode, Sample};
 use std::collections::HashSet;
 use std::ops::Range;
