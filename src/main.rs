@@ -2,5 +2,5 @@
 
 fn main() -> std::process::ExitCode {
     durometer_commands::bring_files();
-    durometer_commands::main(std::env::args_os()).into()
+    durometer_commands::main(std::env::args_os(), true).into()
 }

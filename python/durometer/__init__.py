@@ -70,14 +70,6 @@ def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     """
     if isinstance(arguments, str):
         raise InputError("the arguments are one text", f"give a list, such as {arguments.split()}")
-    pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
-    before = [signal.getsignal(pipe) for pipe in pipes]
+    given = [os.fspath(argument) for argument in (sys.argv[1:] if arguments is None else arguments)]
     in_session = threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT))
-    run = _native.main_in_session if in_session else _native.main
-    try:
-        return run([os.fspath(argument) for argument in (sys.argv[1:] if arguments is None else arguments)])
-    finally:
-        # The program lets a closed pipe end it, where Python does not
-        if threading.current_thread() is threading.main_thread():
-            for pipe, handler in zip(pipes, before):
-                signal.signal(pipe, handler)
+    return _native.main_in_session(given) if in_session else _native.main(given, False)

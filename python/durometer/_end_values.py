@@ -46,6 +46,9 @@ class EndValues:
     def __init__(self, scene: Scene, keys: Sequence[str], columns: Sequence[str], method: str, threads: int | None):
         if not isinstance(scene, Scene):
             raise InputError(f"scene is of the type {type(scene).__name__}", "give a durometer.Scene")
+        if "refine" in scene.get("mesh"):
+            fact = "the scene has mesh.refine, which makes another mesh for each design: the values jump between them"
+            raise InputError(fact, "take refine out of [mesh], and give cells that are as small as those of its last mesh")
         # The scene is assembled and asked for its columns by as many threads as it is run
         set_threads(threads)
         self.scene = scene

@@ -7,12 +7,17 @@ use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A scene on its mesh, and the exceptions of its laws in Python.
 #[derive(Clone)]
 pub struct Built {
     pub scene: Arc<durometer::scene::Scene>,
     pub raised: Arc<Raised>,
+    /// Why the refined mesh is not within its tolerance, and the remedy
+    pub missed: Option<String>,
+    /// Time that the assembly took \[s\]
+    pub build_s: f64,
 }
 
 /// Failure of work in the thread apart from Python.
@@ -23,9 +28,11 @@ pub fn assembled(file: &Path, text: &str, known_laws: &KnownLaws, link: &Arc<Lin
     let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link).map(Turn::with_ending_laws);
     let (spec, text) = changed_scene(file, text, &[], known_laws)?;
-    let body = body(file, &spec, &text, link)?;
+    let (body, missed) = body(file, &spec, &text, link)?;
+    let building = Instant::now();
     let scene = durometer::scene::Scene::build(file, spec, text, body)?;
-    Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
+    let build_s = building.elapsed().as_secs_f64();
+    Ok(Built { scene: Arc::new(scene), raised: raised.clone(), missed, build_s })
 }
 
 impl Built {
@@ -44,16 +51,18 @@ impl Built {
     }
 }
 
-fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<Arc<Body>, Failed> {
+/// The mesh, and what is lacking where its refinement has missed the tolerance.
+fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<(Arc<Body>, Option<String>), Failed> {
     let body = Arc::new(Body::load(file, &spec.mesh, &mut |_| {})?);
-    let Some(wanted) = &spec.mesh.refine else { return Ok(body) };
+    let Some(wanted) = &spec.mesh.refine else { return Ok((body, None)) };
     let mut watch = RefinementWatch {
         step: &mut |_| {},
         mesher: &mut |_| {},
         progress: &mut |progress| link.progress(progress),
         stop: None,
     };
-    Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
+    let found = refine((file, spec, text), wanted, body, None, &mut watch)?;
+    Ok((found.body.clone(), found.missed()))
 }
 
 /// A run with its record, which is made apart from Python like the run itself: it evaluates laws, and uses threads that may wait for Python.

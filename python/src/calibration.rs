@@ -13,6 +13,7 @@ use durometer::calibrate::inverse::{
     Bounds, Calibration as Found, Failure, FittedCurve, Measured, ObservedCurve, SceneModel, SearchWatch, Settings,
     Unknown, calibrate,
 };
+use durometer::math::units::Dimension;
 use durometer::scene::{ParameterKey, Progress};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
@@ -221,12 +222,17 @@ fn wanted(unknowns: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<(Vec<Parameter
     Ok((parsed(keys.into_pyobject(unknowns.py())?.as_any())?, bounds))
 }
 
-/// A bound: a text with its unit, or a number in SI units, which is written in the unit of the scene.
+/// A bound: a text with its unit, or a number in SI units, which is written in the unit of the scene where the value itself has one.
 fn bound(scene: &Scene, key: &str, end: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     match end.extract::<f64>() {
         Ok(number) => {
             let value = key.parse::<ParameterKey>().map_err(refused)?.value(scene.table()).map_err(refused)?;
-            Ok(value.written_si(number))
+            let has_own = value.unit.is_some() || value.dimension == Dimension::NONE;
+            Ok(if has_own {
+                value.written_si(number)
+            } else {
+                format!("{number} {}", value.dimension.si_unit()).into()
+            })
         }
         Err(_) => toml_of(end),
     }

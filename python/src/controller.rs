@@ -5,6 +5,7 @@ use crate::error::input;
 use crate::solve::Link;
 use crate::threads::ask;
 use crate::value::{entries, kind};
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::scene::control::{ControlError, Controller, Observation as Seen, Opening, Reply};
 use durometer::scene::hint;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
@@ -57,6 +58,8 @@ pub struct Foreign {
     signals: Vec<String>,
     /// Of the run
     pub link: Option<Arc<Link>>,
+    /// Time of its answers, which is none of the run
+    pub spent: Spent,
 }
 
 /// The controller of a function.
@@ -66,7 +69,8 @@ pub fn callable(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Foreign>> {
         let fact = format!("a controller of the type {} cannot be called", kind(function));
         return Err(input(&fact, "give a function of one argument, the observation"));
     }
-    Ok(Some(Foreign { function: function.clone().unbind(), columns: vec![], signals: vec![], link: None }))
+    let function = function.clone().unbind();
+    Ok(Some(Foreign { function, columns: vec![], signals: vec![], link: None, spent: Spent::default() }))
 }
 
 impl Foreign {
@@ -118,7 +122,10 @@ impl Controller for Foreign {
     }
 
     fn step(&mut self, observation: &Seen, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        match ask(|py| self.ask(py, observation, signals)) {
+        let stopwatch = Stopwatch::start();
+        let answer = ask(|py| self.ask(py, observation, signals));
+        self.spent += stopwatch.spent();
+        match answer {
             Ok(stop) => Ok(Reply { stop, ..Reply::default() }),
             Err(why) => {
                 if let Some(link) = &self.link {

@@ -11,8 +11,9 @@ pub fn refused<E: Into<Box<dyn Error>>>(error: E) -> PyErr {
     if let Some(SceneError::Content { file, place, fact, remedy }) = error.downcast_ref() {
         return input(&format!("{}: {place}: {fact}", file.display()), remedy);
     }
-    // The recorder of derivatives is a method here
+    // The recorder of derivatives is a method here, and the folder of the results an argument
     let message = error.to_string().replace("SensitivityRecorder", "Scene.sensitivities");
+    let message = message.replace("with --out", "as `out`");
     let (fact, remedy) = split(&message);
     input(fact, remedy)
 }
@@ -32,13 +33,10 @@ pub fn incomplete(status: &str, fact: &str, remedy: &str, result: Py<PyAny>) -> 
     made("RunError", &[fact, remedy, status], Some(result))
 }
 
-/// The exception with what was computed before it as its `result`, where it has none of its own and takes one.
+/// The exception with what was computed before it as its `result`, where it takes one. What it has is of another call: of one within this one that did
+/// not complete, or of one before, of an object that is raised again.
 pub fn with_result(py: Python<'_>, why: PyErr, result: Py<PyAny>) -> PyErr {
-    let exception = why.value(py);
-    let has_own = exception.getattr("result").is_ok_and(|result| !result.is_none());
-    if !has_own {
-        exception.setattr("result", result).ok();
-    }
+    why.value(py).setattr("result", result).ok();
     why
 }
 

@@ -5,7 +5,7 @@ use crate::error::{input, refused};
 use crate::run::follower;
 use crate::solve::apart;
 use crate::threads;
-use crate::value::{kind, mapping, numbers, pair, plain};
+use crate::value::{kind, mapping, numbers, object_of, pair, plain};
 use durometer::calibrate::{
     Accuracy, Dimensions, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, SharedError,
     StretchRange, fit, fit_experiment,
@@ -36,7 +36,7 @@ pub struct Fit {
 
 #[pymethods]
 impl Fit {
-    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
+    /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test; `data/…` names one that the program brings.
     ///
     /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable, nu, kappa,
     /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
@@ -56,6 +56,7 @@ impl Fit {
         threads::set(threads)?;
         let one = path.extract::<PathBuf>().map(|path| vec![path]);
         let files = one.or_else(|_| path.extract::<Vec<PathBuf>>())?;
+        let files = durometer_commands::files::all_brought(&files).map_err(refused)?;
         let Some((first, more)) = files.split_first() else {
             return Err(input("no table is given", "name a CSV file"));
         };
@@ -154,8 +155,7 @@ impl Fit {
     /// Limits on the use of the constants, in words.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        let words = if self.of_arrays { of_arrays } else { in_python };
-        self.result.warnings.iter().map(|warning| words(&warning.to_string())).collect()
+        self.result.warnings.iter().map(|warning| self.words(&warning.to_string())).collect()
     }
 
     /// Everything that `fit.json` has.
@@ -167,8 +167,9 @@ impl Fit {
     /// The table of the law for a scene: `scene.set("laws.rubber", fit.table)`.
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let table: toml::Table = self.result.law_text().parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
-        plain(py, &table)
+        let text = self.words(&self.result.law_text());
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
+        object_of(py, &table.into())
     }
 
     /// `law.toml`, which a scene can include.
@@ -189,11 +190,18 @@ impl Fit {
     }
 
     fn __str__(&self) -> String {
-        self.result.to_string()
+        self.words(&self.result.to_string())
     }
 
     fn __repr__(&self) -> String {
         format!("<Fit of {} to {}>", self.result.label, self.result.data)
+    }
+}
+
+impl Fit {
+    /// A message of the library, with the names of the options here.
+    fn words(&self, message: &str) -> String {
+        if self.of_arrays { of_arrays(message) } else { in_python(message) }
     }
 }
 
@@ -294,6 +302,13 @@ fn in_python(message: &str) -> String {
     let mut parts = message.split("--");
     let mut out = parts.next().unwrap_or_default().to_string();
     for part in parts {
+        // A name of a file may have two dashes in it
+        let begins = out.chars().next_back().is_none_or(|c| c.is_whitespace() || "(\"'`".contains(c));
+        let is_flag = begins && part.starts_with(|c: char| c.is_ascii_alphabetic());
+        if !is_flag {
+            out.extend(["--", part]);
+            continue;
+        }
         let end = part.find(|c: char| !c.is_ascii_alphanumeric() && c != '-').unwrap_or(part.len());
         let (flag, rest) = part.split_at(end);
         let name = if flag == "mode" { "modes".into() } else { flag.replace('-', "_") };

@@ -97,9 +97,13 @@ fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
     let remedy = "write \"elastic\", or a list of durometer.Parameter(name, symbol, unit, (lower, upper), meaning)";
     let all: Vec<Declared> = given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
     let one = |(name, symbol, unit, bounds, meaning): Declared| {
-        let (_, dimension) = units::quantity(&format!("1 {unit}"))
+        let (factor, dimension) = units::quantity(&format!("1 {unit}"))
             .or_else(|e| if unit == "1" { units::quantity("1") } else { Err(e) })
             .map_err(refused)?;
+        if factor != 1.0 {
+            let fact = format!("the unit of the parameter {name} is {unit}, and the law gets its value in SI units");
+            return Err(input(&fact, &format!("write {}, with `bounds` and `sample` in it", dimension.si_unit())));
+        }
         Ok(Parameter::new(leaked(name), leaked(symbol), dimension, bounds, leaked(meaning)))
     };
     Ok(Vec::leak(all.into_iter().map(one).collect::<PyResult<Vec<_>>>()?))

@@ -30,11 +30,11 @@ use std::ffi::OsString;
 use std::sync::Arc;
 
 /// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete. An
-/// exception of a law in Python is raised.
+/// exception of a law in Python is raised. A closed pipe ends a process that is no more than the program.
 #[pyfunction]
-fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
+fn main(py: Python<'_>, arguments: Vec<OsString>, owns_process: bool) -> PyResult<u8> {
     let link = Arc::new(solve::Link::by(durometer_commands::interrupt::flag().clone()));
-    let code = py.detach(|| signals_kept(|| command(arguments, &link)));
+    let code = py.detach(|| signals_kept(|| command(arguments, owns_process, &link)));
     link.raised().map_or(Ok(code), Err)
 }
 
@@ -42,13 +42,13 @@ fn main(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
 #[pyfunction]
 fn main_in_session(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
     let link = solve::Link::by(durometer_commands::interrupt::flag().clone());
-    solve::followed(py, link, None, |link| command(arguments, link))
+    solve::followed(py, link, None, |link| command(arguments, false, link))
 }
 
 /// The command line, which exceptions of laws in Python end.
-fn command(arguments: Vec<OsString>, link: &Arc<solve::Link>) -> u8 {
+fn command(arguments: Vec<OsString>, owns_process: bool, link: &Arc<solve::Link>) -> u8 {
     let _turn = raised::Raised::by(link);
-    durometer_commands::main(std::iter::once("durometer".into()).chain(arguments))
+    durometer_commands::main(std::iter::once("durometer".into()).chain(arguments), owns_process)
 }
 
 /// Does work that may block signals in its thread, and puts them back: the thread is Python's.

@@ -6,7 +6,7 @@ use crate::error::{input, refused, with_result};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
 use crate::value::{mapping, number};
-use durometer::math::stopwatch::Spent;
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{
     ParameterKey, ScalarSensitivity, Scene, Sensitivities, column, hint, scalar_sensitivity, unit_of_column,
@@ -81,6 +81,8 @@ pub struct Recorded {
     times: Vec<f64>,
     /// Place and name → components, values at one time after the other
     values: BTreeMap<(bool, &'static str), (usize, Vec<f64>)>,
+    /// Time that they took, which is none of the run
+    pub spent: Spent,
 }
 
 impl Recorded {
@@ -103,18 +105,20 @@ impl Recorded {
         let all = what.clone();
         let mut place = 0..;
         what.retain(|field| place.next().is_some_and(|k| !all[..k].contains(field)));
-        Ok(Self { what, schedule, times: vec![], values: BTreeMap::new() })
+        Ok(Self { what, schedule, times: vec![], values: BTreeMap::new(), spent: Spent::default() })
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {
         if self.what.is_empty() || !self.schedule.due(self.times.last().copied(), state.t) {
             return;
         }
+        let stopwatch = Stopwatch::start();
         self.times.push(state.t);
         for field in scene.fields(state, &self.what) {
             let entry = self.values.entry((field.at_nodes, field.name)).or_insert((field.components, vec![]));
             entry.1.extend(field.values);
         }
+        self.spent += stopwatch.spent();
     }
 }
 
@@ -322,7 +326,7 @@ impl Run {
     ) -> PyResult<Self> {
         let (Done { run, record }, scene) = (done, &*built.scene);
         let in_words = |(kind, limit): (&str, String)| if kind == WARNING { limit } else { format!("{kind}: {limit}") };
-        let warnings = limits_of_run(&record).into_iter().map(in_words).collect();
+        let warnings = limits_of_run(&record).into_iter().map(in_words).chain(built.missed.clone()).collect();
         let notes = record.notes.clone();
         let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());

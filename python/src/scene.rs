@@ -8,7 +8,7 @@ use crate::sensitivities::Sensitivities;
 use crate::solution::{Wanted, solve};
 use crate::solve::apart;
 use crate::threads;
-use crate::value::{plain, toml_of};
+use crate::value::{object_of, toml_of};
 use durometer::material::{KnownLaws, LawSpecError};
 use durometer::math::threads::locked;
 use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, limits_of_scene, overrides, read_table};
@@ -99,7 +99,7 @@ impl Scene {
 
     /// The value of a key as the text has it.
     fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        plain(py, overrides::find(&self.table, key).map_err(refused)?)
+        object_of(py, overrides::find(&self.table, key).map_err(refused)?)
     }
 
     /// The same scene with the value of a number in its SI unit, an angle in radians: `set_si("laws.rubber.mu", 30e3)`.
@@ -115,7 +115,9 @@ impl Scene {
 
     /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
     fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
-        durometer::scene::check_scalar(&self.build(py, None)?.scene).map_err(refused)
+        let built = self.build(py, None)?;
+        let checked = apart(py, None, |link| built.during(link, durometer::scene::check_scalar))?;
+        checked.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
     /// Names of the columns that have derivatives by these keys; InputError where there are none by one of them.
@@ -159,7 +161,8 @@ impl Scene {
     /// `progress`: True, or a function that is called with the time that is done and the end `[s]`.
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
-    /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
+    /// `check`: raise `RunError` where the run does not complete, and where a mesh that was refined misses the tolerance of `mesh.refine` (`status` is
+    /// "ToleranceMissed"); otherwise `status` of the result says the one, and a warning the other. `result` of the exception is the run so
     /// far, also of one of your own functions, of KeyboardInterrupt, and of a warning that a filter makes an exception.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(

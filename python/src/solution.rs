@@ -5,7 +5,7 @@ use crate::controller::{Foreign, callable};
 use crate::error::{incomplete, input, refused, split, with_result};
 use crate::run::{Recorded, Run};
 use crate::solve::{Link, ended};
-use durometer::math::stopwatch::Stopwatch;
+use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
@@ -21,7 +21,7 @@ pub struct Wanted<'a, 'py> {
     pub keys: Vec<ParameterKey>,
 }
 
-/// Runs all stages. `check` raises an exception where the run does not complete. Any other exception that ends it has the run so far in `result`.
+/// Runs all stages. `check` raises an exception where the run does not complete, or its mesh was refined and misses the tolerance. Any other exception that ends it has the run so far in `result`.
 pub fn solve(
     py: Python<'_>,
     built: Built,
@@ -44,11 +44,16 @@ pub fn solve(
     };
     let (status, failure) = (done.run.status.clone(), done.run.failure.take());
     let sensitivities = done.run.sensitivities.take();
+    let missed = built.missed.clone();
     let outside = failure.map(|why| in_python(&why, &built.scene));
     let run = Py::new(py, Run::new(py, built, done, recorded, outside.clone())?)?;
     if check && status != Status::Converged {
         let (fact, remedy) = outside.unwrap_or_else(|| (in_words(&status), status.remedy().into()));
         return Err(incomplete(status.name(), &fact, &remedy, run.into_any()));
+    }
+    if let Some(missed) = missed.filter(|_| check) {
+        let (fact, remedy) = split(&missed);
+        return Err(incomplete("ToleranceMissed", fact, remedy, run.into_any()));
     }
     Ok((run, sensitivities))
 }
@@ -94,7 +99,10 @@ fn run(
         let stopwatch = Stopwatch::start();
         let run = scene.run_with(options);
         let spent = stopwatch.spent();
-        Ok(Done { record: finished_run::record(scene, &run, spent).into(), run })
+        let elsewhere = recorded.spent + foreign.map_or(Spent::default(), |foreign| foreign.spent);
+        let mut record = finished_run::record(scene, &run, run.own_time(spent, elsewhere));
+        record.phases.build_s = built.build_s;
+        Ok(Done { record: record.into(), run })
     })?
 }
 

@@ -7,11 +7,13 @@ use crate::threads;
 use crate::value::{mapping, plain, toml_of};
 use durometer::catalogue::{Launch, host};
 use durometer::math::threads::{is_alone, locked};
+use durometer::report::ReportError;
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write_report;
 use durometer::study::run::growing::run_study;
 use durometer::study::run::only::Only;
+use durometer::study::run::other_study;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use durometer_commands::files::find;
@@ -76,13 +78,14 @@ impl Study {
         &self.study.file
     }
 
-    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report. Ctrl-C keeps what is
-    /// finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
+    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report: also the cases that
+    /// `durometer run --extend` has added there, and those that a run before has asked for. InputError where the folder holds results of another study or
+    /// command. Ctrl-C keeps what is finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
     ///
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
     /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need: cases with such a law are
     /// always computed again, since no result says which class it was. `check`: raise `RunError`
-    /// where a case does not complete, with the report as its `result`.
+    /// where a case does not complete, the study has no result or a stored file is damaged, with the report as its `result`.
     #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
     fn run<'py>(
         &self,
@@ -97,7 +100,9 @@ impl Study {
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let follower = crate::run::follower(py, progress)?;
+        let is_usual = out.is_none();
         let dir = out.unwrap_or_else(|| PathBuf::from("reports").join(&self.study.name));
+        other_study::check_folder(&dir, &self.study.file, is_usual).map_err(refused)?;
         let isolation = match isolation {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
             "processes" | "threads" if is_alone() => {
@@ -146,14 +151,14 @@ type Failed = Box<dyn std::error::Error + Send + Sync>;
 
 /// How the work on the cases has ended.
 enum Done {
-    /// The report is written; which cases are not complete, and the status of the first
+    /// The report is written; what is not complete, and the status of the first case that is not
     All(Option<(String, String)>),
     /// It was stopped, with these results
     Part(Vec<CaseRecord>),
 }
 
 impl Study {
-    /// Runs the cases and writes the report.
+    /// Runs the cases, with those that were added to the results or have followed from them, and writes the report.
     fn work(
         &self,
         dir: &Path,
@@ -162,18 +167,29 @@ impl Study {
         isolation: Isolation,
         (link, raised): (&Arc<Link>, &Arc<Raised>),
     ) -> Result<Done, Failed> {
+        let study = self.study.again(dir)?;
+        other_study::check(&study, dir)?;
         let stop = link.stop.clone();
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
-        let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
+        let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, raised, wanted: wanted as f64, shares: Mutex::default() };
-        let records = run_study(&self.study, dir, &options, &watch)?;
+        let records = run_study(&study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
             return Ok(Done::Part(records));
         }
-        let summary = write_report(dir)?;
-        let failed = summary.failed(&records);
-        let fact = || format!("not complete: {}", failed.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
-        Ok(Done::All(failed.first().map(|first| (fact(), first.status.clone()))))
+        let (missing, failed) = match write_report(dir) {
+            Ok(summary) => {
+                let failed = summary.failed(&records).first().map(|first| first.status.clone());
+                ([summary.incomplete(&records), summary.damaged].concat(), failed)
+            }
+            Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => {
+                let fact = "no case has a result of the present inputs, and the report is an earlier one";
+                (vec![fact.into()], records.first().map(|first| first.status.clone()))
+            }
+            Err(why) => return Err(why.into()),
+        };
+        let status = failed.unwrap_or_else(|| "NotComplete".into());
+        Ok(Done::All((!missing.is_empty()).then(|| (format!("not complete: {}", missing.join("; ")), status))))
     }
 }
 

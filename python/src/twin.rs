@@ -24,9 +24,9 @@ pub struct Twin {
 }
 
 impl Twin {
-    fn of(model: ReducedModel) -> PyResult<Self> {
+    fn of(py: Python<'_>, model: ReducedModel) -> PyResult<Self> {
         let (model, raised) = (Arc::new(model), Arc::<Raised>::default());
-        let running = raised.raising(|| Model::new(model.clone()))?.map_err(refused)?;
+        let running = py.detach(|| raised.raising(|| Model::new(model.clone())))?.map_err(refused)?;
         Ok(Self { running: Box::new(running.into()), model, raised })
     }
 
@@ -83,14 +83,14 @@ fn indexed(what: &str, known: &[&str], given: &Bound<'_, PyAny>) -> PyResult<Vec
 impl Twin {
     /// Reads a file `.durom`; the model is at rest.
     #[new]
-    fn new(path: PathBuf) -> PyResult<Self> {
-        Self::of(ReducedModel::read(&path).map_err(refused)?)
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        Self::of(py, ReducedModel::read(&path).map_err(refused)?)
     }
 
     /// A model from the bytes of such a file.
     #[staticmethod]
-    fn from_bytes(data: &[u8]) -> PyResult<Self> {
-        Self::of(ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?)
+    fn from_bytes(py: Python<'_>, data: &[u8]) -> PyResult<Self> {
+        Self::of(py, ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?)
     }
 
     /// Name of each input → its range (least, largest) `[SI]`.

@@ -4,7 +4,9 @@ use crate::error::input;
 use durometer::math::tensor::Mat3;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString, PyTuple};
+use pyo3::types::{
+    PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyList, PyMapping, PySequence, PyString, PyTuple,
+};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -99,6 +101,27 @@ pub fn kind(value: &Bound<'_, PyAny>) -> String {
 pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|e| input(&format!("the result cannot be written: {e}"), ""))?;
     py.import("json")?.call_method1("loads", (text,))
+}
+
+/// A value of TOML as objects of Python: JSON has no infinity.
+pub fn object_of<'py>(py: Python<'py>, value: &toml::Value) -> PyResult<Bound<'py, PyAny>> {
+    use toml::Value;
+    Ok(match value {
+        Value::String(text) => text.into_pyobject(py)?.into_any(),
+        Value::Integer(number) => number.into_pyobject(py)?.into_any(),
+        Value::Float(number) => number.into_pyobject(py)?.into_any(),
+        Value::Boolean(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+        Value::Datetime(time) => time.to_string().into_pyobject(py)?.into_any(),
+        Value::Array(entries) => {
+            let entries = entries.iter().map(|entry| object_of(py, entry)).collect::<PyResult<Vec<_>>>()?;
+            PyList::new(py, entries)?.into_any()
+        }
+        Value::Table(table) => {
+            let entries = PyDict::new(py);
+            table.iter().try_for_each(|(key, value)| entries.set_item(key, object_of(py, value)?))?;
+            entries.into_any()
+        }
+    })
 }
 
 /// Numbers of a list or an array of one index, all finite.

@@ -61,6 +61,44 @@ displacement = { kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }
 #: A longer beam of a material that keeps its volume, which elements of four nodes make too stiff
 LOCKED = BEAM.replace("nu = 0.45", "nu = 0.4995").replace("divisions = [4, 2, 2]", "divisions = [6, 2, 2]").replace('"20 mm", "10 mm", "10 mm"', '"60 mm", "10 mm", "10 mm"')
 
+#: A finger on a mesh that the package brings; its error is above the tolerance, and there is no other mesh
+REFINED = """
+[mesh]
+body = "finger"
+cells = 1150
+refine = { quantity = "tip_z_m", tolerance = "0.01 %", meshes = 1 }
+
+[laws.silicone]
+law = "neo_hookean"
+E = "1 MPa"
+nu = 0.45
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "silicone"
+
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1070 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+
+[[constraint]]
+kind = "fixed"
+region = "root"
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+
+[[probe]]
+kind = "position"
+region = "tip"
+"""
+
 
 @pytest.fixture
 def beam() -> durometer.Scene:

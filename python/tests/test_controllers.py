@@ -1,10 +1,12 @@
 """Controllers in Python: a function at every point of the time grid."""
 
 import types
+from collections.abc import Callable
 
 import durometer
 import numpy
 import pytest
+from conftest import BEAM
 
 SCENE = """
 [mesh]
@@ -135,3 +137,23 @@ def test_a_run_that_is_stopped_ends_the_line_of_its_bar(bent: durometer.Scene, c
     assert bent.run(controller=stopping, progress=True).converged
     drawn = capsys.readouterr().err
     assert drawn.count("\n") == 1 and drawn.endswith("s\n")
+
+
+def test_the_result_of_an_exception_is_that_of_the_call_that_raised_it(bent: durometer.Scene) -> None:
+    kept = ValueError("one object for all runs")
+    failing = durometer.Scene.from_toml(BEAM).set("constraint.0.components", "y")
+
+    def raising(end: float, inner: bool) -> Callable[[durometer.Observation], None]:
+        def control(now: durometer.Observation) -> None:
+            if now.t >= end:
+                if inner:
+                    failing.run()
+                raise kept
+
+        return control
+
+    for inner, kind in [(False, ValueError), (True, durometer.RunError)]:
+        for end in (0.5, 1.0):
+            with pytest.raises(kind) as raised:
+                bent.run(controller=raising(end, inner))
+            assert raised.value.result.columns == bent.columns and raised.value.result.times[-1] == end

@@ -10,7 +10,7 @@ from typing import Any
 import durometer
 import numpy
 import pytest
-from conftest import BEAM, LOCKED
+from conftest import BEAM, LOCKED, REFINED
 
 KEYS = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.0", "effect.gravity.direction.1"]
 COLUMNS = ["xmax_z_m", "xmin_reaction_z_N"]
@@ -295,6 +295,13 @@ def test_exceptions_of_compiled_functions_are_those_of_the_reference(kind: str, 
     code = f"TEXT, KIND, GOOD_FIRST = {TIGHT!r}, {kind!r}, {good_first}\n{COMPILED}"
     told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
     assert told.stdout == "interrupted\n", told.stderr
+
+
+def test_a_mesh_that_depends_on_the_design_is_refused() -> None:
+    from durometer._end_values import EndValues
+
+    with pytest.raises(durometer.InputError, match="the scene has mesh.refine.*; take refine out of"):
+        EndValues(durometer.Scene.from_toml(REFINED), ["laws.silicone.E"], ["tip_z_m"], "auto", None)
 
 
 @pytest.mark.parametrize("name", ["torch", "jax"])

@@ -298,3 +298,38 @@ def test_a_search_that_is_ended_leaves_its_best_values() -> None:
         durometer.Calibration.from_curves([curve], ["laws.silicone.E", "laws.silicone.nu"], progress=told)
     best = caught.value.result
     assert list(best) == ["laws.silicone.E", "laws.silicone.nu"] and abs(best["laws.silicone.E"] - 100e3) < 80e3
+
+
+def test_the_table_of_a_fit_has_numbers_that_are_infinite_and_names_options() -> None:
+    stretch = numpy.linspace(1.02, 1.3, 15)
+    stress = 40e3 * (stretch - stretch**-2) * (1 + 0.01 * numpy.random.default_rng(1).standard_normal(15))
+    fit = durometer.Fit.from_arrays(stretch, stress, "gent", nu=0.45)
+    # So small stretches do not determine where the chains end
+    assert not fit.is_determined and any(numpy.isinf(fit.intervals["J_m"]))
+
+    def all_of(value: object) -> list:
+        inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else None
+        return [value] if inside is None else [one for entry in inside for one in all_of(entry)]
+
+    values = all_of(fit.table)
+    assert None not in values and any(value == float("inf") for value in values if isinstance(value, float))
+    assert not any("--" in value for value in values if isinstance(value, str)) and "--" not in str(fit)
+    scene = durometer.Scene.from_toml(PULLED).set("laws.silicone", fit.table)
+    assert scene.get("laws.silicone.J_m") == fit.constants["J_m"]
+
+
+def test_bounds_of_a_number_whose_unit_is_that_of_its_list() -> None:
+    points = '{ kind = "points", of = [[0, 0], [1, 2]], unit = "mm" }'
+    scene = durometer.Scene.from_toml(PULLED.replace('{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }', points))
+    key = "constraint.prescribed.displacement.of.1.1"
+    run = scene.run()
+    curve = durometer.Curve(scene.set_si(key, 1.5e-3), "t_s", run.times[1:], "xmin_reaction_x_N", run["xmin_reaction_x_N"][1:])
+    for ends in [(1e-3, 4e-3), ("1 mm", "4 mm")]:
+        found = durometer.Calibration.from_curves([curve], {key: ends}, check=False)
+        assert found.constants[key] == pytest.approx(2e-3, rel=1e-3)
+
+
+def test_data_of_the_program_are_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    fit = durometer.Fit.from_csv("data/treloar-1944/treloar-1944.csv", "neo_hookean", mode="uniaxial", range=(1.0, 1.6), nu=0.49)
+    assert fit.constants["mu"] > 0.0

@@ -242,3 +242,45 @@ print("done", flush=True)
     folder = Path(__file__).parent
     told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
     assert told.stdout.strip() == "done", told.stderr
+
+
+def test_questions_to_a_scene_do_not_wait_for_a_law() -> None:
+    # The equations are evaluated on several threads to answer them: a twisted start, with cells of a law in Python next to mixed ones
+    code = f"""
+import durometer
+import test_laws
+from durometer import _native
+
+text = {BEAM.replace("[4, 2, 2]", "[9, 6, 5]")!r}
+regions = '''[mesh.regions]
+left = {{ kind = "box", min = ["-1 mm", "-1 mm", "-1 mm"], max = ["2.2222 mm", "11 mm", "11 mm"], pick = "cells", rule = "centroid" }}
+right = {{ kind = "difference", of = ["body", "left"] }}
+
+[laws.own]
+law = "python_neo_hookean"
+E = "100 kPa"
+nu = 0.45
+
+[start]
+kind = "twisted"
+angle = "10 deg"
+
+[laws.silicone]'''
+parts = '''region = "left"
+law = "silicone"
+formulation = "mixed"
+
+[[effect]]
+kind = "elastic"
+region = "right"
+law = "own"'''
+text = text.replace("[laws.silicone]", regions).replace('region = "body"\\nlaw = "silicone"', parts)
+scene = durometer.Scene.from_toml(text)
+_native.set_threads(2)
+scene.columns
+scene.check_gradient()
+print("done", flush=True)
+"""
+    folder = Path(__file__).parent
+    told = subprocess.run([sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{code}"], capture_output=True, text=True, timeout=200)
+    assert told.stdout.strip() == "done", told.stderr

@@ -79,6 +79,27 @@ def test_the_law_passes_the_checks_of_the_library(name: str) -> None:
     durometer.check_law(name)
 
 
+@pytest.mark.parametrize("bounds, shear", [((0.0, 1e3), 400.0), ((1e6, 1e9), 1e7)], ids=["gel", "composite"])
+def test_a_law_is_checked_within_the_bounds_of_its_constants(bounds: tuple[float, float], shear: float) -> None:
+    class Bounded(OfParameters):
+        name = f"python_bounded_{shear:.0f}"
+        parameters = [durometer.Parameter("shear", "μ", "Pa", bounds, "shear modulus"), OfParameters.parameters[1]]
+        sample = [shear, 5.0]
+
+    durometer.register_law(Bounded)
+    durometer.check_law(Bounded.name)
+
+
+@pytest.mark.parametrize("unit, remedy", [("kPa", "write Pa"), ("mm", "write m")])
+def test_a_parameter_has_an_si_unit(unit: str, remedy: str) -> None:
+    class InOtherUnits(OfParameters):
+        name = "python_in_other_units"
+        parameters = [OfParameters.parameters[0]._replace(unit=unit), OfParameters.parameters[1]]
+
+    with pytest.raises(durometer.InputError, match=f"the unit of the parameter shear is {unit}.*; {remedy},"):
+        durometer.register_law(InOtherUnits)
+
+
 def test_a_wrong_tangent_is_found() -> None:
     class Wrong(PythonNeoHookean):
         name = "python_wrong"

@@ -84,6 +84,35 @@ def test_a_reader_that_closes_the_pipe_ends_the_program_quietly() -> None:
 
 
 @POSIX
+def test_a_closed_pipe_is_an_exception_of_python_after_and_during_a_command(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM.replace('dt = "0.5 s"', 'dt = "0.002 s"'))
+    code = """
+import durometer, os, threading, time
+
+def write():
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        os.write(writer, b"x")
+    except BrokenPipeError:
+        print("told", flush=True)
+
+thread = threading.Thread(target=lambda: durometer.main(["check", "scene.toml"]))
+thread.start()
+thread.join()
+write()
+thread = threading.Thread(target=lambda: durometer.main(["simulate", "scene.toml", "--no-view", "--out", "out"]))
+thread.start()
+time.sleep(0.5)
+write()
+thread.join()
+write()
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0 and told.stdout.split("\n").count("told") == 3, (told.returncode, told.stdout, told.stderr)
+
+
+@POSIX
 def test_ctrl_c_keeps_what_is_finished_of_a_study(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(BEAM)
     # The largest cases come first, so that this one is the last

@@ -2,13 +2,14 @@
 
 import pickle
 import sys
+import time
 import warnings
 from pathlib import Path
 
 import durometer
 import numpy
 import pytest
-from conftest import BEAM, LOCKED, program
+from conftest import BEAM, LOCKED, PULLED, REFINED, program
 
 
 def test_arrays_have_the_shapes_that_are_documented(beam: durometer.Scene) -> None:
@@ -205,3 +206,27 @@ obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 
 response = "penalty"
 friction = 0
 """
+
+
+def test_a_refinement_that_misses_its_tolerance_is_no_success() -> None:
+    scene = durometer.Scene.from_toml(REFINED)
+    with pytest.raises(durometer.RunError, match="the error bar is above the tolerance on every mesh") as missed:
+        scene.run()
+    run = missed.value.result
+    assert missed.value.status == "ToleranceMissed" and "more `meshes`" in missed.value.remedy and run.converged
+    with pytest.warns(UserWarning, match="the error bar is above the tolerance on every mesh"):
+        assert scene.run(check=False).warnings == run.warnings
+
+
+def test_the_cost_of_a_run_is_without_what_is_done_for_python() -> None:
+    pause = 0.5
+    pulled = PULLED.replace('{ kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }', '{ kind = "controlled", initial = "0 mm" }')
+    record = durometer.Scene.from_toml(pulled).run(threads=1, controller=lambda now: time.sleep(pause)).record
+    # Two answers to a run of some milliseconds
+    assert record["wall_s"] < pause and record["phases"]["build_s"] > 0.0
+    scene = durometer.Scene.from_toml(BEAM.replace("[4, 2, 2]", "[12, 6, 6]"))
+    of_vectors = [f"{vector}.{k}" for vector in ("mesh.grid.size", "effect.gravity.direction") for k in range(3)]
+    keys = ["laws.silicone.E", "laws.silicone.nu", "effect.gravity.density", "effect.gravity.acceleration", *of_vectors]
+    alone = scene.run(threads=1).record
+    # The derivatives take longer than the run
+    assert scene.sensitivities(keys, threads=1).run.record["cpu_s"] < 2 * alone["cpu_s"]

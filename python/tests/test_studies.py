@@ -28,6 +28,29 @@ c4 = { "mesh.grid.divisions" = [4, 2, 2] }
 c8 = { "mesh.grid.divisions" = [8, 4, 4] }
 """
 
+#: A reduced model, which is the result of its study
+REDUCTION = """
+kind = "reduction"
+scene = "scene.toml"
+question = "How far does the beam sink under any gravity?"
+expectation = "Two modes are enough."
+tolerance = "1 %"
+training = 8
+held_back = 12
+modes = [2]
+
+[[input]]
+name = "gravity"
+key = "effect.gravity.acceleration"
+range = ["0 m/s^2", "10 m/s^2"]
+
+[[quantity]]
+name = "xmax_z_m"
+label = "height"
+symbol = "z"
+unit = "m"
+"""
+
 
 @pytest.fixture
 def study(tmp_path: Path) -> durometer.Study:
@@ -226,3 +249,45 @@ def test_a_study_that_is_ended_leaves_its_records(study: durometer.Study, tmp_pa
     records = caught.value.result
     assert 1 <= len(records) < 3 and all(record["id"] == case for case, record in records.items())
     assert all(record["status"] == "Converged" for record in records.values())
+
+
+def test_a_run_replaces_no_results_of_others(study: durometer.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    report = study.run(only="c2", isolation="threads")
+    before = {file: file.read_bytes() for file in report.folder.rglob("*") if file.is_file()}
+    for name, out, words in [("a study", None, "has the same name"), ("another", report.folder, "would replace")]:
+        folder = tmp_path / "elsewhere" / name
+        folder.mkdir(parents=True)
+        (folder / "scene.toml").write_text(BEAM.replace('"100 kPa"', '"70 kPa"'))
+        (folder / "study.toml").write_text(STUDY)
+        with pytest.raises(durometer.InputError, match=words) as refused:
+            durometer.Study.load(folder).run(out, only="c2", isolation="threads")
+        assert "as `out`" in refused.value.remedy
+    assert {file: file.read_bytes() for file in report.folder.rglob("*") if file.is_file()} == before
+    pulls = "".join(f"{1 + k / 20},{40 * (1 + k / 20 - (1 + k / 20) ** -2)}\n" for k in range(1, 12))
+    (tmp_path / "pull.csv").write_text("stretch,stress_kPa\n" + pulls)
+    fitted = ["fit", "pull.csv", "--law", "neo_hookean", "--mode", "uniaxial", "--nu", "0.45", "--out", "fitted"]
+    assert durometer.main(fitted) == 0
+    with pytest.raises(durometer.InputError, match="holds results of fit"):
+        study.run("fitted", only="c2", isolation="threads")
+
+
+def test_a_run_keeps_the_meshes_that_were_added(study: durometer.Study, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "extension.toml").write_text('[family.sizes]\nc6 = { "mesh.grid.divisions" = [6, 3, 3] }\n')
+    for _ in range(2):
+        report = study.run(out, isolation="threads")
+        assert len(report.summary["cases"]) == len(study.cases) + 1
+    assert any("c6" in case["id"] for case in report.summary["cases"])
+
+
+def test_a_study_without_a_result_is_not_complete(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM)
+    (tmp_path / "study.toml").write_text(REDUCTION)
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "models").write_text("in the way of the folder")
+    with pytest.raises(durometer.RunError, match="not complete: ") as caught:
+        durometer.Study.load(tmp_path).run(out, isolation="threads")
+    assert caught.value.result.summary["without_result"] in caught.value.fact

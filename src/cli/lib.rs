@@ -112,12 +112,13 @@ pub fn bring_files() {
     });
 }
 
-/// Does what the arguments say, of which the first is the name of the program, and returns the exit code.
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+/// Does what the arguments say, of which the first is the name of the program, and returns the exit code. Where the process is no more than the program, a
+/// closed pipe may end it.
+pub fn main(arguments: impl IntoIterator<Item = OsString>, owns_process: bool) -> u8 {
     memory::keep_freed();
     file_size::let_writes_fail();
     let code = match Cli::try_parse_from(arguments) {
-        Ok(cli) => dispatch(cli.command),
+        Ok(cli) => dispatch(cli.command, owns_process),
         Err(told) => {
             let printed = told.print();
             if !told.use_stderr() {
@@ -135,7 +136,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-fn dispatch(command: Command) -> u8 {
+fn dispatch(command: Command, owns_process: bool) -> u8 {
     // Before any other thread starts: those that are told to stop keep what is finished
     if matches!(command, Command::Run(_) | Command::Robustness(_) | Command::Simulate(_) | Command::Plan(_)) {
         interrupt::stop_flag();
@@ -147,7 +148,7 @@ fn dispatch(command: Command) -> u8 {
         Command::Run(_) | Command::Robustness(_) | Command::Worker(_) => true,
         _ => false,
     };
-    if !talks {
+    if owns_process && !talks {
         sigpipe::reset();
     }
     let result = match command {

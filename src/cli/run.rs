@@ -8,7 +8,6 @@ use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
 use durometer::report::ReportError;
-use durometer::storage::results::held;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::{ADD, AddedMeshes};
@@ -16,10 +15,9 @@ use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
-use durometer::study::run::other_study;
+use durometer::study::run::other_study::{HeldError, check, check_folder};
 use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
-use durometer::study::store::origin;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use std::path::{Path, PathBuf};
@@ -149,32 +147,15 @@ impl How {
 
     /// The same of the study of this file. A folder is refused where it holds the results of another command, the usual one also where they are of another study of the
     /// same name.
-    pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, String> {
+    pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, HeldError> {
         let dir = self.dir(study);
-        if let Some(own) = held(&dir) {
-            return Err(format!("{}: holds {own}; choose another folder with --out", dir.display()));
-        }
-        match origin::other(&dir, file).filter(|_| self.out.is_none()) {
-            Some(other) => Err(format!(
-                "{}: it holds results of {}, which has the same name; choose another folder with --out, rename one of the two, or remove this folder",
-                dir.display(),
-                other.display()
-            )),
-            None => Ok(dir),
-        }
+        check_folder(&dir, file, self.out.is_none())?;
+        Ok(dir)
     }
 
     /// Refuses a folder with results of another study, which the run would replace.
-    pub fn check(&self, study: &Study) -> Result<(), String> {
-        let dir = self.dir(&study.name);
-        match other_study::held(study, &dir) {
-            Some(other) => Err(format!(
-                "{}: it holds results of {other}, which those of {} would replace; choose another folder with --out, or remove this one",
-                dir.display(),
-                study.file.display()
-            )),
-            None => Ok(()),
-        }
+    pub fn check(&self, study: &Study) -> Result<(), HeldError> {
+        check(study, &self.dir(&study.name))
     }
 
     /// The cases that are asked for, where not all of them are.
@@ -285,19 +266,20 @@ fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): 
 impl Done {
     /// Prints the verdict, or `summary.json`, and names the cases that are not complete. A command of the verdict is that of the study as it was given.
     pub fn tell(&self, how: &How, study: &Path) -> CommandResult {
-        let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
-        let text = match &self.end {
+        let failed = |only_broken: bool| -> Vec<String> {
+            let has_failed = |r: &&CaseRecord| if only_broken { r.broke() } else { !r.converged() };
+            self.records.iter().filter(has_failed).map(CaseRecord::end).collect()
+        };
+        let (text, missing) = match &self.end {
             End::Stopped => return Ok(Outcome::Interrupted),
             End::NoResult => {
                 let fact = "no case has a result of the present inputs; the report is an earlier one".to_string();
-                if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact }
+                let text = if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact };
+                (text, failed(false))
             }
             End::Part { part, waiting, searching, keep_refusals } => {
-                if *keep_refusals {
-                    failed.retain(|r| r.broke());
-                }
                 let (part, cases) = (part.to_string(), self.records.len());
-                match how.json {
+                let text = match how.json {
                     true => {
                         serde_json::json!({ "part": part, "cases": cases, "waiting": waiting, "searching": searching })
                             .to_string()
@@ -306,18 +288,19 @@ impl Done {
                         let search = if *searching { SEARCH_WAITS } else { "" };
                         format!("\n{part}: {cases} cases are done{}{search}", Self::words_of_waiting(*waiting))
                     }
-                }
+                };
+                (text, failed(*keep_refusals))
             }
             End::Report(summary) => {
-                failed = summary.failed(&self.records);
-                match how.json {
+                let text = match how.json {
                     true => serde_json::to_string_pretty(summary)?,
                     false => {
                         let add = ADD.replace("STUDY", &study.display().to_string());
                         let (verdict, page) = (summary.verdict.replace(ADD, &add), self.dir.join("index.html"));
                         format!("\n{verdict}\n\nreport: {}", page.display())
                     }
-                }
+                };
+                (text, summary.incomplete(&self.records))
             }
         };
         say!("{text}");
@@ -326,23 +309,12 @@ impl Done {
         {
             summary.warnings.iter().for_each(|warning| tell!("warning: {warning}"));
         }
-        for record in &failed {
-            let detail = record.status_detail.as_deref().unwrap_or("see the report");
-            tell!("not complete: {}: {}: {detail}", record.id, record.status);
-        }
-        let (unmade, sound, others) = match &self.end {
-            End::Report(summary) => {
-                (summary.without_result.as_ref(), soundness(summary), summary.others(&self.records))
-            }
-            _ => (None, Outcome::Complete, vec![]),
+        missing.iter().for_each(|why| tell!("not complete: {why}"));
+        let sound = match &self.end {
+            End::Report(summary) => soundness(summary),
+            _ => Outcome::Complete,
         };
-        for record in &others {
-            tell!("not complete: {}: the report is not made of the result of this run; run the study again", record.id);
-        }
-        if let Some(why) = unmade {
-            tell!("not complete: {why}");
-        }
-        Ok(if failed.is_empty() && unmade.is_none() && others.is_empty() { sound } else { Outcome::RunIncomplete })
+        Ok(if missing.is_empty() { sound } else { Outcome::RunIncomplete })
     }
 
     fn words_of_waiting(waiting: usize) -> String {

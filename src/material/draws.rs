@@ -2,7 +2,7 @@
 
 use super::entry::LawEntry;
 use super::law::Law;
-use super::parameter::{Choice, LawSpecError};
+use super::parameter::{Choice, LawSpecError, Parameter};
 use crate::math::random::SplitMix;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
@@ -14,22 +14,14 @@ pub fn rotation(random: &mut SplitMix) -> Mat3 {
     nalgebra::UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner()
 }
 
-/// Parameters inside their bounds, moduli over three decades and of either sign where it is free, any number of the optional ones, any
-/// option; drawn again until the shear modulus at F = I is positive.
+/// Parameters inside their bounds, moduli of either sign where it is free, any number of the optional ones, any option; drawn again until the shear modulus at F = I is positive.
 pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law>, String> {
     let info = entry.info;
     for _ in 0..1000 {
         let absent = (random.unit() * (info.optional as f64 + 1.0)) as usize;
         let mut values = Vec::new();
-        for p in &info.parameters[..info.parameters.len() - absent] {
-            let (lower, upper) = p.bounds;
-            values.push(if p.dimension == Dimension::PRESSURE {
-                let sign = if lower < 0.0 && random.unit() < 0.4 { -1.0 } else { 1.0 };
-                sign * 1e3 * 1e3_f64.powf(random.unit())
-            } else {
-                let (a, b) = (lower.max(-10.0), upper.min(10.0));
-                random.between(a + 0.002 * (b - a), b - 0.0015 * (b - a))
-            });
+        for (k, p) in info.parameters[..info.parameters.len() - absent].iter().enumerate() {
+            values.push(value(random, p, entry.sample.get(k).copied().unwrap_or_default()));
         }
         let option = |c: &Choice, r: f64| c.options[(r * c.options.len() as f64) as usize];
         let options: Vec<_> = info.choices.iter().map(|c| option(c, random.unit())).collect();
@@ -42,6 +34,21 @@ pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law
         }
     }
     Err("no draw of constants inside their bounds has a positive shear modulus".into())
+}
+
+/// A number inside its bounds: a modulus over three decades, any other up to ten; near that of the example where the bounds leave nothing of these.
+fn value(random: &mut SplitMix, p: &Parameter, example: f64) -> f64 {
+    let (lower, upper) = p.bounds;
+    let drawn = if p.dimension == Dimension::PRESSURE {
+        let sign = if lower < 0.0 && random.unit() < 0.4 { -1.0 } else { 1.0 };
+        let (least, most) = if sign < 0.0 { (-upper, -lower) } else { (lower, upper) };
+        let (a, b) = ((1.002 * least).max(1e3), (0.9985 * most).min(1e6));
+        (a < b).then(|| sign * a * (b / a).powf(random.unit()))
+    } else {
+        let (a, b) = (lower.max(-10.0), upper.min(10.0));
+        (a < b).then(|| random.between(a + 0.002 * (b - a), b - 0.0015 * (b - a)))
+    };
+    drawn.unwrap_or_else(|| example + (random.unit() - 0.5) * (example - lower).min(upper - example))
 }
 
 /// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
@@ -60,4 +67,31 @@ pub(super) fn gradient_within(random: &mut SplitMix, inverted: bool, range: f64)
     }
     let rho = s[0].abs().min(s[0] + s[1]).min(1.0);
     (rotation(random) * Mat3::from_diagonal(&Vec3::from(s)) * rotation(random), rho)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gels are softer, and composites stiffer, than most laws that are drawn.
+    #[test]
+    fn numbers_are_drawn_inside_any_bounds() {
+        let mut random = SplitMix(3);
+        for (bounds, example) in [
+            ((0.0, 1e3), 400.0),
+            ((1e6, 1e9), 1e7),
+            ((-500.0, 500.0), 100.0),
+            ((-1e4, -2e3), -5e3),
+            ((2e3, 3e3), 2.5e3),
+            (Parameter::POSITIVE, 1e5),
+        ] {
+            for dimension in [Dimension::PRESSURE, Dimension::NONE] {
+                let p = Parameter::new("a", "a", dimension, bounds, "a number");
+                for _ in 0..100 {
+                    let drawn = value(&mut random, &p, example);
+                    assert!(bounds.0 < drawn && drawn < bounds.1, "{drawn} in {bounds:?}");
+                }
+            }
+        }
+    }
 }

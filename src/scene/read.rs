@@ -50,15 +50,16 @@ pub fn changed_scene(
     let base = file.parent().unwrap_or(Path::new(""));
     for (name, law) in table.get_mut("laws").and_then(toml::Value::as_table_mut).into_iter().flatten() {
         let Some(law) = law.as_table_mut() else { continue };
-        let Some(include) = law.remove("include") else { continue };
-        let Some(include) = include.as_str() else {
+        if let Some(include) = law.remove("include") {
             let place = format!("laws.{name}");
-            return Err(content(file, &place, "`include` is not a file name", "write include = \"law.toml\""));
-        };
-        let (_, mut included) = read_table(&base.join(include)).map_err(|e| part(file, format!("laws.{name}"), e))?;
-        included.get_mut("provenance").into_iter().for_each(spell_open_ends);
-        included.extend(std::mem::take(law));
-        *law = included;
+            let Some(include) = include.as_str() else {
+                return Err(content(file, &place, "`include` is not a file name", "write include = \"law.toml\""));
+            };
+            let (_, mut included) = read_table(&base.join(include)).map_err(|e| part(file, place, e))?;
+            included.extend(std::mem::take(law));
+            *law = included;
+        }
+        law.get_mut("provenance").into_iter().for_each(spell_open_ends);
     }
     changes.iter().try_for_each(|(path, _)| check_constants(file, &table, path, known_laws))?;
     include_in_effects(file, base, &mut table)?;
@@ -369,18 +370,22 @@ mod tests {
         assert!(said.contains("s.toml, line 1: array; this must be a table"), "{said}");
     }
 
-    /// A fit that leaves an end of an interval open writes it as TOML's `inf`.
+    /// A fit that leaves an end of an interval open writes it as TOML's `inf`. The law may be a file, or be set as a whole.
     #[test]
-    fn law_files_with_open_intervals_are_included() {
+    fn laws_with_open_intervals_are_taken() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let law = "law = \"gent\"\nmu = \"300 kPa\"\nJ_m = 80.0\n[provenance]\nJ_m_interval = [70.0, inf]\nmu_interval = [\"-inf Pa\", \"310 kPa\"]\n";
         std::fs::write(folder.path().join("gent.toml"), law).expect("room");
         let file = folder.path().join("scene.toml");
         std::fs::write(&file, format!("{SCENE}[laws.rubber]\ninclude = \"gent.toml\"\nnu = 0.49\n")).expect("room");
-        let (spec, _) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
-        let ends = spec.laws["rubber"]["provenance"]["J_m_interval"].as_array().expect("two ends");
-        assert_eq!((ends[0].as_float(), ends[1].as_str()), (Some(70.0), Some("inf")));
+        let whole = format!("nu = 0.49\n{law}").parse().map(toml::Value::Table).expect("TOML");
+        for changes in [vec![], vec![("laws.rubber".to_string(), whole)]] {
+            let (spec, _) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
+            let ends = spec.laws["rubber"]["provenance"]["J_m_interval"].as_array().expect("two ends");
+            assert_eq!((ends[0].as_float(), ends[1].as_str()), (Some(70.0), Some("inf")));
+        }
     }
+
     /// Keys next to `include` take precedence over those of the file, in an effect as in a law, and a file that is not there is refused.
     #[test]
     fn keys_next_to_an_included_file_take_precedence() {

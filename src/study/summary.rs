@@ -81,7 +81,7 @@ pub struct CaseSummary {
     pub dt_s: f64,
     /// End of the run: `Converged`, or the reason why it stopped
     pub status: String,
-    /// `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
+    /// `pass`, `unchecked`, `demanded`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<String>")]
     pub outcome: Option<CaseOutcome>,
@@ -160,8 +160,17 @@ impl Summary {
         records.iter().filter(has_failed).collect()
     }
 
+    /// The parts of the study that a run with these records has left undone: cases that failed, those whose results are others than the summary was
+    /// made of, and a result of the study that is lacking. Stored files that are not sound are named by `damaged`.
+    pub fn incomplete(&self, records: &[CaseRecord]) -> Vec<String> {
+        let failed = self.failed(records).into_iter().map(CaseRecord::end);
+        let other =
+            |r: &CaseRecord| format!("{}: the report is not made of the result of this run; run the study again", r.id);
+        failed.chain(self.others(records).into_iter().map(other)).chain(self.without_result.clone()).collect()
+    }
+
     /// The cases of a run whose results are not those that the summary was made of, although they have an end of their own.
-    pub fn others<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
+    fn others<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
         let used: BTreeMap<&str, &str> = self.cases.iter().map(|c| (c.id.as_str(), c.record_sha256.as_str())).collect();
         let is_other = |r: &&CaseRecord| {
             !r.broke() && used.get(r.id.as_str()).is_none_or(|digest| *digest != r.provenance.record_sha256)

@@ -223,3 +223,52 @@ fn a_tube_wound_at_the_neutral_angle_keeps_its_length() {
     println!("the length stays at {:.2}°", neutral.to_degrees() - off);
     assert!(off.abs() < 0.5, "{off}°");
 }
+
+/// A bar of 40 × 10 × 10 mm, or two of them with a gap of 2 mm, that slides on its side y = 10 mm, with an effect: the notes on the latter.
+fn noted(mesh: &str, effect: &str) -> Vec<String> {
+    let grid = "grid = { kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [8, 2, 2] }";
+    let text = format!(
+        "[mesh]\n{grid}\n{mesh}\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"200 kPa\"\nnu = 0.45\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n[[effect]]\n{effect}\n\
+         [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"ymax\"\ncomponents = \"y\"\n\
+         [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+    );
+    let scene = durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+    let says = ["lie in the plane", "outside of the body", "no cells join"];
+    scene.notes.into_iter().filter(|note| says.iter().any(|words| note.contains(words))).collect()
+}
+
+/// Places of fibres and sheets that are doubtful: in a plane of symmetry, outside of the body within their reach, across a gap between parts.
+#[test]
+fn doubtful_places_are_noted() {
+    let fibre = |from: [f64; 3], to: [f64; 3], reach: &str| {
+        let [from, to] = [from, to].map(|p| format!("[\"{} mm\", \"{} mm\", \"{} mm\"]", p[0], p[1], p[2]));
+        format!(
+            "kind = \"fibre\"\nalong = {{ kind = \"polylines\", lines = [[{from}, {to}]] }}\nEA = \"5 N\"\ncompression = true\nreach = \"{reach}\""
+        )
+    };
+    assert_eq!(noted("", &fibre([0.0, 5.0, 5.0], [40.0, 5.0, 5.0], "0 mm")), Vec::<String>::new());
+    let [note] = &noted("", &fibre([0.0, 10.0, 5.0], [40.0, 10.0, 5.0], "0 mm"))[..] else { panic!("one note") };
+    assert!(
+        note.starts_with("fibre: 1 of 1 fibres lie in the plane y = 10.0000 mm, in which one component is held"),
+        "{note}"
+    );
+    assert!(note.contains("has half of their EA"), "{note}");
+    // The other end, x = 0, is held in all components.
+    assert_eq!(noted("", &fibre([0.0, 2.0, 5.0], [0.0, 8.0, 5.0], "0 mm")), Vec::<String>::new());
+    let [note] = &noted("", &fibre([0.0, 5.0, 25.0], [40.0, 5.0, 25.0], "15.1 mm"))[..] else { panic!("one note") };
+    assert!(note.contains(" points are outside of the body, by up to 15.0000 mm"), "{note}");
+    let sheet =
+        |region: &str| format!("kind = \"membrane\"\nregion = \"{region}\"\nlaw = \"rubber\"\nthickness = \"1 mm\"");
+    assert_eq!(noted("", &sheet("zmax")), Vec::<String>::new());
+    // Of 8 × 2 squares on a side, two facets each; the skin has four such sides, and two ends of 2 × 2 squares.
+    for (region, all) in [("ymax", 32), ("skin", 144)] {
+        let [note] = &noted("", &sheet(region))[..] else { panic!("one note") };
+        assert!(note.starts_with(&format!("membrane: 32 of {all} facets lie in the plane y = 10.0000 mm")), "{note}");
+    }
+    let two = "[[mesh.part]]\nname = \"a\"\n[[mesh.part]]\nname = \"b\"\nshift = [\"42 mm\", \"0 mm\", \"0 mm\"]";
+    let found = noted(two, &fibre([1.0, 5.0, 5.0], [81.0, 5.0, 5.0], "1.2 mm"));
+    let across: Vec<&String> = found.iter().filter(|note| note.contains("which no cells join")).collect();
+    assert_eq!(across.len(), 1, "{found:?}");
+    assert!(noted(two, &fibre([1.0, 5.0, 5.0], [39.0, 5.0, 5.0], "1.2 mm")).is_empty());
+}

@@ -184,3 +184,57 @@ fn derivatives_go_through_a_rigid_part() {
     let worst = common::sensitivities::check("rigid", &table, &build);
     println!("{worst:.1e}");
 }
+
+/// A part that a soft end carries along turns by the angle that is prescribed there, beyond whole rotations. Nothing else acts on it: bound by the tolerance of steps.
+#[test]
+fn whole_rotations_of_a_part_are_counted() {
+    let text = r#"
+[mesh]
+body = "beam"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.4
+[[effect]]
+kind = "elastic"
+region = "soft"
+law = "rubber"
+[[constraint]]
+kind = "prescribed"
+region = "xmin"
+rotation = { axis = [1, 0, 0], about = ["0 mm", "10 mm", "10 mm"], angle = { kind = "ramp", from = "0 deg", to = "-400 deg", end = "1 s" } }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.05 s"
+[numerics]
+tolerance = 1e-10
+"#;
+    let run = scene(beam(Order::Linear), &format!("{text}{RIGID}")).run();
+    let (t, angle) = (column(&run, "t_s"), column(&run, "insert_rotation_x_deg"));
+    assert_eq!(angle.len(), 21, "{:?}", run.status);
+    for (t, angle) in t.iter().zip(&angle) {
+        assert!((angle + 400.0 * t).abs() < 1e-3, "{angle}° at {t} s");
+    }
+}
+
+/// Within one rigid part a cable has the length that it has; one that goes on into the soft part has not.
+#[test]
+fn a_cable_within_a_rigid_part_cannot_get_shorter() {
+    let of = |first: f64| {
+        let cable = format!(
+            "[[constraint]]\nkind = \"cable\"\npull_point = \"moving\"\nguides = [[\"{first} mm\", \"10 mm\", \"15 mm\"], [\"70 mm\", \"10 mm\", \"15 mm\"]]\n\
+             guide_radius = \"3 mm\"\ndrive = {{ kind = \"length\", signal = {{ kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }} }}\n"
+        );
+        let text = format!("{BEAM}{cable}{RIGID}").replace("body = \"beam\"", "grid = { kind = \"box\", size = [\"80 mm\", \"20 mm\", \"20 mm\"], divisions = [8, 2, 2] }\n\
+            regions.hard = { kind = \"box\", pick = \"cells\", rule = \"centroid\", min = [\"40 mm\", \"-1 mm\", \"-1 mm\"], max = [\"81 mm\", \"21 mm\", \"21 mm\"] }\n\
+            regions.soft = { kind = \"complement\", of = [\"hard\"] }");
+        durometer::scene::parse_scene(&text).map(|_| ()).map_err(|e| e.to_string())
+    };
+    let said = of(55.0).expect_err("refused");
+    assert!(
+        said.contains("only 0.0000 mm of it can get shorter: all of its guides are held, or in one rigid part"),
+        "{said}"
+    );
+    assert_eq!(of(15.0), Ok(()));
+}

@@ -122,10 +122,16 @@ fn components_and_bad_input() {
     let nothing = "[[constraint]]\nkind = \"prescribed\"\nregion = \"zmax\"\n";
     let twice = rotation("zmax", "components = \"xy\"\ndisplacement = \"1 mm\"", about);
     let flat = rotation("zmax", "", ["[0, 0, 0]", about[1], about[2]]);
+    let moved =
+        |z: &str| rotation("zmax", &format!("components = \"xy\"\ntranslation = [\"1 mm\", \"0 mm\", {z}]"), about);
+    let at_rest = moved("{ kind = \"ramp\", from = \"0 mm\", to = \"0 mm\", end = \"1 s\" }");
+    assert!(build(&cylinder("tet4", 0.3, "displacement", &at_rest)).is_ok());
     for (constraint, says) in [
         (nothing, "give `displacement`, `rotation` or `translation`"),
         (&twice, "constraint of its own"),
         (&flat, "no length"),
+        (&moved("\"1 mm\""), "the translation along z is given, and components = \"xy\" leaves it free"),
+        (&rotation("zmax", "components = \"z\"", about), "a rotation about the z axis moves nothing along z"),
         // 270° in one second are 33.75° a step of 0.125 s, 1440° are 180°.
         (&rotation("zmax", "", [about[0], about[1], "1440 deg"]), "180° within the step at t = 0.000000 s"),
     ] {

@@ -88,11 +88,11 @@ fn runs_before_and_after_an_edit_are_apart() {
     std::fs::write(at.join("load.csv"), "t,w\n0,0\n1,-1\n").expect("room");
     let kept = whole(into_r(at, &(), false));
     let summary = |()| report::write_report(&at.join("r")).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(summary(()).others(&kept), [] as [&CaseRecord; 0]);
+    assert_eq!(summary(()).incomplete(&kept), [] as [String; 0]);
     assert_eq!(summary(()).failed(&records).len(), 1, "one broke");
     std::fs::write(at.join("load.csv"), "t,w\n0,0\n1,-1.5\n").expect("room");
     whole(into_r(at, &(), false));
-    assert_eq!(summary(()).others(&kept).len(), 2);
+    assert_eq!(summary(()).incomplete(&kept).len(), 2);
 }
 
 /// Fields for ParaView are those of the result next to them, or there are none.

@@ -45,21 +45,9 @@ pub fn mesh(
     };
     let found = refine(scene, wanted, body, None, &mut watch)?;
     folder::write(&table, &csv_text::refinement(&found.steps))?;
-    let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
-    if !is_within {
-        let lacks = found.steps.iter().find_map(|step| step.error.lacks());
-        let lacks = lacks.map_or_else(|| ",".into(), |parts| format!(", or without {parts},"));
-        let is_cut = found.steps.last().is_some_and(|step| !step.error.cut_regions.is_empty());
-        let remedy = match is_cut {
-            true => "let the border of these regions run along edges of the cells, or take regions of the mesh",
-            false => "allow more `meshes`, or more tolerance",
-        };
-        tell!(
-            "not complete: the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; {remedy}",
-            found.body.mesh.cell_count()
-        );
-    }
-    Ok((found.body, is_within))
+    let missed = found.missed();
+    missed.iter().for_each(|why| tell!("not complete: {why}"));
+    Ok((found.body, missed.is_none()))
 }
 
 fn print_refinement(step: &RefinementStep) {

@@ -14,7 +14,7 @@ use crate::progress::Bars;
 use crate::{interrupt, live};
 pub use args::Args;
 use controls::positive_time;
-use drawing::{Drawing, Drawn};
+use drawing::Drawing;
 use durometer::live::Shown;
 use durometer::math::stopwatch::{Spent, Stopwatch};
 use durometer::math::threads;
@@ -111,7 +111,8 @@ fn simulate(args: Args) -> CommandResult {
     let run = scene.run_with(options);
     let (spent, waited) = (stopwatch.spent(), controller.map_or(0.0, |c| c.waited.as_secs_f64()));
     let (mut drawn, film) = drawing.finish();
-    let mut record = finished_run::record(&scene, &run, own_time(spent, &run, waited, &drawn));
+    let elsewhere = Spent { wall_s: waited, cpu_s: 0.0 } + drawn.spent;
+    let mut record = finished_run::record(&scene, &run, run.own_time(spent, elsewhere));
     record.id.clone_from(&name);
     record.notes.extend(note.map(|note| controls::since(&run.controllers, note)));
     record.phases.build_s = build_s;
@@ -130,11 +131,6 @@ fn simulate(args: Args) -> CommandResult {
     full.map_or(Ok(()), Err)?;
     drawn.failure.map_or(Ok(()), Err)?;
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined, states.kept)), |why| Err(why.into()))
-}
-
-/// The time without that of what is no part of the cost of a run: derivatives, the answers of a controller, the writing of fields.
-fn own_time(spent: Spent, run: &Run, waited_s: f64, drawn: &Drawn) -> Spent {
-    spent - run.spent_on_derivatives() - Spent { wall_s: waited_s, cpu_s: 0.0 } - drawn.spent
 }
 
 /// Takes the end of the set-up, whatever memory the run is going to take: a signal ends the run from here on, which keeps its rows.

@@ -125,6 +125,23 @@ pub struct Refinement {
     pub steps: Vec<RefinementStep>,
 }
 
+impl Refinement {
+    /// The fact that the error is not within the tolerance on any mesh, and the remedy after a semicolon; none where it is.
+    pub fn missed(&self) -> Option<String> {
+        let last = self.steps.last().filter(|step| !step.is_within())?;
+        let lacks = self.steps.iter().find_map(|step| step.error.lacks());
+        let lacks = lacks.map_or_else(|| ",".into(), |parts| format!(", or without {parts},"));
+        let remedy = match last.error.cut_regions.is_empty() {
+            true => "allow more `meshes`, or more tolerance",
+            false => "let the border of these regions run along edges of the cells, or take regions of the mesh",
+        };
+        Some(format!(
+            "the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; {remedy}",
+            self.body.mesh.cell_count()
+        ))
+    }
+}
+
 /// Reason why a scene cannot be refined.
 #[derive(Debug, thiserror::Error)]
 pub enum RefineError {

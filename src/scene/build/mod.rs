@@ -5,6 +5,7 @@ pub(super) mod before_meshing;
 pub(super) mod builder;
 pub(super) mod cover;
 pub(super) mod drive;
+pub(super) mod held_planes;
 pub(super) mod held_rim;
 pub(super) mod open;
 pub(super) mod patches;

@@ -1,7 +1,7 @@
 //! Surfaces that follow the body and are written with its fields. They have no stiffness and no mass.
 
 use crate::mesh::TetMesh;
-use crate::mesh::attach::attach;
+use crate::mesh::attach::{TooFar, attach};
 use crate::mesh::divided::FacetSizes;
 use crate::mesh::surface_file::Surface;
 use std::collections::BTreeMap;
@@ -26,20 +26,26 @@ impl NamedSkin {
         self.weights.iter().flat_map(|w| [0, 1, 2].map(|i| component(w, i))).collect()
     }
 
-    /// The same skin, or one of other triangles between its vertices, divided for loads: its triangles are not larger than the facets next to them.
-    pub(in crate::scene) fn divided(&self, mesh: &TetMesh, sizes: &FacetSizes, triangles: Vec<[u32; 3]>) -> Self {
+    /// The same skin, or one of other triangles between its vertices, divided for loads: its triangles are not larger than the facets next to them. New vertices
+    /// that are further from the body than `reach` \[m\] are refused.
+    pub(in crate::scene) fn divided(
+        &self,
+        mesh: &TetMesh,
+        sizes: &FacetSizes,
+        triangles: Vec<[u32; 3]>,
+        reach: f64,
+    ) -> Result<Self, TooFar> {
         let surface = sizes.divided(Surface { points: self.surface.points.clone(), triangles });
         let (mut weights, mut outside) = (self.weights.clone(), self.outside);
-        let new = &surface.points[weights.len()..];
-        for attached in attach(mesh, new, f64::INFINITY).into_iter().flatten() {
+        for attached in attach(mesh, &surface.points[weights.len()..], reach)? {
             outside = outside.max(attached.outside);
             weights.push(attached.weights);
         }
-        Self { name: self.name.clone(), surface, weights, reach: self.reach, outside }
+        Ok(Self { name: self.name.clone(), surface, weights, reach: self.reach, outside })
     }
 
     /// Why loads on it have no limit as h → 0: between its vertices it leaves the body further than these may.
-    pub(in crate::scene) fn no_limit(&self) -> Option<String> {
+    fn no_limit(&self) -> Option<String> {
         let apart = self.outside * 1e3;
         let why = || {
             format!(
@@ -58,7 +64,8 @@ impl NamedSkin {
         match sizes.facets_under(mesh, &self.surface, self.reach) {
             Ok(facets) => (mesh.nodal_areas(&facets), None),
             Err(_) => {
-                let divided = self.divided(mesh, &sizes, self.surface.triangles.clone());
+                let divided = self.divided(mesh, &sizes, self.surface.triangles.clone(), f64::INFINITY);
+                let divided = divided.expect("everything is within an infinite reach");
                 (divided.areas_of_vertices(), divided.no_limit())
             }
         }

@@ -5,18 +5,17 @@ use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
-use crate::math::rotation::nearest_vector;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::scene::body::Body;
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::error::SceneError;
+use crate::scene::record::frame_motion;
 use crate::scene::record::recorder::{Moment, Recorder};
 use crate::scene::signal::SignalSpec;
 use crate::scene::text::quantity::{Density, Speed, Spin};
 use crate::system::State;
-use nalgebra::Rotation3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -71,26 +70,20 @@ pub struct RigidBody {
 }
 
 impl Recorder for RigidBody {
-    /// Columns: position of the centre of mass, and the rotation vector with its whole rotations.
     fn columns(&self) -> Vec<String> {
-        let place = ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name));
-        let rotation = ["x", "y", "z"].map(|c| format!("{}_rotation_{c}_deg", self.name));
-        place.into_iter().chain(rotation).collect()
+        frame_motion::columns(&self.name)
     }
 
-    /// The rotation vector \[rad\].
     fn memory(&self) -> Vec<f64> {
-        vec![0.0; 3]
+        frame_motion::memory()
     }
 
     fn remember(&self, _: &Body, state: &State, memory: &mut [f64]) {
-        let rotation = Rotation3::from_matrix(&self.frame.gradient_of(&state.x)).into_inner();
-        memory.copy_from_slice(nearest_vector(rotation, Vec3::from_column_slice(memory)).as_slice());
+        frame_motion::remember(&self.frame, state, memory);
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        let place = self.frame.positions(&now.state.x)[0];
-        place.iter().copied().chain(now.memory.iter().map(|angle| angle.to_degrees())).collect()
+        frame_motion::record(&self.frame, now)
     }
 }
 

@@ -10,6 +10,7 @@ use super::stress_recovery::StressField;
 use crate::effect::{HistoryStress, PointStress, StressAtState};
 use crate::math::tensor::Mat3;
 use crate::scene::build::Scene;
+use crate::scene::parts::effects::EffectSpec;
 use crate::system::State;
 
 /// The fields of a state.
@@ -62,16 +63,17 @@ pub(in crate::scene) fn fields(scene: &Scene, state: &State, what: &[FieldSpec])
 
 /// The effects that relax or soften, each with what it remembers at a state.
 fn remembering<'a>(scene: &'a Scene, state: &'a State) -> Vec<StressAtState<'a>> {
-    let relaxing = scene.relaxing.iter().map(|effect| &**effect as &dyn HistoryStress);
-    let softening = scene.softening.iter().map(|effect| &**effect as &dyn HistoryStress);
-    let mut others: Vec<usize> = (0..scene.system.effects.len()).collect();
-    let mut place = |effect: &dyn HistoryStress| {
-        let k = others.iter().position(|&e| scene.system.effects[e].name() == effect.name());
-        others.remove(k.expect("every effect of a scene is one of its system"))
+    let (mut relaxing, mut softening) = (scene.relaxing.iter(), scene.softening.iter());
+    let of = |(k, spec): (usize, &EffectSpec)| {
+        let effect: &dyn HistoryStress = match spec {
+            EffectSpec::Viscoelastic(_) => &**relaxing.next().expect("one for each viscoelastic effect"),
+            EffectSpec::Mullins(_) => &**softening.next().expect("one for each softening effect"),
+            _ => return None,
+        };
+        Some(StressAtState { effect, history: &state.history[scene.system.history_of(k)] })
     };
-    let all = relaxing.chain(softening);
-    all.map(|effect| StressAtState { effect, history: &state.history[scene.system.history_of(place(effect))] })
-        .collect()
+    // The system begins with the effects of the file, in their order
+    scene.spec.effects.iter().enumerate().filter_map(of).collect()
 }
 
 /// √(3/2 s:s), s the deviator.
@@ -111,6 +113,31 @@ mod tests {
                     |stress: &[f64]| stress[4] > 1e3 && (0..9).all(|k| k == 4 || stress[k].abs() < 1e-3 * stress[4]);
                 assert!(values.chunks_exact(9).all(along), "{values:?}");
             }
+        }
+    }
+
+    /// A stress that remembers is that of its own effect, however others before it are called.
+    #[test]
+    fn a_name_of_another_effect_changes_no_stress() {
+        for remembers in [
+            "kind = 'viscoelastic'\nmoduli = 'long_term'\nprony = [{ g = 0.3, tau = '0.1 s' }]",
+            "kind = 'mullins'\nsoftening = { r = 1.7, m = '1.5 kPa', beta = 0.1 }",
+        ] {
+            let stress = |name: &str| {
+                let scene = parse_scene(&format!(
+                    "[mesh]\ngrid = {{ kind = 'box', size = ['20 mm', '10 mm', '10 mm'], divisions = [2, 1, 1] }}\n\
+                     [laws.rubber]\nlaw = 'neo_hookean_split'\nmu = '40 kPa'\nnu = 0.45\nvolumetric = 'quadratic'\n\
+                     [[effect]]\nkind = 'point_force'\nname = '{name}'\npoint = ['15 mm', '5 mm', '5 mm']\nradius = '4 mm'\ndirection = [0, 0, -1]\n\
+                     force = {{ kind = 'ramp', from = '0 N', to = '0.05 N', end = '0.1 s' }}\n\
+                     [[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n[[effect]]\nregion = 'body'\nlaw = 'rubber'\n{remembers}\n\
+                     [[constraint]]\nkind = 'fixed'\nregion = 'xmin'\n\
+                     [[stage]]\nintegrator = 'implicit_euler'\nduration = '0.1 s'\ndt = '0.05 s'"
+                ))
+                .unwrap_or_else(|e| panic!("{e}"));
+                scene.fields(&scene.run().last, &[FieldSpec::Stress]).swap_remove(0).values
+            };
+            assert_eq!(stress("viscoelastic"), stress("load"));
+            assert_eq!(stress("mullins"), stress("load"));
         }
     }
 

@@ -6,6 +6,7 @@ pub(super) mod extreme;
 pub(super) mod extreme_rows;
 pub(super) mod features;
 pub(super) mod fields;
+pub(super) mod frame_motion;
 pub(super) mod measured_curve;
 pub mod output;
 pub(super) mod recorded;

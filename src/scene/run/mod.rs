@@ -117,6 +117,12 @@ impl Run {
     pub fn spent_on_derivatives(&self) -> Spent {
         self.sensitivities.as_ref().map(|found| found.spent).unwrap_or_default()
     }
+
+    /// The time without that of what is no part of the cost of a run: derivatives, and what was done `elsewhere`, such as the answers of a controller and the
+    /// writing of fields.
+    pub fn own_time(&self, spent: Spent, elsewhere: Spent) -> Spent {
+        spent - self.spent_on_derivatives() - elsewhere
+    }
 }
 
 impl Scene {

@@ -1,14 +1,60 @@
-//! Whether a run would take the place of the results of another study.
+//! Whether a run would take the place of the results of another study, or of another command.
 
+use crate::storage::results;
 use crate::study::expand::Study;
 use crate::study::store::case_files;
 use crate::study::store::origin;
 use crate::study::store::record::StudyRecord;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Reason why a folder does not take the results of a study.
+#[derive(Debug, thiserror::Error)]
+pub enum HeldError {
+    #[error("{}: holds {own}; choose another folder with --out", dir.display())]
+    Command { dir: PathBuf, own: String },
+    #[error(
+        "{}: it holds results of {}, which has the same name; choose another folder with --out, rename one of the two, or remove this folder",
+        dir.display(), other.display()
+    )]
+    SameName { dir: PathBuf, other: PathBuf },
+    #[error(
+        "{}: it holds results of {other}, which those of {} would replace; choose another folder with --out, or remove this one",
+        dir.display(), file.display()
+    )]
+    Study { dir: PathBuf, other: String, file: PathBuf },
+}
+
+/// Refuses a folder with the results of another command, and where it is the `usual` one of the study of this file, also one with those of another study of
+/// the same name.
+///
+/// # Errors
+///
+/// Such a folder.
+pub fn check_folder(dir: &Path, file: &Path, usual: bool) -> Result<(), HeldError> {
+    if let Some(own) = results::held(dir) {
+        return Err(HeldError::Command { dir: dir.into(), own });
+    }
+    match origin::other(dir, file).filter(|_| usual) {
+        Some(other) => Err(HeldError::SameName { dir: dir.into(), other }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder with results of another study, which the run would replace.
+///
+/// # Errors
+///
+/// Such a folder.
+pub fn check(study: &Study, dir: &Path) -> Result<(), HeldError> {
+    match held(study, dir) {
+        Some(other) => Err(HeldError::Study { dir: dir.into(), other, file: study.file.clone() }),
+        None => Ok(()),
+    }
+}
 
 /// The other study whose results `dir` holds: its file, or its name where that is not known. Those of the same study are none of another one, also where its file was moved, or is
 /// a copy of the one that they were computed from.
-pub fn held(study: &Study, dir: &Path) -> Option<String> {
+fn held(study: &Study, dir: &Path) -> Option<String> {
     let stored = case_files::study(dir).ok()?;
     let has_other_name = stored.study != study.record.study;
     match origin::other(dir, &study.file) {

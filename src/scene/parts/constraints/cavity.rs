@@ -90,8 +90,10 @@ pub struct NamedCavity {
     pub name: String,
     pub cavity: Arc<Cavity>,
     pub drive: Drive,
-    /// Facets of its wall, ascending; none of a skin that lies on none
-    pub(super) facets: Vec<u32>,
+    /// Facets of its wall, or next to a skin that lies on none, ascending
+    facets: Vec<u32>,
+    /// Whether its wall is a skin that lies on no facets
+    follows: bool,
     /// Volume between the cones that it counts from and caps across what is held of its rim \[m³\]
     caps: f64,
     /// Whether its volume is that of a space with walls all round: the wall is closed, or cut by planes of symmetry
@@ -161,27 +163,31 @@ pub(in crate::scene) fn build_cavity(
     if planes.is_some() && !rim.is_empty() {
         builder.gathered.rims.push(HeldRim { rim: CavityRim::new(mesh, &rim, field), drive: drive.clone() });
     }
-    let mut facets = if let Wall::Facets(facets) = wall { facets } else { Vec::new() };
+    let (follows, mut facets) = (wall.follows(), wall.facets().to_vec());
     facets.sort_unstable();
     let encloses = rest > 0.0 && planes.is_some_and(|planes| is_in_planes(mesh, &rim, &planes));
-    Ok(NamedCavity { name: name.clone(), cavity, drive, facets, caps, encloses })
+    Ok(NamedCavity { name: name.clone(), cavity, drive, facets, follows, caps, encloses })
 }
+
+/// Share of the facets next to a skin that may be next to another wall too \[–\]: at a thin wall between two hollows some are nearest to both.
+const FEW: f64 = 0.1;
 
 /// Refuses a wall that an earlier cavity has too: the two pressures would add up there.
 fn check_shared(builder: &Builder, place: &str, wall: &Wall, before: &[NamedCavity]) -> Result<(), SceneError> {
-    let Wall::Facets(facets) = wall else { return Ok(()) };
-    let shared = |other: &NamedCavity| facets.iter().filter(|f| other.facets.binary_search(f).is_ok()).count();
-    match before.iter().map(|other| (other, shared(other))).find(|(_, shared)| *shared > 0) {
-        None => Ok(()),
-        Some((other, shared)) => {
-            let fact = format!(
-                "{shared} of its {} facets are those of {} too, and the pressures would add up there",
-                facets.len(),
-                other.name
-            );
-            Err(builder.content(place, fact, "give each cavity facets of its own, or keep one with the sum"))
-        }
-    }
+    let (facets, follows) = (wall.facets(), wall.follows());
+    let shared = |other: &NamedCavity| {
+        let count = facets.iter().filter(|f| other.facets.binary_search(f).is_ok()).count();
+        let least = facets.len().min(other.facets.len()) as f64;
+        let few = if follows || other.follows { FEW * least } else { 0.0 };
+        (count as f64 > few).then_some(count)
+    };
+    let Some((other, shared)) = before.iter().find_map(|other| Some((other, shared(other)?))) else { return Ok(()) };
+    let all = match (facets.len(), follows) {
+        (of, false) => format!("its {of} facets"),
+        (of, true) => format!("the {of} facets next to it"),
+    };
+    let fact = format!("{shared} of {all} are those of {} too, and the pressures would add up there", other.name);
+    Err(builder.content(place, fact, "give each cavity a wall of its own, or keep one with the sum"))
 }
 
 /// Notes a vacuum: nothing but a contact keeps the walls of a cavity apart.

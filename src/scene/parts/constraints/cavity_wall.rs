@@ -2,7 +2,9 @@
 
 use crate::effect::{Cavity, VolumeField};
 use crate::math::tensor::Vec3;
+use crate::math::units::Decimals;
 use crate::mesh::TetMesh;
+use crate::mesh::attach::TooFar;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::closed_surface::{NotClosed, closed, enclosed};
 use crate::mesh::distance::Nearest;
@@ -12,6 +14,7 @@ use crate::mesh::pieces::pieces;
 use crate::mesh::rim::rim;
 use crate::mesh::surface_file::Surface;
 use crate::scene::build::builder::Builder;
+use crate::scene::build::held_planes::HeldPlane;
 use crate::scene::build::skin::NamedSkin;
 use crate::scene::error::SceneError;
 use std::collections::BTreeSet;
@@ -20,8 +23,8 @@ use std::collections::BTreeSet;
 pub(super) enum Wall {
     /// Of the boundary
     Facets(Vec<u32>),
-    /// Closed and turned outward of the volume that it encloses; it follows the body.
-    Skin { surface: Surface, weights: Vec<Vec<(u32, f64)>> },
+    /// Closed and turned outward of the volume that it encloses; it follows the body, of which the facets next to it are `nearest`.
+    Skin { surface: Surface, weights: Vec<Vec<(u32, f64)>>, nearest: Vec<u32> },
 }
 
 impl Wall {
@@ -31,6 +34,17 @@ impl Wall {
             Self::Facets(facets) => rim(mesh, facets),
             Self::Skin { .. } => Vec::new(),
         }
+    }
+
+    /// Its facets, or those next to a skin.
+    pub fn facets(&self) -> &[u32] {
+        let (Self::Facets(facets) | Self::Skin { nearest: facets, .. }) = self;
+        facets
+    }
+
+    /// Whether it is a skin that follows the body.
+    pub fn follows(&self) -> bool {
+        matches!(self, Self::Skin { .. })
     }
 
     /// The mean of the nodes or vertices, each as often as it is a corner \[m\].
@@ -58,7 +72,7 @@ impl Wall {
     pub fn cavity(&self, name: String, mesh: &TetMesh, field: VolumeField) -> Cavity {
         match self {
             Self::Facets(facets) => Cavity::new(name, mesh, facets, field),
-            Self::Skin { surface, weights } => {
+            Self::Skin { surface, weights, .. } => {
                 Cavity::on_surface(name, (&surface.points, &surface.triangles), weights, field)
             }
         }
@@ -98,11 +112,13 @@ fn of_region(builder: &Builder, place: &str, region: &str) -> Result<Vec<u32>, S
     Ok(facets)
 }
 
-/// Its facets, where every triangle lies on them; otherwise the skin itself, divided for the mesh.
+/// Its facets, where every triangle lies on them but those of a cap in a plane in which the body ends and is held; otherwise the skin itself, divided for the mesh.
 fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Result<Wall, SceneError> {
     let (body, skin) = (builder.body.clone(), builder.skin(place, name)?);
     let (mesh, sizes) = (&body.mesh, FacetSizes::new(&body.mesh));
-    let loose = match sizes.facets_under(mesh, &skin.surface, skin.reach) {
+    let (all, of) = (&skin.surface, skin.surface.triangles.len());
+    let on_facets = |surface: &Surface| sizes.facets_under(mesh, surface, skin.reach);
+    let loose = match on_facets(all) {
         Ok(facets) => {
             builder
                 .notes
@@ -111,7 +127,17 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
         }
         Err(loose) => loose,
     };
-    let triangles = closed(&skin.surface).map_err(|NotClosed { edges, at }| match edges {
+    let open = without_caps(builder, name, all);
+    if let Some((rest, capped)) = &open
+        && let Ok(facets) = on_facets(rest)
+    {
+        builder.notes.push(format!(
+            "{cavity}: {capped}, and no pressure acts on them; the others lie on {} facets, which are its wall",
+            facets.len()
+        ));
+        return Ok(Wall::Facets(facets));
+    }
+    let triangles = closed(all).map_err(|NotClosed { edges, at }| match edges {
         0 => {
             let fact = format!("the triangles of the skin \"{name}\" cannot be turned the same way at {}", point(&at));
             builder.content(place, fact, "a cavity needs a surface with two sides: repair it")
@@ -122,12 +148,28 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
             builder.content(place, fact, "close the surface, or give facets of the mesh as `region`")
         }
     })?;
-    let of = skin.surface.triangles.len();
-    let skin = skin.divided(mesh, &sizes, triangles);
-    let (words, is_off) = mapping(mesh, &skin).map_err(|at| {
+    let skin = skin.divided(mesh, &sizes, triangles, skin.reach).map_err(|TooFar { count, distance, at, .. }| {
+        let fact = format!(
+            "between its vertices the skin \"{name}\" leaves the body: at {count} of the places where it is divided by more than \
+             reach = {:.4} mm, the furthest by {:.4} mm at {}",
+            Decimals(skin.reach * 1e3),
+            Decimals(distance * 1e3),
+            point(&at)
+        );
+        let remedy = "pressure there would load the body next to it: give the facets of the wall as `region` where the skin closes an opening, smaller triangles where the \
+                      wall is curved, or a larger `reach`";
+        builder.content(place, fact, remedy)
+    })?;
+    let Mapping { words, is_off, nearest } = mapping(mesh, &skin).map_err(|at| {
         let fact = format!("the skin \"{name}\" has the body inside of it, at {}", point(&at));
         builder.content(place, fact, "take the surface of a hollow, with the body around it")
     })?;
+    if let Some((_, capped)) = open {
+        let fact = format!(
+            "{capped}, and the others lie on no facets: as a part of it that follows the body, this cap would load it"
+        );
+        return Err(builder.content(place, fact, "give the facets of the wall as `region`"));
+    }
     let told =
         format!("{cavity}: {loose} of {of} triangles of the skin {name} lie on no facet; it follows the body: {words}");
     if is_off {
@@ -139,16 +181,44 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
     } else {
         builder.notes.push(told);
     }
-    builder.no_limits.extend(skin.no_limit());
-    Ok(Wall::Skin { surface: skin.surface, weights: skin.weights })
+    Ok(Wall::Skin { surface: skin.surface, weights: skin.weights, nearest })
+}
+
+/// A skin without its triangles in planes in which the body ends and is held, and these in words; none where there are no such triangles, or no others.
+fn without_caps(builder: &Builder, name: &str, surface: &Surface) -> Option<(Surface, String)> {
+    let planes = HeldPlane::all(builder);
+    let is_in = |t: &[u32; 3], plane: &HeldPlane| plane.has(&t.map(|k| surface.points[k as usize]));
+    let (caps, triangles): (Vec<_>, Vec<_>) =
+        surface.triangles.iter().copied().partition(|t| planes.iter().any(|plane| is_in(t, plane)));
+    if caps.is_empty() || triangles.is_empty() {
+        return None;
+    }
+    let of: Vec<String> =
+        planes.iter().filter(|plane| caps.iter().any(|t| is_in(t, plane))).map(HeldPlane::words).collect();
+    let words = format!(
+        "{} of {} triangles of the skin {name} close it where the body ends and is held ({})",
+        caps.len(),
+        surface.triangles.len(),
+        of.join(", ")
+    );
+    Some((Surface { points: surface.points.clone(), triangles }, words))
 }
 
 /// Share of the volume of a hollow by which that of a skin in it may differ: facets cut less off a round one.
 const OFF: f64 = 0.1;
 
-/// The error of the mapping in words: distances from the surface of the body, and volumes; and whether these are far from each other. Fails with a place
-/// where most of the skin looks out of the body.
-fn mapping(mesh: &TetMesh, skin: &NamedSkin) -> Result<(String, bool), Vec3> {
+/// How a skin off the facets lies on a body.
+struct Mapping {
+    /// Distances from the surface of the body, and volumes
+    words: String,
+    /// Whether the volumes are far from each other
+    is_off: bool,
+    /// Facets next to it, ascending
+    nearest: Vec<u32>,
+}
+
+/// The error of the mapping. Fails with a place where most of the skin looks out of the body.
+fn mapping(mesh: &TetMesh, skin: &NamedSkin) -> Result<Mapping, Vec3> {
     let surface = &skin.surface;
     let facets = boundary_facets(mesh);
     let corners = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
@@ -186,5 +256,5 @@ fn mapping(mesh: &TetMesh, skin: &NamedSkin) -> Result<(String, bool), Vec3> {
         rms * 1e3,
         volume * 1e9
     );
-    Ok((words, is_off))
+    Ok(Mapping { words, is_off, nearest: hit.into_iter().collect() })
 }

@@ -95,9 +95,6 @@ pub(in crate::scene) fn build_constraints(
             ConstraintSpec::Cavity(_) | ConstraintSpec::Rigid(_) => {}
         }
     }
-    for (cable, place) in cables.iter().zip(&places) {
-        check_shortening(builder, place, cable)?;
-    }
     let mut first = (builder.body.mesh.points.len() + 4 * carriers) as u32;
     let mut names = Vec::new();
     for (k, constraint) in specs.iter().enumerate() {
@@ -111,6 +108,9 @@ pub(in crate::scene) fn build_constraints(
             rigid.build(builder, &place, first)?;
             first += 4;
         }
+    }
+    for (cable, place) in cables.iter().zip(&places) {
+        check_shortening(builder, place, cable)?;
     }
     let mut cavities = Vec::<NamedCavity>::new();
     for (k, constraint) in specs.iter().enumerate() {

@@ -8,6 +8,7 @@ use crate::scene::error::SceneError;
 use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::rotation::RotationSpec;
 use crate::scene::signal::SignalSpec;
+use crate::scene::signal::protocol::extremes;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -76,12 +77,42 @@ impl PrescribedSpec {
             (Some(turning), Some(shift)) => Signal::Sum(vec![turning.displacement(at, i), shift.clone()]),
             (None, shift) => shift.cloned().unwrap_or(Signal::Constant(0.0)),
         })?;
+        self.check_components(builder, place, &shifts)?;
         if let Some(turning) = turning {
             let nodes = builder.body.mesh.nodes_of(builder.region(place, region)?);
             builder.gathered.turned.push(Turned { place: place.into(), nodes, angle: turning.angle });
         }
         Ok(())
     }
+
+    /// Refuses a motion that its `components` leave out: a component of the translation, or all of the rotation.
+    fn check_components(&self, builder: &Builder, place: &str, shifts: &[Signal]) -> Result<(), SceneError> {
+        let components = self.components();
+        let is_left_out = |letter: &str, shift: &Signal| !components.contains(letter) && !is_zero(builder, shift);
+        let left_out = ["x", "y", "z"].into_iter().zip(shifts).find(|(letter, shift)| is_left_out(letter, shift));
+        if let Some((letter, _)) = left_out {
+            let fact =
+                format!("the translation along {letter} is given, and components = \"{components}\" leaves it free");
+            return Err(builder.content(
+                place,
+                fact,
+                format!("write \"0 mm\" for it, or add {letter} to `components`"),
+            ));
+        }
+        let Some(RotationSpec { axis, .. }) = &self.rotation else { return Ok(()) };
+        let is_across = |k: usize| (0..3).any(|other| other != k && axis[other] != 0.0);
+        if ["x", "y", "z"].into_iter().enumerate().any(|(k, letter)| components.contains(letter) && is_across(k)) {
+            return Ok(());
+        }
+        let fact = format!("a rotation about the {components} axis moves nothing along {components}");
+        Err(builder.content(place, fact, "add the components across the axis to `components`, or remove the rotation"))
+    }
+}
+
+/// Whether a signal is zero at all times.
+fn is_zero(builder: &Builder, signal: &Signal) -> bool {
+    let ((_, least), (_, most)) = extremes(signal, &builder.spans);
+    !signal.has_inputs() && least == 0.0 && most == 0.0
 }
 
 impl ConstraintPart for PrescribedSpec {

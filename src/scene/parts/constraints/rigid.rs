@@ -4,12 +4,15 @@ use super::part::{ConstraintPart, Motion, Moved};
 use crate::effect::affine_body::Rigidity;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::rigid_insert::Rigid;
-use crate::math::tensor::{Mat3, Vec3};
+use crate::math::tensor::Vec3;
 use crate::mesh::Region;
 use crate::mesh::error::point;
+use crate::scene::body::Body;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::record::frame_motion;
 use crate::scene::record::recorder::{Moment, Recorder};
+use crate::system::State;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -89,7 +92,7 @@ impl RigidInsertSpec {
     }
 }
 
-/// Columns of a rigid part: the place of its centre `<name>_{x,y,z}_m`, and its rotation vector `<name>_rotation_{x,y,z}_deg`.
+/// The motion of a rigid part, as columns.
 struct Recorded {
     name: String,
     frame: AffineFrame,
@@ -97,21 +100,20 @@ struct Recorded {
 
 impl Recorder for Recorded {
     fn columns(&self) -> Vec<String> {
-        let place = ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name));
-        let rotation = ["x", "y", "z"].map(|c| format!("{}_rotation_{c}_deg", self.name));
-        place.into_iter().chain(rotation).collect()
+        frame_motion::columns(&self.name)
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        frame_motion::memory()
+    }
+
+    fn remember(&self, _: &Body, state: &State, memory: &mut [f64]) {
+        frame_motion::remember(&self.frame, state, memory);
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        let p = self.frame.positions(&now.state.x);
-        let rotation = rotation_vector(&self.frame.gradient(&p));
-        p[0].iter().copied().chain(rotation.iter().map(|x| x.to_degrees())).collect()
+        frame_motion::record(&self.frame, now)
     }
-}
-
-/// θ k of the rotation by θ ≤ 180° about k \[rad\].
-fn rotation_vector(a: &Mat3) -> Vec3 {
-    nalgebra::Rotation3::from_matrix(a).scaled_axis()
 }
 
 /// Refuses what does not follow the nodes of rigid parts: starts, and effects that select their blocks.

@@ -2,16 +2,19 @@
 
 use super::part::EffectPart;
 use crate::effect::{FibrePoint, Fibres};
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::Vec3;
-use crate::mesh::attach::attach_each;
-use crate::mesh::embed::EmbedError;
+use crate::math::units::Decimals;
+use crate::mesh::attach::attach;
 use crate::mesh::error::point;
 use crate::mesh::polyline::{Helix, cut};
 use crate::scene::build::builder::Builder;
+use crate::scene::build::held_planes::note_halved;
 use crate::scene::error::SceneError;
 use crate::scene::record::recorder::{Moment, Recorder};
 use crate::scene::text::quantity::{Angle, Force, Length};
 use crate::system::Effect;
+use crate::wording::few;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -19,6 +22,8 @@ use std::sync::Arc;
 
 /// Points of the message about fibres that leave the body.
 const LISTED: usize = 5;
+/// Share of the size of the body by which points on its surface may be outside by rounding \[–\].
+const ROUNDING: f64 = 1e-9;
 /// Most segments of one entry; far more than a mesh of this program could make use of.
 const MOST_SEGMENTS: f64 = 1e6;
 
@@ -120,19 +125,14 @@ impl EffectPart for FibreSpec {
             if value > 0.0 { Ok(value) } else { Err(builder.content(place, fact(), "give a positive one")) }
         };
         let stiffness = positive("EA", self.axial.0, "N")?;
-        let spacing = match self.spacing {
-            Some(spacing) => positive("spacing", spacing.0, "m")?,
-            None => builder.body.mesh.mean_edge(),
-        };
+        self.spacing.iter().try_for_each(|spacing| positive("spacing", spacing.0, "m").map(|_| ()))?;
         if self.reach.0 < 0.0 {
             let fact = format!("reach is {} mm", self.reach.0 * 1e3);
             return Err(builder.content(place, fact, "give zero or a positive length"));
         }
-        let lines = match &self.along {
-            FibreAlong::Polylines { lines } => polylines(builder, place, lines, spacing)?,
-            FibreAlong::Helix(helix) => helix.lines(builder, place, spacing)?,
-        };
-        let lines = embedded(builder, place, &lines, self.reach.0)?;
+        let lines = self.lines(builder, place)?;
+        let lines = embedded(builder, place, &lines, (&self.name, self.reach.0))?;
+        note_gaps(builder, &self.name, &lines);
         let fibres = Arc::new(Fibres::new(self.name.clone(), &lines, stiffness, self.compression));
         let (count, length) = (fibres.lengths().count(), fibres.lengths().sum::<f64>());
         let of = lines.len();
@@ -151,8 +151,24 @@ impl EffectPart for FibreSpec {
         format!("{}, {along}, EA = {} N, {sides}", self.name, self.axial)
     }
 
+    fn note(&self, builder: &mut Builder) {
+        let lines = self.lines(builder, &self.name).expect("the effect was built of them");
+        note_halved(builder, &self.name, (&lines, "fibres"), "EA");
+    }
+
     fn no_limit(&self) -> Option<&'static str> {
         Some("fibres are lines, which cut into the body as ln 1/h")
+    }
+}
+
+impl FibreSpec {
+    /// The fibres as polylines, cut to the spacing.
+    fn lines(&self, builder: &Builder, place: &str) -> Result<Vec<Vec<Vec3>>, SceneError> {
+        let spacing = self.spacing.as_ref().map_or_else(|| builder.body.mesh.mean_edge(), |spacing| spacing.0);
+        match &self.along {
+            FibreAlong::Polylines { lines } => polylines(builder, place, lines, spacing),
+            FibreAlong::Helix(helix) => helix.lines(builder, place, spacing),
+        }
     }
 }
 
@@ -269,30 +285,27 @@ impl HelixSpec {
     }
 }
 
-/// The lines with the weights by which the body carries their points.
+/// The lines with the weights by which the body carries their points. Those outside of the body, by no more than `reach` \[m\], have a note.
 fn embedded(
-    builder: &Builder,
+    builder: &mut Builder,
     place: &str,
     lines: &[Vec<Vec3>],
-    reach: f64,
+    (name, reach): (&str, f64),
 ) -> Result<Vec<Vec<FibrePoint>>, SceneError> {
-    let points = lines.concat();
-    let found = attach_each(&builder.body.mesh, &points, reach);
-    let outside: Vec<(Vec3, f64)> = found
-        .iter()
-        .filter_map(|point| match point {
-            Err(EmbedError::Outside { at, distance }) => Some((*at, *distance)),
-            _ => None,
-        })
-        .collect();
-    if !outside.is_empty() {
-        let most = outside.iter().map(|p| p.1).fold(0.0, f64::max);
-        let listed = outside.iter().take(LISTED);
+    let (points, mesh) = (lines.concat(), &builder.body.mesh);
+    let found = attach(mesh, &points, f64::INFINITY).expect("everything is within an infinite reach");
+    let beyond = |distance: f64| -> Vec<(&Vec3, f64)> {
+        points.iter().zip(found.iter().map(|a| a.outside)).filter(|(_, outside)| *outside > distance).collect()
+    };
+    let most = found.iter().map(|a| a.outside).fold(0.0, f64::max);
+    let refused = beyond(reach);
+    if !refused.is_empty() {
+        let listed = refused.iter().take(LISTED);
         let listed: Vec<String> = listed.map(|(at, d)| format!("{} by {:.4} mm", point(at), d * 1e3)).collect();
-        let more = if outside.len() > LISTED { ", …" } else { "" };
+        let more = if refused.len() > LISTED { ", …" } else { "" };
         let fact = format!(
             "{} of {} points of the fibres are outside of the body by more than {:.4} mm, the furthest by {:.4} mm: {}{more}",
-            outside.len(),
+            refused.len(),
             points.len(),
             reach * 1e3,
             most * 1e3,
@@ -304,9 +317,37 @@ fn embedded(
             "move them inside, or give a `reach` for those that are on its surface",
         ));
     }
-    let mut weights = found.into_iter().flatten();
+    let outside = beyond(ROUNDING * mesh.diagonal()).len();
+    if outside > 0 {
+        builder.notes.push(format!(
+            "{name}: {outside} of {} points are outside of the body, by up to {:.4} mm, and move as if the cell next to them went on to there",
+            points.len(),
+            Decimals(most * 1e3)
+        ));
+    }
+    let mut weights = found.into_iter().map(|a| a.weights);
     let line = |line: &Vec<Vec3>| line.iter().copied().zip(weights.by_ref()).collect();
     Ok(lines.iter().map(line).collect())
+}
+
+/// Notes fibres that go from one part of the body to another across a gap.
+fn note_gaps(builder: &mut Builder, name: &str, lines: &[Vec<FibrePoint>]) {
+    let mesh = &builder.body.mesh;
+    let mut pieces = DisjointSets::new(mesh.points.len());
+    (0..mesh.cell_count()).for_each(|c| pieces.join(mesh.cell(c)));
+    let mut piece = |(_, weights): &FibrePoint| weights.first().map(|(node, _)| pieces.first(*node));
+    let segments = lines.iter().flat_map(|line| line.windows(2));
+    let across: Vec<String> = segments
+        .filter(|ends| piece(&ends[0]) != piece(&ends[1]))
+        .map(|ends| format!("{} to {}", point(&ends[0].0), point(&ends[1].0)))
+        .collect();
+    if !across.is_empty() {
+        builder.notes.push(format!(
+            "{name}: segments that join parts of the body which no cells join: {}; the fibre holds these parts together; let it end at the gap \
+             unless it runs free across it",
+            few(&across)
+        ));
+    }
 }
 
 /// Columns of fibres: `<name>_tension_{mean,max}_N` and `<name>_stretch_{min,mean,max}`, means by length.

@@ -3,6 +3,7 @@
 use super::part::EffectPart;
 use super::repeated::check_repeated;
 use crate::effect::Gravity;
+use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::scene::build::builder::Builder;
@@ -29,6 +30,16 @@ pub struct GravitySpec {
     pub acceleration: SignalSpec,
 }
 
+/// Times of a stage at which accelerations are compared; a prime, which few periods repeat.
+const SAMPLES: usize = 97;
+
+impl GravitySpec {
+    /// The column of its signal.
+    fn column(&self) -> String {
+        format!("{}_acceleration_m_s2", self.name.as_ref().unwrap_or(&self.region))
+    }
+}
+
 impl EffectPart for GravitySpec {
     fn build(&self, place: &str, builder: &mut Builder) -> Result<Box<dyn Effect>, SceneError> {
         let direction = Vec3::from(self.direction);
@@ -37,8 +48,7 @@ impl EffectPart for GravitySpec {
         }
         let density = builder.positive_density(place, self.density.0)?;
         self.name.iter().try_for_each(|name| builder.check_name(place, name))?;
-        let name = format!("{}_acceleration_m_s2", self.name.as_ref().unwrap_or(&self.region));
-        let acceleration = builder.signal(place, name, &self.acceleration, Dimension::ACCELERATION)?;
+        let acceleration = builder.signal(place, self.column(), &self.acceleration, Dimension::ACCELERATION)?;
         let cells = builder.cells(place, &self.region)?;
         Ok(Box::new(Gravity::new(&builder.body.mesh, cells, density, direction.normalize(), acceleration)))
     }
@@ -50,7 +60,23 @@ impl EffectPart for GravitySpec {
     /// Weights in two directions, or over time in two ways, are a field of two parts.
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
         let direction = Vec3::from(self.direction).normalize();
-        let which = format!("{direction:?} {:?}", self.acceleration);
+        let column = self.column();
+        let known = builder.signals.iter().find(|s| s.name == column).map(|s| &s.signal);
+        let signal = known.expect("built with the effect");
+        let which = match signal.has_inputs() {
+            true => format!("{direction:?} {signal:?}"),
+            false => format!("{:?}", samples(builder, direction, signal)),
+        };
         check_repeated(builder, number, "gravity", which, &self.region)
     }
+}
+
+/// Accelerations \[m/s²\] at times of all stages, to nine digits: the same of equal ones in other units, or with both signs changed.
+fn samples(builder: &Builder, direction: Vec3, signal: &Signal) -> Vec<[String; 3]> {
+    let times = builder
+        .spans
+        .iter()
+        .flat_map(|s| (0..=SAMPLES).map(|k| s.start + (s.end - s.start) * k as f64 / SAMPLES as f64));
+    // A zero has no sign
+    times.map(|t| [0, 1, 2].map(|d| format!("{:.8e}", direction[d] * signal.at(t) + 0.0))).collect()
 }

@@ -2,8 +2,10 @@
 
 use super::part::EffectPart;
 use crate::effect::Membrane;
+use crate::math::tensor::Vec3;
 use crate::math::units::Decimals;
 use crate::scene::build::builder::Builder;
+use crate::scene::build::held_planes::note_halved;
 use crate::scene::error::SceneError;
 use crate::scene::notes::stable::stability_note;
 use crate::scene::record::recorder::{Moment, Recorder};
@@ -54,6 +56,13 @@ impl EffectPart for MembraneSpec {
         builder.gathered.membranes.push(sheet.clone());
         builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), sheet: sheet.clone() }));
         Ok(Box::new(sheet))
+    }
+
+    fn note(&self, builder: &mut Builder) {
+        let (mesh, facets) = (&builder.body.mesh, &builder.regions[&self.region].facets);
+        let places = |&f: &u32| mesh.facet(f as usize).iter().map(|&node| mesh.points[node as usize]).collect();
+        let places: Vec<Vec<Vec3>> = facets.iter().map(places).collect();
+        note_halved(builder, &self.name, (&places, "facets"), "thickness");
     }
 
     fn law(&self) -> Option<&str> {

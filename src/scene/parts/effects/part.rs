@@ -45,7 +45,7 @@ pub(in crate::scene) trait EffectPart {
         Ok(())
     }
 
-    /// Notes its meaning in the stages of the scene.
+    /// Notes its meaning in the stages of the scene, and under its constraints.
     fn note(&self, _builder: &mut Builder) {}
 
     /// Reason why the answer has no limit as h → 0.

@@ -1,10 +1,12 @@
 //! Results of scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
 //!
-//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it ends as it should and meets its references; it is stopped when it
-//! ends with a stated reason instead of an answer, where the study accepts that; everything else is a failure: a reference that was missed,
-//! another end than the right one, a number that is not finite, a panic, the end of the time.
+//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it converges and meets its references; one that converges and has none
+//! is unchecked. It is stopped when it ends with a stated reason instead of an answer: as demanded, where convergence would be wrong or the limit has
+//! a reference, or as is accepted. Everything else is a failure: a reference that was missed, another end than the right one, a number that is not
+//! finite, a panic, the end of the time.
 
 use crate::report::numbers::percent;
+use crate::solve::Status;
 use crate::study::analysis::{self, Analysis};
 use crate::study::case_outcome::CaseOutcome;
 use crate::study::kinds::robustness::check::{self, Check, CheckResult};
@@ -120,9 +122,12 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     } else if let Some(why) = strange().filter(|_| converged).or_else(missed) {
         (CaseOutcome::Fail, Some(why))
     } else if converged {
-        (CaseOutcome::Pass, None)
+        (if found.is_empty() { CaseOutcome::Unchecked } else { CaseOutcome::Pass }, None)
     } else {
-        (CaseOutcome::Stopped, Some(detail()))
+        // Ends that contain `Converged` accept a stop and demand none. Of a run that stopped only the limit is compared
+        let demands = |ends: &Vec<String>| ends.iter().all(|end| end != Status::Converged.name());
+        let is_demanded = !found.is_empty() || suite.ends.as_ref().is_some_and(demands);
+        (if is_demanded { CaseOutcome::Demanded } else { CaseOutcome::Stopped }, Some(detail()))
     };
     JudgedCase {
         case: r.id.clone(),
@@ -140,21 +145,37 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     }
 }
 
+/// The cases of all suites by their outcomes, in a sentence.
+fn counted(a: &RobustnessFindings) -> String {
+    let parts = [
+        (CaseOutcome::Pass, "matches its references", "match their references"),
+        (CaseOutcome::Unchecked, "converges and has no reference", "converge and have no reference"),
+        (CaseOutcome::Demanded, "stops as demanded", "stop as demanded"),
+        (
+            CaseOutcome::Stopped,
+            "stops with a stated reason where that is accepted",
+            "stop with a stated reason where that is accepted",
+        ),
+    ];
+    let words = |(outcome, one, more): (CaseOutcome, &str, &str)| match a.count(outcome) {
+        0 => None,
+        1 => Some(format!("1 {one}")),
+        n => Some(format!("{n} {more}")),
+    };
+    let fail = match a.count(CaseOutcome::Fail) {
+        0 => "none fails".into(),
+        1 => "1 fails".into(),
+        n => format!("{n} fail"),
+    };
+    let parts: Vec<String> = parts.into_iter().filter_map(words).collect();
+    let and = if parts.is_empty() { "" } else { ", and " };
+    format!("Of {}, {}{and}{fail}.", count(a.cases.len(), "case"), parts.join(", "))
+}
+
 fn verdict(a: &RobustnessFindings, missing: usize) -> String {
-    let [pass, stopped, fail] = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].map(|o| a.count(o));
     let mut words = vec![];
     if !a.cases.is_empty() {
-        let stops = match stopped {
-            0 => String::new(),
-            1 => ", 1 has no answer and stops with the stated reason".into(),
-            n => format!(", {n} have no answer and stop with the stated reason"),
-        };
-        words.push(format!(
-            "Of {} {pass} {}{stops}, {fail} {}.",
-            count(a.cases.len(), "case"),
-            if pass == 1 { "passes" } else { "pass" },
-            if fail == 1 { "fails" } else { "fail" }
-        ));
+        words.push(counted(a));
     }
     for map in &a.maps {
         let share = |p: &map::Panel| match p.holds {
@@ -185,25 +206,91 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::store::record::Series;
+    use crate::study::store::record::{REFUSED, Series};
+    use crate::study::store::solver_record::StopRecord;
+    use CaseOutcome::{Demanded, Fail, Pass, Stopped, Unchecked};
+
+    fn suite(ends: Option<&[&str]>, checks: Vec<Check>) -> SuiteRecord {
+        let ends = ends.map(|ends| ends.iter().map(|end| end.to_string()).collect());
+        SuiteRecord { family: "suite".into(), setup: String::new(), ends, checks }
+    }
+
+    /// A run that ended with this status and these values of x.
+    fn case(status: &str, x: [f64; 3]) -> StoredCase {
+        let columns = [("x".to_string(), x.to_vec())].into();
+        let mut case = StoredCase::new(Default::default(), Series { t_s: vec![0.0, 0.5, 1.0], columns });
+        case.record.status = status.into();
+        case
+    }
+
+    /// A check of x against 1.
+    fn check(at: &str) -> Check {
+        serde_json::from_value(serde_json::json!({
+            "what": "x", "measured": "x", "reference": "1", "at": at, "bound": "both", "accept": 0.01, "source": "a closed form"
+        }))
+        .expect("a check")
+    }
 
     /// A run that converged with a value in its middle that is no number fails, though its end is sound; one that has stopped says why itself.
     #[test]
     fn a_value_in_the_middle_that_is_not_finite_fails_a_run() {
-        let (family, setup) = ("suite".to_string(), String::new());
-        let suite = SuiteRecord { family, setup, ends: None, checks: vec![] };
         let outcome = |middle: f64, status: &str| {
-            let columns = [("x".to_string(), vec![0.0, middle, 1.0])].into();
-            let mut case = StoredCase::new(Default::default(), Series { t_s: vec![0.0, 0.5, 1.0], columns });
-            case.record.status = status.into();
-            let judged = judge(&suite, &case, &[]);
+            let judged = judge(&suite(None, vec![]), &case(status, [0.0, middle, 1.0]), &[]);
             (judged.outcome, judged.reason)
         };
-        assert_eq!(outcome(0.5, "Converged"), (CaseOutcome::Pass, None));
+        assert_eq!(outcome(0.5, "Converged"), (Unchecked, None));
         for strange in [f64::NAN, f64::INFINITY] {
             let why = "x is not finite at t = 0.500000 s".to_string();
-            assert_eq!(outcome(strange, "Converged"), (CaseOutcome::Fail, Some(why)));
-            assert_eq!(outcome(strange, "StepTooSmall").0, CaseOutcome::Stopped);
+            assert_eq!(outcome(strange, "Converged"), (Fail, Some(why)));
+            assert_eq!(outcome(strange, "StepTooSmall").0, Stopped);
         }
+    }
+
+    /// Only a run that was compared passes; a stop is demanded where an answer would be wrong, or where the limit was compared.
+    #[test]
+    fn an_outcome_says_whether_anything_was_compared_or_demanded() {
+        let outcome = |ends: Option<&[&str]>, at: &[&str], status: &str| {
+            let mut case = case(status, [0.0, 0.5, 1.0]);
+            let limit = [("x".to_string(), 1.0)].into();
+            case.record.solver.stop = Some(StopRecord { limit, ..StopRecord::default() });
+            judge(&suite(ends, at.iter().map(|at| check(at)).collect()), &case, &[]).outcome
+        };
+        let either: Option<&[&str]> = Some(&["Converged", "NoEquilibrium"]);
+        for (ends, at, status, right) in [
+            (None, &[][..], "Converged", Unchecked),
+            (either, &[], "Converged", Unchecked),
+            (None, &["end"], "Converged", Pass),
+            (None, &["every"], "Converged", Fail),
+            (None, &[], "NoEquilibrium", Stopped),
+            (either, &[], "NoEquilibrium", Stopped),
+            (either, &["end"], "NoEquilibrium", Stopped),
+            (either, &["limit"], "NoEquilibrium", Demanded),
+            (Some(&["NoEquilibrium"]), &[], "NoEquilibrium", Demanded),
+            (Some(&[REFUSED]), &[], REFUSED, Demanded),
+            (Some(&[REFUSED]), &[], "Converged", Fail),
+            (None, &["end"], "NoEquilibrium", Fail),
+            (None, &[], "TimeBudget", Fail),
+        ] {
+            assert_eq!(outcome(ends, at, status), right, "{status}, ends {ends:?}, checks at {at:?}");
+        }
+    }
+
+    #[test]
+    fn the_verdict_counts_every_outcome_apart() {
+        let of = |outcomes: &[CaseOutcome]| {
+            let judged = |o: &CaseOutcome| JudgedCase {
+                outcome: *o,
+                ..judge(&suite(None, vec![]), &case("Converged", [0.0; 3]), &[])
+            };
+            let cases = outcomes.iter().map(judged).collect();
+            verdict(&RobustnessFindings { suites: vec![], cases, maps: vec![] }, 0)
+        };
+        assert_eq!(
+            of(&[Pass, Unchecked, Unchecked, Demanded, Stopped, Stopped]),
+            "Of 6 cases, 1 matches its references, 2 converge and have no reference, 1 stops as demanded, \
+             2 stop with a stated reason where that is accepted, and none fails."
+        );
+        assert_eq!(of(&[Pass, Fail]), "Of 2 cases, 1 matches its references, and 1 fails.");
+        assert_eq!(of(&[Fail, Fail]), "Of 2 cases, 2 fail.");
     }
 }

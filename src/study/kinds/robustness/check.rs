@@ -1,7 +1,7 @@
 //! A number that a case must meet: two formulas in what was recorded, compared.
 //!
-//! Variables are the columns of the CSV in their units, `steps`, `newton_iterations` and `cuts` of the whole run, and, in braces,
-//! values of the scene in SI: `{laws.rubber.E}`. With m measured and r the reference over the rows that are compared:
+//! Variables are the columns of the CSV in their units, `steps`, `unstable_steps`, `newton_iterations` and `cuts` of the whole run, and, in
+//! braces, values of the scene in SI: `{laws.rubber.E}`. With m measured and r the reference over the rows that are compared:
 //!
 //! ```text
 //! error = max |m − r| / max s        s the scale; at_most: m − r where positive; at_least: r − m
@@ -20,6 +20,9 @@ use serde::{Deserialize, Serialize};
 
 /// Changes up to this are none \[of the largest value\].
 const CONSTANT: f64 = 1e-6;
+
+/// Variables that are numbers of the whole run.
+const OF_THE_RUN: [&str; 4] = ["steps", "unstable_steps", "newton_iterations", "cuts"];
 
 /// `[[suite.check]]`
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -199,9 +202,7 @@ impl Check {
         let texts = [Some(&self.measured), self.reference.as_ref(), self.scale.as_ref()];
         let formulas = texts.into_iter().flatten().filter_map(|text| Formula::new(text, 1.0).ok());
         let names = formulas.flat_map(|f| f.variables().to_vec());
-        names
-            .filter(|n| !n.contains('.') && !["t_s", "steps", "newton_iterations", "cuts"].contains(&n.as_str()))
-            .collect()
+        names.filter(|n| !n.contains('.') && n != "t_s" && !OF_THE_RUN.contains(&n.as_str())).collect()
     }
 
     /// Whether it applies to this case.
@@ -276,6 +277,7 @@ fn variable(name: &str, case: &StoredCase, scene: &toml::Table, row: usize, at: 
     match name {
         "t_s" => case.series.t_s.get(row).copied(),
         "steps" => Some(r.steps as f64),
+        "unstable_steps" => Some(r.solver.unstable_steps as f64),
         "newton_iterations" => Some(r.newton_iterations as f64),
         "cuts" => Some(r.cuts as f64),
         column => case.series.columns.get(column)?.get(row).copied(),
@@ -347,7 +349,11 @@ mod tests {
         let found = check("reference = '2 * t_s'\nat = 'every'\nscale = '10'").evaluate(&case(&[0.0, 3.0, 4.5]), None);
         let found = found.expect("recorded");
         assert_eq!((found.measured, found.reference, found.error), (3.0, 2.0, 0.1));
-        assert_eq!(check("reference = 'steps'").evaluate(&case(&[2.0]), None).map(|found| found.met), Some(true));
+        let of_the_run = |name: &str, x: f64| {
+            check(&format!("reference = '{name}'")).evaluate(&case(&[x]), None).map(|found| found.met)
+        };
+        assert_eq!((of_the_run("steps", 2.0), of_the_run("steps", 3.0)), (Some(true), Some(false)));
+        assert_eq!((of_the_run("unstable_steps", 0.0), of_the_run("unstable_steps", 1.0)), (Some(true), Some(false)));
     }
 
     #[test]

@@ -79,7 +79,8 @@ impl Map {
     pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
         self.panels.iter().flat_map(|p| &p.points).map(|p| {
             let outcome = match p.grade {
-                Grade::Right | Grade::Reference | Grade::Unjudged => CaseOutcome::Pass,
+                Grade::Right => CaseOutcome::Pass,
+                Grade::Reference | Grade::Unjudged => CaseOutcome::Unchecked,
                 Grade::Stated => CaseOutcome::Stopped,
                 Grade::Poor | Grade::Wrong => CaseOutcome::Inaccurate,
                 Grade::Broken => CaseOutcome::Fail,

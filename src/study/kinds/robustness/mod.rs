@@ -63,8 +63,8 @@ impl StudyKind for RobustnessStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {
-        let errors = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
-        error is that from the solution."
+        let errors = "A run that converges matches its references, or has none and is not judged; one that stops with a stated reason does so as \
+        demanded or as is accepted; all others fail. Where a case has a known solution, its error is that from the solution."
             .into();
         Content { errors, ..report::content(results, analysis) }
     }

@@ -22,7 +22,10 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
     analysis.insert("maps".into(), json!(a.maps));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let maps = a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty()));
-    let supported = a.count(CaseOutcome::Fail) == 0 && a.incomplete.is_empty();
+    // Cases that converge and have no reference support nothing
+    let tests = |o: &CaseOutcome| !matches!(o, CaseOutcome::Unchecked | CaseOutcome::Stopped);
+    let is_tested = a.outcomes().values().any(tests);
+    let supported = is_tested && a.count(CaseOutcome::Fail) == 0 && a.incomplete.is_empty();
     Content {
         facts: facts(a),
         sentences: a.suites.iter().filter_map(|s| sentence(a, &s.family, &s.setup)).chain(words_of_maps(a)).collect(),
@@ -41,9 +44,14 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
 }
 
 fn facts(a: &RobustnessFindings) -> Vec<(String, String)> {
-    let words = ["pass", "stop with a stated reason, as is accepted", "fail"];
-    let outcomes = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].into_iter().zip(words);
-    let counts = outcomes.map(|(o, words)| (a.count(o).to_string(), words.to_string()));
+    let outcomes = [
+        (CaseOutcome::Pass, "match their references"),
+        (CaseOutcome::Unchecked, "converge and have no reference"),
+        (CaseOutcome::Demanded, "stop as demanded"),
+        (CaseOutcome::Stopped, "stop with a stated reason, as is accepted"),
+        (CaseOutcome::Fail, "fail"),
+    ];
+    let counts = outcomes.into_iter().map(|(o, words)| (a.count(o).to_string(), words.to_string()));
     let findings: usize = a.cases.iter().map(|c| c.findings.len()).sum();
     let mut out: Vec<_> = if a.cases.is_empty() { vec![] } else { counts.collect() };
     if findings > 0 {
@@ -59,15 +67,14 @@ fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> 
     if own.is_empty() {
         return None;
     }
-    let [pass, stopped, fail] = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].map(count);
     let worst = own.iter().flat_map(|c| &c.findings).filter(|f| f.accept > 0.0 && f.error.is_finite());
     let worst = worst.max_by(|x, y| (x.error / x.accept).total_cmp(&(y.error / y.accept)));
     let near = worst.map_or(String::new(), |f| {
         let [error, accept] = [format!("{:.1e}", f.error), format!("{:.0e}", f.accept)].map(|n| n.replace('-', "−"));
         format!("; nearest to its bound: {}, error {error} of {accept} accepted", f.what)
     });
-    let outcome = [(pass, "pass"), (stopped, "stopped"), (fail, "fail")];
-    let parts: Vec<String> = outcome.iter().filter(|(n, _)| *n > 0).map(|(n, w)| format!("{n} {w}")).collect();
+    let outcomes = CaseOutcome::ALL.map(|o| (count(o), o.name())).into_iter().filter(|(n, _)| *n > 0);
+    let parts: Vec<String> = outcomes.map(|(n, name)| format!("{n} {name}")).collect();
     Some(format!("{}: {setup} {}{near}.", suite.replace('-', " "), parts.join(", ")))
 }
 
@@ -129,14 +136,14 @@ fn references(a: &RobustnessFindings) -> Table {
 }
 
 fn refusals(a: &RobustnessFindings) -> Table {
-    let stated = a.cases.iter().filter(|c| c.outcome != CaseOutcome::Pass);
+    let stated = a.cases.iter().filter(|c| c.reason.is_some());
     let row = |c: &JudgedCase| {
         let outcome = c.outcome.name().to_string();
         vec![c.case.clone(), outcome, c.status.clone(), c.reason.clone().unwrap_or_default()]
     };
     Table {
         name: "refusals",
-        caption: "What has no answer, and why.".into(),
+        caption: "What has no answer, and why: as the suite demands, as it accepts, or as a failure.".into(),
         columns: headings(&[("Case", "", false), ("Outcome", "", false), ("Status", "", false), ("Reason", "", false)]),
         rows: stated.map(row).collect(),
         pick: None,

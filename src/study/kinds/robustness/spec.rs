@@ -33,8 +33,8 @@ pub struct SuiteSpec {
     #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
-    /// The statuses, or `Refused`, that are right; if absent `Converged` with a check that wants a converged run, else any
-    /// stated end but the end of the time
+    /// The statuses, or `Refused`, that are right, of which a stop is demanded where `Converged` is not among them; if absent
+    /// `Converged` with a check that wants a converged run, else any stated end but the end of the time
     pub ends: Option<Vec<String>>,
     /// Checks of the results
     #[serde(rename = "check", default)]

@@ -349,16 +349,23 @@ pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: 
     if free > 0.0 {
         return Err(builder.content(place, fact, "pull less, or let the drive yield with max_tension"));
     }
-    let fact = format!("{fact}: all of its guides are held");
+    let fact = format!("{fact}: all of its guides are held, or in one rigid part");
     Err(builder.content(place, fact, "give guides where the body moves, or EA, with which the cable stretches"))
 }
 
-/// Length of the segments at rest of which one end or both may move \[m\].
+/// Length of the segments at rest of which one end or both may move, against the other one where both belong to a rigid part \[m\].
 fn free_length(builder: &Builder, cable: &Cable) -> f64 {
-    let is_held = |guide: &u32| cable.means().lists()[*guide as usize].iter().all(|(node, _)| builder.is_held(*node));
+    let nodes = |guide: &u32| cable.means().lists()[*guide as usize].iter().map(|(node, _)| *node);
+    let is_held = |guide: &u32| nodes(guide).all(|node| builder.is_held(node));
+    let frame = |node: u32| builder.tied.get(&node).map(|carriers| carriers[0].0);
+    let is_one_part = |[a, b]: [u32; 2]| {
+        let first = nodes(&a).next().and_then(frame);
+        first.is_some() && nodes(&b).next().is_some() && nodes(&a).chain(nodes(&b)).all(|node| frame(node) == first)
+    };
+    let is_fixed = |ends: &[u32]| ends.iter().all(is_held) || <[u32; 2]>::try_from(ends).is_ok_and(is_one_part);
     let lengths = cable.lengths_at_rest();
     // From +0, which an empty sum is not
-    (0..cable.segments()).filter(|s| !cable.ends(*s).iter().all(is_held)).fold(0.0, |sum, s| sum + lengths[s])
+    (0..cable.segments()).filter(|s| !is_fixed(cable.ends(*s))).fold(0.0, |sum, s| sum + lengths[s])
 }
 
 fn vector(p: &[Length; 3]) -> Vec3 {

@@ -112,11 +112,15 @@ impl Columns {
         Ok(Self { of: [x, y, z], name: find("name").or_else(|| find("cable")), count: cells.len() })
     }
 
-    /// Of a first row without a header: three numbers, with a name before or after them.
-    fn of_row(cells: &[String]) -> Self {
+    /// Of a first row without a header: three numbers, with a name before or after them. Four numbers do not say which of them is the name.
+    fn of_row(cells: &[String]) -> Result<Self, Faults> {
+        if cells.len() == 4 && cells.iter().all(|cell| number(cell).is_some()) {
+            let fact = format!("its rows have four numbers ({}) and no header", cells.join(", "));
+            return Err((vec![fact], "give a header such as `id, x, y, z` or `x, y, z, name`"));
+        }
         let after = Self { of: [0, 1, 2], name: (cells.len() == 4).then_some(3), count: cells.len().clamp(3, 4) };
         let named_first = cells.len() == 4 && number(&cells[0]).is_none();
-        if named_first { Self { of: [1, 2, 3], name: Some(0), ..after } } else { after }
+        Ok(if named_first { Self { of: [1, 2, 3], name: Some(0), ..after } } else { after })
     }
 }
 
@@ -157,7 +161,7 @@ fn csv(text: &str, unit: &str) -> Result<Vec<Listed>, Faults> {
             rows.next();
             Columns::named(&cells, unit)?
         }
-        _ => Columns::of_row(&cells),
+        _ => Columns::of_row(&cells)?,
     };
     let (mut cables, mut faults) = (Vec::<Listed>::new(), Vec::new());
     for (line, row) in rows {
@@ -275,6 +279,21 @@ mod tests {
         assert_eq!(read("a.json", object), Ok(two.clone()));
         let unnamed: Vec<Listed> = two.into_iter().map(|c| Listed { name: None, ..c }).collect();
         assert_eq!(read("a.json", b"[[[1, 2, 3]], [[4, 5, 6], [7, 8, 9]]]"), Ok(unnamed));
+    }
+
+    /// Numbers of points in front of them are not read as the first coordinate, nor heights as names of cables.
+    #[test]
+    fn four_numbers_need_a_header() {
+        let rows = b"1, 10, 20, 30\n2, 40, 50, 60\n";
+        let told = read("a.csv", rows).expect_err("ambiguous");
+        assert!(
+            told.contains("its rows have four numbers (1, 10, 20, 30) and no header; give a header such as"),
+            "{told}"
+        );
+        let points = vec![listed(None, &[[10.0, 20.0, 30.0], [40.0, 50.0, 60.0]])];
+        assert_eq!(read("a.csv", &[&b"id, x, y, z\n"[..], rows].concat()), Ok(points));
+        let named = read("a.csv", &[&b"x, y, z, name\n"[..], rows].concat()).expect("names");
+        assert_eq!(named[0], listed(Some("30"), &[[1.0, 10.0, 20.0]]));
     }
 
     /// Names may hold a `#`; behind numbers and quotes it begins a comment.

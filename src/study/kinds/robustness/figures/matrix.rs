@@ -1,9 +1,10 @@
-//! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
+//! The matrix: hard cases downwards, variants across; a disc matches its references, a ring has none, a triangle stopped with a stated reason (upright as
+//! demanded, on its tip as is accepted), a cross failed.
 
 use crate::report::canvas::{
     Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_height, page_width, text,
 };
-use crate::report::figure::{Drawn, Figure, Sample, drawn, legend, numbered};
+use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, legend_below, legend_lines, numbered};
 use crate::report::measure::{shortened, width};
 use crate::study::case_outcome::CaseOutcome;
 use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
@@ -16,18 +17,23 @@ const HEAD: f64 = 43.6;
 /// Height of the headings of groups, and of those that would meet their neighbours \[mm\]
 const GROUP: f64 = 5.6;
 const RAISED: f64 = 2.0;
-/// Height of the legend \[mm\]
-const FOOT: f64 = 9.0;
+/// Height of the legend without its lines \[mm\]
+const FOOT: f64 = 4.8;
+/// Width in which the legend has two columns, and its lines there: five outcomes \[mm\]
+const LEAST_WIDE: f64 = 86.0;
+const MOST_LINES: f64 = 3.0;
 /// Cases that make a matrix
 const LEAST: usize = 4;
 /// Under the heading of a suite
 const BAND: RGB = RGB(0xf0, 0xf0, 0xf0);
 
-pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
+fn look(outcome: CaseOutcome) -> (Mark, RGB, &'static str) {
     match outcome {
-        CaseOutcome::Pass => (Mark::Circle, PALETTE[0]),
-        CaseOutcome::Stopped => (Mark::Triangle, PALETTE[4]),
-        CaseOutcome::Inaccurate | CaseOutcome::Fail => (Mark::Cross, PALETTE[1]),
+        CaseOutcome::Pass => (Mark::Circle, PALETTE[0], "matches references"),
+        CaseOutcome::Unchecked => (Mark::Ring, PALETTE[5], "no reference"),
+        CaseOutcome::Demanded => (Mark::Triangle, PALETTE[2], "stops as demanded"),
+        CaseOutcome::Stopped => (Mark::Down, PALETTE[4], "stops as is accepted"),
+        CaseOutcome::Inaccurate | CaseOutcome::Fail => (Mark::Cross, PALETTE[1], "fails"),
     }
 }
 
@@ -49,7 +55,8 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
             cases.push((&c.suite, &c.member));
         }
     }
-    let pages = pages(&cases, ((page_height() - HEAD - FOOT) / ROW).floor().max(2.0) as usize);
+    let room = page_height() - HEAD - FOOT - LINE * MOST_LINES;
+    let pages = pages(&cases, (room / ROW).floor().max(2.0) as usize);
     let name = |l: &Line| l.member.map_or(0, |m| width(&written(store, m), SMALL));
     let names = f64::from(pages.iter().flatten().map(name).max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
     let across = ((page_width() - names - 3.0) / COLUMN).floor().max(1.0) as usize;
@@ -110,11 +117,14 @@ fn sheet(
     let edge = |k: f64| mm(names + COLUMN * k);
     let bottom = HEAD + ROW * lines.len() as f64;
     let right = edge(variants.len() as f64);
-    let entry = |(o, words): (CaseOutcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
-    let entries = [(CaseOutcome::Pass, "pass"), (CaseOutcome::Stopped, "stopped"), (CaseOutcome::Fail, "fail")];
-    // Three entries of the legend need some room
-    let wide = (names + COLUMN * variants.len() as f64 + 3.0).max(80.0);
-    let svg = figure(wide, bottom + FOOT, "", |area| {
+    let entry = |o: CaseOutcome| {
+        let (shape, color, words) = look(o);
+        (Sample::Mark(shape, color), words.to_string())
+    };
+    let entries: Vec<_> = CaseOutcome::ALL.into_iter().filter(|o| a.count(*o) > 0).map(entry).collect();
+    let wide = (names + COLUMN * variants.len() as f64 + 3.0).max(LEAST_WIDE);
+    let across = wide - 4.0;
+    let svg = figure(wide, bottom + FOOT + LINE * legend_lines(&entries, across), "", |area| {
         for (k, variant) in variants.iter().enumerate() {
             let name = store.study.labels.get(*variant).unwrap_or(variant);
             turned(area, name, names + COLUMN * (k as f64 + 0.5));
@@ -133,19 +143,18 @@ fn sheet(
             for (j, variant) in variants.iter().enumerate() {
                 let is_it = |c: &&JudgedCase| c.suite == l.suite && c.member == member && c.variant == **variant;
                 if let Some(c) = a.cases.iter().find(is_it) {
-                    let (shape, color) = color(c.outcome);
+                    let (shape, color, _) = look(c.outcome);
                     mark(area, shape, (edge(j as f64 + 0.5), y), 34, color);
                 }
             }
         }
-        for (k, entry) in entries.map(entry).into_iter().enumerate() {
-            legend(area, (mm(2.0 + 26.0 * k as f64), mm(bottom + 5.0)), &[entry]);
-        }
+        legend_below(area, (2.0, bottom + 5.0), across, entries);
     });
     let (name, part) = numbered("matrix", number, of);
     let caption = format!(
-        "Hard cases{part}: a disc ended as it should and met its references, a triangle has no answer and says why, as is right there, \
-         a cross failed. An empty place was not asked for."
+        "Hard cases{part}: a disc converged and matches its references; a ring converged and has none, so that nothing is said of its answer; a \
+         triangle has no answer and says why, upright where the suite demands that, on its tip where it accepts that; a cross failed. An empty \
+         place was not asked for."
     );
     Figure { name, svg, caption }
 }
