@@ -260,6 +260,9 @@ impl Status {
             Self::StepTooSmall {
                 why: Failure::Eval(EvalError::Locked { .. } | EvalError::Undefined { .. }), ..
             } => "reduce the load, or take a law without an end to its stretch",
+            Self::StepTooSmall { why: Failure::Eval(EvalError::InsideOut { .. }), .. } => {
+                "take a shorter dt, and let forces on the body begin small: a gap of at least `distance` to what it meets by a barrier"
+            }
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }

@@ -5,6 +5,7 @@ use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
+use crate::material::polar::SignedSvd;
 use crate::math::rotation::nearest_vector;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
@@ -16,7 +17,6 @@ use crate::scene::record::recorder::{Moment, Recorder};
 use crate::scene::signal::SignalSpec;
 use crate::scene::text::quantity::{Density, Speed, Spin};
 use crate::system::State;
-use nalgebra::Rotation3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -66,7 +66,7 @@ pub struct RigidBody {
     pub(in crate::scene) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
-    /// Largest distance of a point from its neighbours \[m\]; 0 of a sphere, which is felt all around
+    /// Largest distance of two points of one face \[m\]; 0 of a sphere, which is felt all around
     pub(in crate::scene) spacing: f64,
 }
 
@@ -84,7 +84,7 @@ impl Recorder for RigidBody {
     }
 
     fn remember(&self, _: &Body, state: &State, memory: &mut [f64]) {
-        let rotation = Rotation3::from_matrix(&self.frame.gradient_of(&state.x)).into_inner();
+        let rotation = SignedSvd::of(&self.frame.gradient_of(&state.x)).rotation();
         memory.copy_from_slice(nearest_vector(rotation, Vec3::from_column_slice(memory)).as_slice());
     }
 

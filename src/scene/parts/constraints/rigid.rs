@@ -4,6 +4,8 @@ use super::part::{ConstraintPart, Motion, Moved};
 use crate::effect::affine_body::Rigidity;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::rigid_insert::Rigid;
+use crate::material::polar::SignedSvd;
+use crate::math::rotation::nearest_vector;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::Region;
 use crate::mesh::error::point;
@@ -111,7 +113,7 @@ impl Recorder for Recorded {
 
 /// θ k of the rotation by θ ≤ 180° about k \[rad\].
 fn rotation_vector(a: &Mat3) -> Vec3 {
-    nalgebra::Rotation3::from_matrix(a).scaled_axis()
+    nearest_vector(SignedSvd::of(a).rotation(), Vec3::zeros())
 }
 
 /// Refuses what does not follow the nodes of rigid parts: starts, and effects that select their blocks.
