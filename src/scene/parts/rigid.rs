@@ -185,7 +185,7 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
     }
 }
 
-/// Largest distance of a point of a shape from its neighbours \[m\].
+/// Largest distance of two points of one face of a shape \[m\]: what is narrower goes through between them.
 fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
     match spec {
         ShapeSpec::Sphere { .. } => 0.0,
@@ -194,6 +194,10 @@ fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
             let edge = |a: u32, b: u32| (surface.points[a as usize] - surface.points[b as usize]).norm();
             surface.triangles.iter().flat_map(|&[a, b, c]| [edge(a, b), edge(b, c), edge(c, a)]).fold(0.0, f64::max)
         }
+        ShapeSpec::Box { .. } => shape.bounds().map_or(0.0, |[low, high]| {
+            let size = high - low;
+            (size.norm_squared() - size.min().powi(2)).sqrt()
+        }),
         _ => shape.bounds().map_or(0.0, |[low, high]| (high - low).max()),
     }
 }
