@@ -331,3 +331,57 @@ friction = 0.3
         assert_eq!(points.iter().any(|point| point.radius > 0.0), !noted, "{half_length}");
     }
 }
+
+/// An obstacle that begins inside of a body is refused although no contact point is inside of it: a box in a cube of many cells, a ball that reaches through the
+/// faces of a rigid cube, and a bar across another; what rests on a
+/// face of the body is not.
+#[test]
+fn an_obstacle_that_begins_inside_of_a_body_is_refused() {
+    let built = |parts: usize, region: &str, obstacle: &str, rest: &str| {
+        let text = format!(
+            r#"{CUBE}
+{rest}
+[[contact]]
+name = "meets"
+region = "{region}"
+obstacle = {obstacle}
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        try_scene(block(parts, parts, parts, 0.02, 0.02, 0.02, Order::Linear), &text).err()
+    };
+    let inner = |top: &str| {
+        format!(r#"{{ kind = "box", min = ["4 mm", "4 mm", "5 mm"], max = ["16 mm", "16 mm", "{top} mm"] }}"#)
+    };
+    let under = r#"{ kind = "box", min = ["-4 mm", "4 mm", "-5 mm"], max = ["16 mm", "16 mm", "0 mm"] }"#;
+    let rigid = |low: &str, high: &str| {
+        format!(
+            "[[rigid]]\nname = \"piece\"\ndensity = \"1000 kg/m^3\"\nshape = {{ kind = \"box\", min = {low}, max = {high} }}"
+        )
+    };
+    let cube = rigid(r#"["90 mm", "-10 mm", "0 mm"]"#, r#"["110 mm", "10 mm", "20 mm"]"#);
+    let bar = rigid(r#"["70 mm", "-5 mm", "0 mm"]"#, r#"["130 mm", "5 mm", "10 mm"]"#);
+    let ball = |z: &str| format!(r#"{{ kind = "sphere", center = ["100 mm", "0 mm", "{z} mm"], radius = "13 mm" }}"#);
+    let across = |top: &str| {
+        format!(r#"{{ kind = "box", min = ["85 mm", "-40 mm", "-9 mm"], max = ["115 mm", "40 mm", "{top} mm"] }}"#)
+    };
+    for (refused, told) in [
+        (Some("mm inside of the body at"), built(6, "zmax", &inner("15"), "")),
+        (Some("is 5.0000 mm inside of the body at"), built(6, "xmax", &inner("15"), "")),
+        (None, built(6, "zmax", under, "")),
+        (Some("mm inside of \"piece\" at"), built(1, "piece", &ball("10"), &cube)),
+        (None, built(1, "piece", &ball("-13"), &cube)),
+        (Some("mm inside of \"piece\" at"), built(1, "piece", &across("6"), &bar)),
+        (None, built(1, "piece", &across("0"), &bar)),
+    ] {
+        match refused {
+            Some(says) => assert!(told.as_ref().is_some_and(|told| told.contains(says)), "{says}: {told:?}"),
+            None => assert_eq!(told, None),
+        }
+    }
+}

@@ -12,6 +12,7 @@ use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::error::{SceneError, hint};
+use crate::scene::parts::contact::inside::{check_deformable, check_rigid};
 use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
@@ -132,13 +133,16 @@ fn build_contact(
     }
     let facets = match bodies.iter().find(|b| b.name == spec.region) {
         Some(body) => {
+            check_rigid(builder, place, pressing.contact(), body)?;
             note_points(builder, body, &*pressing);
             PressingFacets::none()
         }
         None => {
             let facets = builder.contact_facets(place, &spec.region)?.to_vec();
             note_facets(builder, &spec.region, &facets, &*pressing);
-            PressingFacets::new(facets, cell, pressing.contact())
+            let facets = PressingFacets::new(facets, cell, pressing.contact());
+            check_deformable(builder, place, pressing.contact(), &facets)?;
+            facets
         }
     };
     let friction = coulomb.map(|law| {
