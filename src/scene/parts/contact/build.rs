@@ -22,6 +22,7 @@ use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
 use crate::scene::turning::check_in_contact;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.
@@ -59,20 +60,27 @@ pub(in crate::scene) fn build_contacts(
     Ok((bodies, contacts))
 }
 
-/// Refuses a contact of two surfaces that an earlier one is of, whichever of them is the obstacle: both would press, each with the force of one.
+/// Refuses a contact of two surfaces that have facets in common with those of an earlier one, whichever of them is the obstacle: both would press there, each
+/// with the force of one.
 fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[ContactSpec]) -> Result<(), SceneError> {
-    fn pair(spec: &ContactSpec) -> Option<[&str; 2]> {
+    let sides = |spec: &ContactSpec| {
         let ShapeSpec::Region { region } = &spec.obstacle else { return None };
-        let mut names = [spec.region.as_str(), region.as_str()];
-        names.sort_unstable();
-        Some(names)
-    }
-    let Some(k) = pair(spec).and_then(|own| earlier.iter().position(|other| pair(other) == Some(own))) else {
-        return Ok(());
+        let facets =
+            |name: &String| builder.regions.get(name).map(|r| r.facets.iter().copied().collect::<HashSet<_>>());
+        Some([facets(&spec.region)?, facets(region)?])
     };
+    let Some([a, b]) = sides(spec) else { return Ok(()) };
+    let is_same = |other: &ContactSpec| {
+        sides(other).is_some_and(|[c, d]| {
+            let meet = |one: &HashSet<u32>, other: &HashSet<u32>| !one.is_disjoint(other);
+            meet(&a, &c) && meet(&b, &d) || meet(&a, &d) && meet(&b, &c)
+        })
+    };
+    let Some(k) = earlier.iter().position(is_same) else { return Ok(()) };
     let fact =
         format!("it is of the same two surfaces as contact {} ({}), and the two would add up", k + 1, earlier[k].name);
-    Err(builder.content(place, fact, "keep one of the two; its force is that of the whole contact"))
+    let remedy = "keep one of the two, whose force is that of the whole contact, or give regions without common facets";
+    Err(builder.content(place, fact, remedy))
 }
 
 /// A contact with its effects, the pressing one first.
