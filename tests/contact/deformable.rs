@@ -400,6 +400,9 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
         let (force, held) = (last(&run, "between_force_z_N"), last(&run, "upper.zmax_reaction_z_N"));
         // The tolerance of the equilibrium: 1e-8 of the sum of all forces, some hundred times that of the interface.
         assert!((force / -held - 1.0).abs() < 1e-6, "{element}: {force} {held}");
+        // All of the face presses, 10 × 10 mm; its guards have no area.
+        let area = last(&run, "between_area_m2") / 1e-4;
+        assert!(area > 0.9 && area < 1.0 + 1e-9, "{element}: {area}");
         // In uniform stress the interface stays plane; it is shortened by 1 mm.
         let mesh = &scene.body.mesh;
         let uz = |k: u32| run.last.x[3 * k as usize + 2];

@@ -108,6 +108,7 @@ impl RigidBody {
             nodes: self.frame.nodes.to_vec(),
             weights: self.frame.weights(at).to_vec(),
             area: area / self.surface.len() as f64,
+            sides: Vec::new(),
             radius: *radius,
             carrier: (*radius > 0.0).then(|| self.frame.clone()),
         };
