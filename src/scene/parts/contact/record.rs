@@ -224,7 +224,7 @@ impl NamedContact {
         let (forces, force) = self.sums(x, step);
         let gap = match &self.of {
             ContactSides::Points { pressing, .. } => pressing.contact().deepest(x).map_or(pressing.reach(), |d| d.1),
-            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.gap(x),
+            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.gap_between(x),
         };
         let (normals, normal) = if self.slides() { self.sums(x, None) } else { (forces.clone(), force) };
         let points = self.own_points();
