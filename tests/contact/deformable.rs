@@ -720,7 +720,7 @@ fn carved(mesh: &TetMesh, keep: impl Fn(Vec3) -> bool) -> TetMesh {
     TetMesh { order: mesh.order, points, cells, facets, regions }
 }
 
-/// Two blocks 5 mm apart whose whole surface meets itself: the gap is that of the faces that look at each other, not that of facets next to each other.
+/// Two blocks 5 mm apart whose surface is in contact with itself: the gap is that between the blocks, not that of facets next to each other.
 #[test]
 fn the_gap_of_self_contact_is_that_of_facing_parts() {
     for (element, lower, upper) in [("tet4", [4, 4, 4], [5, 5, 5]), ("tet10", [2, 2, 2], [3, 3, 3])] {

@@ -22,7 +22,7 @@ pub struct SurfacePoint {
     pub weights: Vec<f64>,
     /// W_q \[m²\]
     pub area: f64,
-    /// Facets of the mesh that it stands for, each with a part of its area at rest \[m²\]; a guard and a point of a rigid body have none
+    /// Facets of the mesh at the point, each with a part of its area at rest \[m²\]; a guard and a point of a rigid body have none
     pub sides: Vec<(u32, f64)>,
     /// Of a ball about the point \[m\], 0 of a point of a surface
     pub radius: f64,

@@ -14,7 +14,7 @@ use crate::scene::error::SceneError;
 use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::RigidBody;
 
-/// Share of the diagonal of the mesh by which touching surfaces are inside of each other by rounding \[–\].
+/// Share of the diagonal of the mesh by which surfaces in contact are inside of each other by rounding \[–\].
 const ROUNDING: f64 = 1e-9;
 /// Share of the distance of the vertices of a rigid surface by which a ball is inside of it where it fits a hollow of this surface \[–\].
 const HOLLOW: f64 = 0.125;
@@ -59,7 +59,7 @@ pub(super) fn check_deformable(
         return Ok(());
     }
     let boundary = Surface { points: mesh.points.clone(), triangles: flat_triangles(mesh, &boundary_facets(mesh)) };
-    // Of a body whose surface meets itself at an edge, no inside is known.
+    // Where more than two facets have an edge in common, no inside is known.
     let Ok(boundary) = Shape::surface(&boundary) else { return Ok(()) };
     let inside = deepest(places, |at| boundary.gap(at)).filter(|(_, depth)| *depth > facets.most());
     refuse(builder, place, inside, "of the body")
