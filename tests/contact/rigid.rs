@@ -258,8 +258,8 @@ dt = "5 ms"
     }
 }
 
-/// A cube 1 µm above a floor begins deep in the reach of a barrier of 0.02 mm, whose force throws it 0.15 m up in the first step and by and by turns it over. Whatever
-/// ends the run, its last state is no mirror image of the cube, and all of its rows are numbers.
+/// A cube 1 µm above a floor begins deep in the reach of a barrier of 0.02 mm, whose force throws it 0.15 m up in the first step; the third one led to its mirror image, which has no strain. Whatever
+/// ends the run, its last state is a rigid motion of the cube, and all of its rows are numbers.
 #[test]
 fn no_force_turns_a_rigid_body_inside_out() {
     let text = format!(
