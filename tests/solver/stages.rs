@@ -5,7 +5,7 @@ use durometer::math::stopwatch::Spent;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::Scene;
-use durometer::study::store::outcome::record;
+use durometer::study::store::finished_run::record;
 
 /// A bar along x with mass that is held at one end.
 fn bar(more: &str) -> Scene {
