@@ -90,7 +90,10 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     let applied: Vec<&Check> = suite.checks.iter().filter(|c| c.applies(case)).collect();
     let other = |c: &Check| {
         let like = c.like.as_ref()?;
-        stored.iter().find(|o| o.record.family == r.family && o.record.variant == r.variant && o.record.member == *like)
+        let is_it =
+            |o: &&StoredCase| o.record.family == r.family && o.record.variant == r.variant && o.record.member == *like;
+        // A run that stopped is no reference at the end, which it did not reach
+        stored.iter().find(is_it).filter(|o| o.record.converged() || c.at == check::Moment::Limit)
     };
     // A reference at the end of a run says nothing of a run that did not come there
     let due = |c: &&&Check| converged || c.at == check::Moment::Limit;
@@ -108,7 +111,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     };
     let missed = || {
         let one = |f: &Option<CheckResult>| match f {
-            None => Some("a reference needs what was not recorded".to_string()),
+            None => Some("a reference needs what was not recorded, or a run that has no answer".to_string()),
             Some(f) if !f.met => {
                 Some(format!("{}: {:.6e}, not {:.6e} (error {:.1e})", f.what, f.measured, f.reference, f.error))
             }
@@ -272,6 +275,18 @@ mod tests {
             (None, &[], "TimeBudget", Fail),
         ] {
             assert_eq!(outcome(ends, at, status), right, "{status}, ends {ends:?}, checks at {at:?}");
+        }
+    }
+
+    /// What is to be like a run that stopped has no reference at its end, also where the numbers agree.
+    #[test]
+    fn a_run_that_stopped_is_no_reference() {
+        let like = Check { reference: None, like: Some("other".into()), ..check("end") };
+        let (suite, own) = (suite(None, vec![like]), case("Converged", [0.0, 0.5, 1.0]));
+        for (status, right) in [("Converged", Pass), ("StepTooSmall", Fail)] {
+            let mut other = case(status, [0.0, 0.5, 1.0]);
+            other.record.member = "other".into();
+            assert_eq!(judge(&suite, &own, &[other]).outcome, right, "{status}");
         }
     }
 

@@ -25,6 +25,9 @@ pub struct Map {
     pub axes: Vec<AxisRecord>,
     /// \[values along y\] peak of the reference
     pub references: Vec<Option<f64>>,
+    /// Cases of the study that are references and no points of the map
+    #[serde(skip)]
+    pub reference_cases: Vec<MapPoint>,
     pub panels: Vec<Panel>,
 }
 
@@ -75,9 +78,9 @@ pub enum Grade {
 }
 
 impl Map {
-    /// Outcomes of the points by case. An inaccurate answer is what a map looks for, and no failure; a value that is not a number is one.
+    /// Outcomes of the points and of their references by case. An inaccurate answer is what a map looks for, and no failure; a value that is not a number is one.
     pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
-        self.panels.iter().flat_map(|p| &p.points).map(|p| {
+        self.panels.iter().flat_map(|p| &p.points).chain(&self.reference_cases).map(|p| {
             let outcome = match p.grade {
                 Grade::Right => CaseOutcome::Pass,
                 Grade::Reference | Grade::Unjudged => CaseOutcome::Unchecked,
@@ -115,6 +118,10 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         case.filter(|c| c.record.converged()).and_then(|c| peak(c, &map.quantity.name))
     };
     let references: Vec<Option<f64>> = (0..map.axes[1].values.len()).map(reference).collect();
+    let reference_cases = map.rows.iter().enumerate().filter_map(|(y, row)| {
+        let case = of(map.reference.as_ref()?, None, row)?;
+        Some(point(map, study.tolerance, case, [0, y], None))
+    });
     let panel = |variant: &String| {
         let mut points: Vec<MapPoint> = (map.points.iter())
             .filter_map(|(member, at)| {
@@ -146,6 +153,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         quantity: map.quantity.clone(),
         peak_is: peak_words(stored.iter().filter(|c| c.record.family == map.family), &map.quantity.name),
         axes: map.axes.clone(),
+        reference_cases: reference_cases.collect(),
         panels: variants.iter().copied().map(panel).collect(),
         references,
     }
@@ -184,7 +192,49 @@ mod tests {
     use super::*;
     use crate::scene::ExtremeKind;
     use crate::solve::Status;
-    use crate::study::store::record::{ProbeRecord, Series};
+    use crate::study::store::record::{PANICKED, ProbeRecord, Series};
+
+    fn study() -> StudyRecord {
+        serde_json::from_value(serde_json::json!({
+            "study": "", "kind": "robustness", "question": "", "expectation": "", "tolerance": 0.01, "quantities": {},
+            "variants": ["strict"], "families": [], "version": ""
+        }))
+        .expect("a record")
+    }
+
+    /// The reference of a row may end with a status; it fails where it broke. Nothing is compared with it alone.
+    #[test]
+    fn references_have_outcomes_of_their_own() {
+        let axis = |name: &str| AxisRecord {
+            name: name.into(),
+            keys: vec![],
+            label: name.into(),
+            symbol: name.into(),
+            unit: String::new(),
+            values: vec!["1".into(), "2".into(), "3".into()],
+            numbers: vec![1.0, 2.0, 3.0],
+        };
+        let statuses = [("a", Status::Converged.name()), ("b", "StepTooSmall"), ("c", PANICKED)];
+        let stored = statuses.map(|(member, status)| {
+            let mut case = StoredCase::new(Default::default(), Series::default());
+            let r = &mut case.record;
+            (r.id, r.family, r.member) = (member.into(), "map-reference".into(), member.into());
+            r.status = status.into();
+            case
+        });
+        let map = MapRecord {
+            family: "map".into(),
+            setup: String::new(),
+            quantity: StudyQuantity::default(),
+            axes: vec![axis("dt"), axis("load")],
+            points: Default::default(),
+            reference: Some("map-reference".into()),
+            rows: statuses.map(|(member, _)| member.to_string()).into(),
+        };
+        let found = analyse(&map, &study(), &stored);
+        let outcomes: Vec<CaseOutcome> = found.outcomes().map(|(_, outcome)| outcome).collect();
+        assert_eq!(outcomes, [CaseOutcome::Unchecked, CaseOutcome::Stopped, CaseOutcome::Fail]);
+    }
 
     /// Three steps at two loads; the second step is right, the third one is off by 5 %. The first ones are what the others are judged by, and no right answers.
     #[test]
@@ -222,11 +272,7 @@ mod tests {
         let axes = vec![axis("dt", 3), axis("load", 2)];
         let setup = String::new();
         let mut map = MapRecord { family: "map".into(), setup, quantity, axes, points, reference: None, rows: vec![] };
-        let study: StudyRecord = serde_json::from_value(serde_json::json!({
-            "study": "", "kind": "robustness", "question": "", "expectation": "", "tolerance": 0.01, "quantities": {},
-            "variants": ["strict"], "families": [], "version": ""
-        }))
-        .expect("a record");
+        let study = study();
         let panel = analyse(&map, &study, &stored).panels.remove(0);
         let grades: Vec<Grade> = panel.points.iter().map(|p| p.grade).collect();
         let row = [Grade::Reference, Grade::Right, Grade::Poor];

@@ -64,7 +64,8 @@ impl StudyKind for RobustnessStudy {
 
     fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {
         let errors = "A run that converges matches its references, or has none and is not judged; one that stops with a stated reason does so as \
-        demanded or as is accepted; all others fail. Where a case has a known solution, its error is that from the solution."
+        demanded or as is accepted; all others fail. A reference is a known solution or another run of the program, as is stated with each; the error \
+        of a case is that from its reference. Points of maps are compared with the reference of their row."
             .into();
         Content { errors, ..report::content(results, analysis) }
     }

@@ -22,10 +22,11 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
     analysis.insert("maps".into(), json!(a.maps));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let maps = a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty()));
+    let outcomes = a.outcomes();
     // Cases that converge and have no reference support nothing
-    let tests = |o: &CaseOutcome| !matches!(o, CaseOutcome::Unchecked | CaseOutcome::Stopped);
-    let is_tested = a.outcomes().values().any(tests);
-    let supported = is_tested && a.count(CaseOutcome::Fail) == 0 && a.incomplete.is_empty();
+    let is_tested = outcomes.values().any(|o| !matches!(o, CaseOutcome::Unchecked | CaseOutcome::Stopped));
+    let fails = outcomes.values().any(|o| *o == CaseOutcome::Fail);
+    let supported = is_tested && !fails && a.incomplete.is_empty();
     Content {
         facts: facts(a),
         sentences: a.suites.iter().filter_map(|s| sentence(a, &s.family, &s.setup)).chain(words_of_maps(a)).collect(),
@@ -37,8 +38,8 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
             .chain(maps.filter_map(|map| drawn("map", || region::draw(map))))
             .chain(drawn("failed", || failed::draw(store, a)))
             .collect(),
-        decisions: a.outcomes().into_iter().map(|(case, outcome)| (case, outcome.name().into())).collect(),
-        outcomes: a.outcomes(),
+        decisions: outcomes.iter().map(|(case, outcome)| (case.clone(), outcome.name().into())).collect(),
+        outcomes,
         ..Content::new(a, supported, ("References", references(a)))
     }
 }
