@@ -224,7 +224,7 @@ region = "xmax"
 fn state(file: &Path, scene: &Scene) {
     let bytes = std::fs::read(file).expect("just written");
     let rest = bytes.iter().position(|b| *b == b'\n').map_or(&bytes[..], |end| &bytes[end + 1..]);
-    let whole = [format!("durometer state 9 {}\n", storage::sha256(rest)).as_bytes(), rest].concat();
+    let whole = [format!("durometer state 10 {}\n", storage::sha256(rest)).as_bytes(), rest].concat();
     std::fs::write(file, whole).expect("writable");
     if let Ok(restart) = Checkpoint::read(file, scene) {
         scene.run_with(RunOptions { restart: Some(restart), ..RunOptions::default() });

@@ -11,7 +11,7 @@ if [ ! -x "$venv/bin/python" ]; then
     "$venv/bin/pip" install -q -r benches/peers/requirements.txt
 fi
 export THREADS="${THREADS:-1}"
-export OMP_NUM_THREADS="$THREADS" MKL_NUM_THREADS="$THREADS" OPENBLAS_NUM_THREADS="$THREADS" RAYON_NUM_THREADS="$THREADS"
+export OMP_NUM_THREADS="$THREADS" MKL_NUM_THREADS="$THREADS" OPENBLAS_NUM_THREADS="$THREADS"
 repeats="${1:-3}"
 [ $# -gt 0 ] && shift
 exec taskset -c "0-$((THREADS - 1))" "$venv/bin/python" benches/peers/peers.py "$(cd "$target/release" && pwd)/durometer" "$repeats" "$@"

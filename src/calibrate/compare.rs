@@ -1,34 +1,40 @@
 //! Every law on the same data, ranked by its prediction of data that were not fitted.
 //!
-//! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
-//! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
+//! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of |ln λ| of every fitted test, from its nearest fitted data
+//! point on, from the rest of them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
 //! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others, and after all of them those of which a prediction cannot be had. The misfit of the fit itself falls with every constant and
 //! decides only between laws that are alike in all of this.
 //!
-//! Each law has the slack of its own fit: the strains of its data points are those without it, also of the data points left out. The stresses, over which the misfits are taken, are the same for all.
+//! Each law has the slack of its own fit: the strains of its data points are those without it, also of the data points left out. The stresses, over which the misfits are taken, are the same for all. With Huber's
+//! loss the misfits leave out the data points that most laws name as outliers: one of them would decide the order.
 
 use super::constant_format::stretch_text;
-use super::fit::{choose, headline, read, slack_estimates, without_slack};
+use super::fit::{Choice, choose, headline, read, slack_estimates, without_slack};
 use super::judgement::certificate::{Reach, certificate, lost};
 use super::judgement::determined::undetermined;
 use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
-use super::solve::{LawSetting, solve};
+use super::judgement::outliers::Outliers;
+use super::sample::{Test, by_test, tests};
+use super::solve::{LawFit, LawSetting, solve};
 use super::{
     AuditKind, Experiment, FitError, FitOptions, FitRequest, FittableLaw, Misfit, Mode, Sample, Slack, fittable_laws,
 };
+use crate::math::statistics::extent;
 use crate::storage;
 use serde::Serialize;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-/// Part of ln λ from rest that is fitted where the rest is held out \[–\]
+/// Part of |ln λ| from the nearest data point on that is fitted where the rest is held out \[–\]
 const KEPT: f64 = 2.0 / 3.0;
 
 /// Relative misfit from which on the sizes are alike \[–\]
 const LARGEST: f64 = 10.0;
 
-/// One law. Misfits are relative \[–\]; `None`: there are too few data points for it, or no other mode.
+/// One law. Misfits are relative \[–\]; `None`: there are too few data points for it, or no other mode; infinite, which JSON has not: the law is not defined there.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Compared {
     pub law: &'static str,
@@ -41,6 +47,9 @@ pub struct Compared {
     pub cross_mode: Option<f64>,
     /// The worse of the two
     pub score: Option<f64>,
+    /// Predictions that are infinite, `hold_out` or `cross_mode`
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub failed: Vec<&'static str>,
     /// Why some constants are not determined, in words; empty where all are
     pub undetermined: Vec<String>,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
@@ -73,87 +82,128 @@ pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
 /// Like [`compare`], of a table that was read already.
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
-    let mut laws = Vec::new();
+    let mut fits = Vec::new();
     // Foams need Poisson's ratio, and predict other lateral stretches than those of the other laws
     for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
         for terms in law.fit.iter().flat_map(|f| f.term_counts) {
             let model = FittableLaw::new(law.info.name, Some(*terms)).expect("a number of the list");
-            laws.push(one(experiment, options, model)?);
+            fits.push(Fitted::of(experiment, options, model)?);
         }
     }
+    let outliers = named_by_most(&fits);
+    let mut laws: Vec<Compared> = fits.iter().map(|f| f.compared(options, &outliers)).collect::<Result<_, _>>()?;
     laws.sort_by_key(Compared::rank);
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
     let version = env!("CARGO_PKG_VERSION");
-    let doubts = doubts(experiment, &laws);
+    let mut doubts = doubts(experiment, &laws);
+    doubts.extend(outliers.warnings(&experiment.specimens, options.loss).map(|w| w.to_string()));
     Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws, doubts })
 }
 
-/// Those of the table, and slack where it is not fitted with every law.
+/// Those of the table, slack where it is not fitted with every law, and that there is no hold-out.
 fn doubts(experiment: &Experiment, laws: &[Compared]) -> Vec<String> {
     let slack = (!laws.iter().all(|c| !c.slack.is_empty())).then_some(AuditKind::Slack);
     let kinds = std::iter::once(AuditKind::Doubt).chain(slack);
-    kinds.flat_map(|kind| experiment.audit.of(kind)).map(|entry| entry.message.clone()).collect()
+    let none = laws.iter().all(|c| c.hold_out.is_none());
+    let none = none.then(|| "no law has a hold-out: there are too few data points of different stretch".to_string());
+    kinds.flat_map(|kind| experiment.audit.of(kind)).map(|entry| entry.message.clone()).chain(none).collect()
 }
 
-fn one(experiment: &Experiment, options: &FitOptions, model: FittableLaw) -> Result<Compared, FitError> {
-    let (experiment, slack) = without_slack(experiment, options, model)?;
-    let choice = choose(&experiment, options)?;
-    // The strains without slack are given to the predictions
-    let given = choice.setting(options, model)?;
-    let setting = LawSetting { slack: slack.offsets, ..given.clone() };
-    let whole = solve(&setting, &choice.fitted, None)?;
-    let reach = Reach::of(&choice.fitted, model.nu);
-    let stability = certificate(model, &whole.values, whole.modulus, reach.largest());
-    let misfit = misfit(&setting, &whole.values, &choice.fitted);
-    let ends = Mode::ALL.map(|m| {
-        let own = choice.fitted.iter().filter(|s| s.mode == m).map(|s| s.reach().ln());
-        own.fold([0.0_f64, 0.0], |[a, b], e| [a.min(e), b.max(e)])
-    });
-    let held = |s: &Sample| {
-        let [low, high] = ends[s.mode as usize];
-        let amount = s.reach().ln();
-        amount > KEPT * high || amount < KEPT * low
+/// The outliers of more than half of the laws: those of one law may be its misfit.
+fn named_by_most(fits: &[Fitted]) -> Outliers {
+    let mut counts: BTreeMap<(usize, u64), usize> = BTreeMap::new();
+    for f in fits {
+        let own = Outliers::of(&f.choice.fitted, |s| f.setting.model.at(&f.whole.values, s));
+        own.0.into_iter().for_each(|of| *counts.entry(of).or_default() += 1);
+    }
+    Outliers(counts.into_iter().filter(|(_, count)| 2 * count > fits.len()).map(|(of, _)| of).collect())
+}
+
+/// A law with its fit to all fitted data points.
+struct Fitted<'a> {
+    experiment: Cow<'a, Experiment>,
+    choice: ChosenData,
+    /// Of the predictions, to which the strains without slack are given
+    given: LawSetting,
+    setting: LawSetting,
+    whole: LawFit,
+}
+
+impl<'a> Fitted<'a> {
+    fn of(experiment: &'a Experiment, options: &FitOptions, model: FittableLaw) -> Result<Self, FitError> {
+        let (experiment, slack) = without_slack(experiment, options, model)?;
+        let choice = choose(&experiment, options)?;
+        let given = choice.setting(options, model)?;
+        let setting = LawSetting { slack: slack.offsets, ..given.clone() };
+        let whole = solve(&setting, &choice.fitted, None)?;
+        Ok(Self { experiment, choice, given, setting, whole })
+    }
+
+    fn compared(&self, options: &FitOptions, outliers: &Outliers) -> Result<Compared, FitError> {
+        let Self { experiment, choice, given, setting, whole } = self;
+        let (model, fitted) = (setting.model, &choice.fitted[..]);
+        let reach = Reach::of(fitted, model.nu);
+        let stability = certificate(model, &whole.values, whole.modulus, reach.largest());
+        let counted = |samples: &[Sample]| outliers.counted(samples, options.loss);
+        let (held, rest) = hold_out(fitted);
+        let hold_out = predict(given, &rest, &counted(&held));
+        let cross_mode = if choice.modes.len() > 1 {
+            let one = |m: &Mode| {
+                let (asked, rest): (Vec<_>, Vec<_>) = fitted.iter().copied().partition(|s| s.mode == *m);
+                predict(given, &rest, &counted(&asked))
+            };
+            choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
+        } else {
+            let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.reach())) && s.is_informative();
+            let other = |s: &&Sample| inside(s) && !choice.modes.contains(&s.mode);
+            predict(given, fitted, &experiment.samples.iter().filter(other).copied().collect::<Vec<_>>())
+        };
+        let (constants, _) = headline(setting, fitted, whole, experiment, options)?;
+        let predictions = [("hold_out", hold_out), ("cross_mode", cross_mode)];
+        let is_failed = |(_, misfit): &(&str, Option<f64>)| misfit.is_some_and(f64::is_infinite);
+        Ok(Compared {
+            law: model.name(),
+            terms: model.terms,
+            label: model.label(),
+            constants: model.parameters().len(),
+            misfit: misfit(setting, &whole.values, &counted(fitted)),
+            hold_out,
+            cross_mode,
+            score: [hold_out, cross_mode].into_iter().flatten().reduce(f64::max),
+            failed: predictions.into_iter().filter(is_failed).map(|(name, _)| name).collect(),
+            lost: lost(&stability, reach),
+            undetermined: undetermined(&constants, &either_sign(whole, model), whole, model),
+            slack: slack_estimates(setting, fitted, whole, experiment, options),
+        })
+    }
+}
+
+/// The last third of the |ln λ| of each test, from its nearest data point on, and the rest.
+fn hold_out(fitted: &[Sample]) -> (Vec<Sample>, Vec<Sample>) {
+    let amount = |s: &Sample| s.reach().ln().abs();
+    let limit = |(test, own): (Test, Vec<Sample>)| {
+        let [near, far] = extent(own.iter().map(amount));
+        (test, near + KEPT * (far - near))
     };
-    let hold_out = predict(&given, &choice.fitted, &choice.fitted, &held);
-    let cross_mode = if choice.modes.len() > 1 {
-        let one = |m: &Mode| predict(&given, &choice.fitted, &choice.fitted, &|s| s.mode == *m);
-        choice.modes.iter().map(one).collect::<Option<Vec<f64>>>().map(|all| all.into_iter().fold(0.0, f64::max))
-    } else {
-        let inside = |s: &&Sample| options.range.is_none_or(|r| r.contains(s.reach())) && s.is_informative();
-        let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
-        predict(&given, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
-    };
-    let (constants, _) = headline(&setting, &choice.fitted, &whole, &experiment, options)?;
-    let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
-    Ok(Compared {
-        law: model.name(),
-        terms: model.terms,
-        label: model.label(),
-        constants: model.parameters().len(),
-        misfit,
-        hold_out,
-        cross_mode,
-        score,
-        lost: lost(&stability, reach),
-        undetermined: undetermined(&constants, &either_sign(&whole, model), &whole, model),
-        slack: slack_estimates(&setting, &choice.fitted, &whole, &experiment, options),
-    })
+    let limits: BTreeMap<Test, f64> = by_test(fitted).into_iter().map(limit).collect();
+    let (held, rest): (Vec<_>, Vec<_>) =
+        fitted.iter().copied().zip(tests(fitted)).partition(|(s, test)| amount(s) > limits[test]);
+    let samples = |all: Vec<(Sample, Test)>| all.into_iter().map(|(s, _)| s).collect();
+    (samples(held), samples(rest))
 }
 
 fn misfit(setting: &LawSetting, values: &[f64], samples: &[Sample]) -> f64 {
     Misfit::of(&residuals(samples, |s| setting.model.at(values, s))).map_or(f64::NAN, |m| m.rms_relative)
 }
 
-/// Misfit on the picked data points of `from` after a fit to those of `fitted` that are not picked.
-fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dyn Fn(&Sample) -> bool) -> Option<f64> {
-    let rest: Vec<Sample> = fitted.iter().filter(|s| !picked(s)).copied().collect();
-    let asked: Vec<Sample> = from.iter().filter(|s| picked(s)).copied().collect();
+/// Misfit on the data points that are asked for after a fit to the others.
+fn predict(setting: &LawSetting, rest: &[Sample], asked: &[Sample]) -> Option<f64> {
     if asked.is_empty() || rest.len() <= setting.model.parameters().len() {
         return None;
     }
-    let values = solve(setting, &rest, None).ok()?.values;
+    let values = solve(setting, rest, None).ok()?.values;
     // A law that is not defined there has failed
-    Some(misfit(setting, &values, &asked)).map(|m| if m.is_finite() { m } else { f64::INFINITY })
+    Some(misfit(setting, &values, asked)).map(|m| if m.is_finite() { m } else { f64::INFINITY })
 }
 
 impl Compared {
@@ -206,7 +256,8 @@ impl fmt::Display for Comparison {
             f,
             "worse prediction, then of the other one, then of the number of constants; laws whose constants are"
         )?;
-        writeln!(f, "not all determined after those, then laws without one of the predictions, unstable laws last\n")?;
+        writeln!(f, "not all determined after those, then laws without one of the predictions, unstable laws last.")?;
+        writeln!(f, "–: cannot be had; failed: the law is not defined at these data\n")?;
         writeln!(
             f,
             "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted; slack; constants that are open",
@@ -214,6 +265,7 @@ impl fmt::Display for Comparison {
         )?;
         let percent = |v: Option<f64>| match v {
             None => "–".into(),
+            Some(v) if v.is_infinite() => "failed".into(),
             Some(v) if v > LARGEST => "> 1000".into(),
             Some(v) => format!("{:.1}", 100.0 * v),
         };

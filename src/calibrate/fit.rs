@@ -6,6 +6,7 @@ use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, NORMAL, Stated};
 use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
+use super::judgement::outliers::Outliers;
 use super::judgement::ranges::Whole;
 use super::judgement::specimen::scatter;
 use super::judgement::{no_repeat, predictions, slack_hint, systematic, unequal, validity, warnings};
@@ -16,7 +17,8 @@ use super::solve::{LawFit, LawSetting, pattern_beyond, solve};
 use super::solve::{noise, offset};
 use super::{
     AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, FittableLaw,
-    Misfit, Mode, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    Misfit, Mode, Otherwise, Partner, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Validity,
+    Weighting,
 };
 use crate::math::statistics::{extent, t_quantile};
 use nalgebra::DMatrix;
@@ -65,8 +67,9 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let groups = by_specimen(&fitted, experiment.specimens.len());
     let stress = |s: &Sample| model.at(&answer.values, s);
     let own = residuals(&fitted, stress);
-    let misfit = Misfit::of(&own).expect("the data points were counted");
-    let all = residuals(&within_law(&experiment, stress), stress);
+    let defined = within_law(&experiment, stress);
+    let all = residuals(&defined, stress);
+    let (outliers, misfit, validity) = described(&fitted, (&defined, &modes), options, stress);
     let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range, options.ranges));
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
@@ -112,7 +115,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         poisson,
         volumetric,
         misfit,
-        validity: validity(&all, &own, &modes, options.tolerance),
+        validity,
         predictions: predictions(&all, &modes, range),
         range_spread: by_range.spread,
         range_dependence: by_range.rows,
@@ -123,7 +126,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         audit: experiment.audit.clone(),
         modes,
     };
-    result.warnings = warnings(&result, &answer, model, (&*experiment, &fitted[..]), options.tolerance);
+    result.warnings = warnings(&result, &answer, model, (&*experiment, &fitted[..], &outliers), options.tolerance);
     let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
     let patterned = systematic(&patterns, misfit.rms_relative, answer.errors.smooth > 0.0);
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
@@ -135,6 +138,21 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
 /// The data points at which the law is finite: one of finite chains is not defined at every stretch outside the range.
 fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<Sample> {
     experiment.samples.iter().filter(|s| s.is_informative() && stress(s).is_finite()).copied().collect()
+}
+
+/// Outliers of the fitted data points, and misfit and validity by those that count. `defined`: of all modes, where the law is finite.
+fn described(
+    fitted: &[Sample],
+    (defined, modes): (&[Sample], &[Mode]),
+    options: &FitOptions,
+    law: impl Fn(&Sample) -> f64 + Copy,
+) -> (Outliers, Misfit, Validity) {
+    let outliers = Outliers::of(fitted, law);
+    let counted = residuals(&outliers.counted(fitted, options.loss), law);
+    let misfit = Misfit::of(&counted).expect("outliers are few");
+    let own: Vec<Sample> = defined.iter().filter(|s| modes.contains(&s.mode)).copied().collect();
+    let valid = validity(&outliers.counted(&own, options.loss), law, &counted, options.tolerance);
+    (outliers, misfit, valid)
 }
 
 /// The fit with the constants that the data leave open: those without a sign, and all others.
@@ -333,7 +351,7 @@ impl ChosenData {
             weighting: options.weighting,
             noise,
             loss: options.loss,
-            stable: stable_points(options.stable, &self.modes, self.stretch),
+            stable: stable_points(options.stable, &self.fitted),
             slack: vec![],
             held: None,
             stop: options.stop.clone(),
@@ -392,20 +410,29 @@ fn check_volumetric(model: FittableLaw, option: &str) -> Result<String, FitError
 /// Stretches per mode at which a linear law is kept stable
 const STABLE: u32 = 201;
 
-/// As asked in every mode; else the fitted modes from rest over the fitted range.
-fn stable_points(asked: Option<StretchRange>, modes: &[Mode], fitted: [f64; 2]) -> Vec<(Mode, f64)> {
-    // Stability is a matter of the principal stretches: simple shear has those of the planar test
-    let has = |m: &Mode| match m {
-        Mode::Uniaxial => modes.contains(m),
-        Mode::Planar => [Mode::Planar, Mode::SimpleShear, Mode::Biaxial].iter().any(|m| modes.contains(m)),
-        _ => [Mode::Equibiaxial, Mode::Biaxial].iter().any(|m| modes.contains(m)),
+/// As asked in every mode; else each mode that was fitted from rest over its own fitted stretches: a law is not held back where no test of the mode has been.
+fn stable_points(asked: Option<StretchRange>, fitted: &[Sample]) -> Vec<(Mode, f64)> {
+    let range = |mode: Mode| match asked {
+        Some(r) => [r.from.min(1.0), r.to.max(1.0)],
+        None => extent(fitted.iter().map(|s| stretch_as(mode, s)).chain([1.0])),
     };
-    let (modes, [low, high]) = match asked {
-        Some(r) => (Mode::PULLED.to_vec(), [r.from.min(1.0), r.to.max(1.0)]),
-        None => (Mode::PULLED.into_iter().filter(has).collect(), [fitted[0].min(1.0), fitted[1].max(1.0)]),
+    let of = |mode: Mode| {
+        let [low, high] = range(mode);
+        let at = move |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
+        (0..STABLE).filter(move |_| low < high).map(move |k| (mode, at(k)))
     };
-    let at = |k: u32| low * (high / low).powf(f64::from(k) / f64::from(STABLE - 1));
-    modes.iter().flat_map(|m| (0..STABLE).map(move |k| (*m, at(k)))).collect()
+    Mode::PULLED.into_iter().flat_map(of).collect()
+}
+
+/// The stretch \[–\] that a data point reaches in a mode, 1 where it is none of it. Stability is a matter of the principal stretches: simple shear has those of the planar test, and a
+/// biaxial state counts as planar in each direction and as equibiaxial up to the stretch that is nearer to rest.
+fn stretch_as(mode: Mode, s: &Sample) -> f64 {
+    match (mode, s.mode) {
+        (Mode::Planar, Mode::SimpleShear | Mode::Biaxial) => s.stretch,
+        (Mode::Equibiaxial, Mode::Biaxial) => s.stretch.min(s.second).max(1.0) * s.stretch.max(s.second).min(1.0),
+        (mode, own) if mode == own => s.stretch,
+        _ => 1.0,
+    }
 }
 
 fn citation(source: &super::Source) -> String {

@@ -7,7 +7,7 @@ use super::solve::noise::ModeNoise;
 use super::{
     Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, FittableLaw,
     Loss, Misfit, Mode, Partner, Poisson, Residual, Scatter, SharedError, Slack, SolverCheck, StableRange,
-    StretchRange, Treatment, Weighting,
+    StretchRange, Test, Treatment, Weighting,
 };
 use crate::material::Choice;
 use crate::storage;
@@ -85,17 +85,23 @@ pub struct Otherwise {
     pub change: f64,
 }
 
-/// Largest range around λ = 1 in which √(Σr²/ΣP²) of the fitted modes stays within the tolerance, or the misfit within 2 % of the rms stress of the fit.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+/// Where the law describes the data of each test: from rest on √(Σr²/ΣP²) stays within the tolerance, or the misfit within 2 % of the rms stress of the fit.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Validity {
     pub tolerance: f64,
-    /// `None`: nowhere, or no data on that side
-    pub compression_to: Option<f64>,
+    /// Of the fitted modes; results of before do not have it
+    #[serde(default)]
+    pub tests: Vec<ValidRange>,
+}
+
+/// The range of one test.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ValidRange {
+    pub test: Test,
     /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
-    pub compression_from: Option<f64>,
-    pub tension_to: Option<f64>,
-    /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
-    pub tension_from: Option<f64>,
+    pub from: Option<f64>,
+    /// `None`: nowhere
+    pub to: Option<f64>,
 }
 
 /// Everything about one fit. Stresses and stiffnesses in Pa, stretches \[–\].
@@ -324,26 +330,16 @@ impl FitResult {
     /// Where the law describes the data, what it predicts, and where it is stable.
     fn write_validity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.validity.tolerance;
-        match self.validity.tension_to {
-            None if self.stretch[1] <= 1.0 => match self.validity.compression_to {
-                Some(to) => {
-                    let from = stretch_text(self.validity.compression_from.unwrap_or(1.0));
-                    let to = stretch_text(to);
-                    writeln!(f, "within {percent:.0} % rms of the data from stretch {from} down to {to}")?;
-                }
-                None => writeln!(f, "at no stretch in compression within {percent:.0} % rms of the data")?,
-            },
-            Some(to) => {
-                let from = stretch_text(self.validity.tension_from.unwrap_or(1.0));
-                let below =
-                    self.validity.tension_from.map_or("", |_| "; below, within 2 % of the rms stress of the fit");
-                writeln!(
-                    f,
-                    "within {percent:.0} % rms of the data from stretch {from} to {}{below}",
-                    stretch_text(to)
-                )?;
-            }
-            None => writeln!(f, "at no stretch in tension within {percent:.0} % rms of the data")?,
+        for ValidRange { test, from, to } in &self.validity.tests {
+            let of = if self.validity.tests.len() > 1 { format!(" of {test}") } else { String::new() };
+            let Some(to) = to else {
+                writeln!(f, "at no stretch within {percent:.0} % rms of the data{of}")?;
+                continue;
+            };
+            let down = if *to < 1.0 { " down" } else { "" };
+            let nearer = from.map_or("", |_| "; nearer to rest, within 2 % of the rms stress of the fit");
+            let [from, to] = [from.unwrap_or(1.0), *to].map(stretch_text);
+            writeln!(f, "within {percent:.0} % rms of the data{of} from stretch {from}{down} to {to}{nearer}")?;
         }
         for p in &self.predictions {
             let what = match p.kind {

@@ -1,7 +1,9 @@
 //! One measured stress, and the record of the machine in one row.
 
 use super::Mode;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
 
 /// One measured stress. A row of a biaxial table makes two samples.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -51,6 +53,62 @@ pub fn sides<'a>(samples: impl IntoIterator<Item = &'a Sample>) -> [bool; 2] {
     let [low, high] = amounts.fold([0.0_f64; 2], |[low, high], e| [low.min(e), high.max(e)]);
     let least = SIDE * high.max(-low);
     [-low > least, high > least]
+}
+
+/// A mode and a side of rest: tension and compression are two tests, shear to either side is one.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
+pub struct Test {
+    pub mode: Mode,
+    pub compression: bool,
+    /// Whether the mode was tested on the other side of rest, too
+    pub both: bool,
+}
+
+impl Test {
+    /// Whether tension and compression differ: shear to either side is one test, and so is a biaxial one.
+    pub fn has_sides(self) -> bool {
+        Mode::PULLED.contains(&self.mode)
+    }
+}
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let side = match (self.both, self.compression) {
+            (false, _) => "",
+            (true, false) => " in tension",
+            (true, true) => " in compression",
+        };
+        write!(f, "{}{side}", self.mode)
+    }
+}
+
+/// The test of each sample. Those of a specimen that are on the other side of rest by noise are of the side on which the others are.
+pub fn tests(samples: &[Sample]) -> Vec<Test> {
+    let mut curves: BTreeMap<(usize, Mode), Vec<&Sample>> = BTreeMap::new();
+    samples.iter().for_each(|s| curves.entry((s.specimen, s.mode)).or_default().push(s));
+    let sides: BTreeMap<(usize, Mode), [bool; 2]> = curves
+        .into_iter()
+        .map(|(of, own)| (of, sides(own)))
+        .filter(|((_, mode), _)| Mode::PULLED.contains(mode))
+        .collect();
+    let has = |mode: Mode, side: usize| sides.iter().any(|((_, own), sides)| *own == mode && sides[side]);
+    let both = Mode::ALL.map(|mode| has(mode, 0) && has(mode, 1));
+    let one = |s: &Sample| {
+        let compression = match sides.get(&(s.specimen, s.mode)) {
+            Some([true, true]) => s.stretch < 1.0,
+            Some([true, false]) => true,
+            _ => false,
+        };
+        Test { mode: s.mode, compression, both: both[s.mode as usize] }
+    };
+    samples.iter().map(one).collect()
+}
+
+/// The samples of each test.
+pub fn by_test(samples: &[Sample]) -> BTreeMap<Test, Vec<Sample>> {
+    let mut found: BTreeMap<Test, Vec<Sample>> = BTreeMap::new();
+    tests(samples).into_iter().zip(samples).for_each(|(test, s)| found.entry(test).or_default().push(*s));
+    found
 }
 
 /// The record of the machine in one row, unchanged, where the table has it.

@@ -1,5 +1,6 @@
 //! `durometer fit CSV… --law LAW`
 
+use super::arguments;
 use super::files;
 use super::outcome::{CommandResult, Outcome};
 use super::results::ReplaceArgs;
@@ -180,6 +181,9 @@ pub struct Args {
     /// Fit softening (Mullins effect) to unloading and reloading too, and the law to the first loading of every stretch; writes mullins/mullins.toml
     #[arg(long, conflicts_with_all = ["cycle", "zero", "toe"])]
     softening: bool,
+    /// Threads that the fit may use [default: one per core]; the results do not depend on it
+    #[arg(long, value_name = "N", value_parser = arguments::threads)]
+    threads: Option<usize>,
     #[command(flatten)]
     replace: ReplaceArgs,
     /// Print fit.json instead of words
@@ -226,7 +230,7 @@ fn accuracy(given: Vec<Accuracy>) -> Result<Accuracy, String> {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    threads::use_threads(threads::available());
+    threads::use_threads(args.threads.unwrap_or_else(threads::available));
     args.check()?;
     let csv = files::all_brought(&args.csv)?;
     let mut request = FitRequest::new(&csv[0], &args.law);

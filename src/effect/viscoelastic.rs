@@ -167,7 +167,8 @@ impl Effect for Viscoelastic {
             let before = self.points.deformation_gradient(at.old, b, q);
             let mean = 0.5 * (c * law.p + remembered.p() + Remembered::new(&before, &old).p());
             let w = self.points.weight(b, q);
-            out.dissipated += w * mean.dot(&(f - before));
+            // At a start what the arms hold, see `begin`
+            out.dissipated += w * if at.is_start() { c * law.psi } else { mean.dot(&(f - before)) };
             out.energy -= w * self.prony.relaxed * law.psi;
             if want < Want::Residual {
                 continue;
@@ -227,6 +228,12 @@ impl HistoryVariables for Viscoelastic {
             self.remember(at.dt, self.memory(history, q), &unscaled(&f, &p), new);
         }
         Ok(())
+    }
+
+    /// h_α = S̃: the strain of the first state came about at once, in a step of no length from rest. The arms hold its work, Σ β_α W.
+    fn begin(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let none = vec![0.0; at.history.len()];
+        self.advance(&At { dt: 0.0, history: &none, ..*at }, b, new)
     }
 }
 

@@ -3,6 +3,9 @@
 use super::formula::Formula;
 use std::f64::consts::TAU;
 
+/// Rounding of points of the time grid, sums of durations and steps, in units of the last place of their time.
+pub const PLACES: f64 = 8.0;
+
 /// Linear from (start, from) to (end, to), constant outside: a signal known at two points of the time grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
@@ -13,11 +16,6 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// The value `value` at all times.
-    pub fn constant(value: f64) -> Self {
-        Self { start: 0.0, from: value, end: 0.0, to: value }
-    }
-
     pub fn at(&self, t: f64) -> f64 {
         if t >= self.end {
             return self.to;
@@ -27,11 +25,34 @@ impl Ramp {
     }
 }
 
+/// An input as known until the next point of the time grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// A value that an event, a controller or a recording has set
+    Ramp(Ramp),
+    /// The signal with this index of a switched signal, whose time counts from `since`
+    Follows { signal: usize, since: f64 },
+}
+
+impl Known {
+    /// The value `value` at all times.
+    pub fn constant(value: f64) -> Self {
+        Self::Ramp(Ramp { start: 0.0, from: value, end: 0.0, to: value })
+    }
+}
+
 /// A time, and the inputs as known at it.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock<'a> {
     pub t: f64,
-    pub inputs: &'a [Ramp],
+    pub inputs: &'a [Known],
+}
+
+impl Clock<'_> {
+    /// The input of a switched signal as it is known: it follows the first one where nothing is said.
+    pub(super) fn known(&self, input: usize) -> Known {
+        self.inputs.get(input).copied().unwrap_or(Known::Follows { signal: 0, since: 0.0 })
+    }
 }
 
 /// A time without inputs.
@@ -95,8 +116,13 @@ pub enum Signal {
     },
     /// A formula in t
     Formula(Formula),
-    /// The input with this index, which events, controllers or recorded columns set
+    /// The input with this index, which controllers or recorded columns set
     Input(usize),
+    /// One of these signals, the first before any event; the input of this number says which one, or passes from one to another
+    Switched {
+        input: usize,
+        signals: Vec<Signal>,
+    },
 }
 
 impl Signal {
@@ -132,7 +158,14 @@ impl Signal {
                 sine * angle.sin() - 2.0 * cosine * (0.5 * angle).sin().powi(2)
             }
             Self::Formula(formula) => formula.at(t),
-            Self::Input(k) => now.inputs.get(*k).map_or(0.0, |ramp| ramp.at(t)),
+            Self::Input(k) => match now.inputs.get(*k) {
+                Some(Known::Ramp(ramp)) => ramp.at(t),
+                _ => 0.0,
+            },
+            Self::Switched { input, signals } => match now.known(*input) {
+                Known::Ramp(ramp) => ramp.at(t),
+                Known::Follows { signal, since } => signals[signal].value(earlier(t - since)),
+            },
         }
     }
 }
@@ -167,8 +200,17 @@ impl Signal {
             Self::Continued { signal, before, after, .. } => [*before, *after] == [0.0; 2] && signal.is_zero(),
             Self::Sum(terms) => terms.iter().all(Self::is_zero),
             Self::Turn { angle, cosine, sine } => [*cosine, *sine] == [0.0; 2] || angle.is_zero(),
-            Self::Formula(_) | Self::Input(_) => false,
+            Self::Formula(_) | Self::Input(_) | Self::Switched { .. } => false,
         }
+    }
+
+    /// The signals that it may follow and that depend on no input: itself, or those that events switch between.
+    pub fn prescribed(&self) -> impl Iterator<Item = &Self> {
+        let all = match self {
+            Self::Switched { signals, .. } => signals,
+            one => std::slice::from_ref(one),
+        };
+        all.iter().filter(|signal| !signal.has_inputs())
     }
 
     /// Whether the signal depends on an input, which is set during the run.
@@ -189,6 +231,7 @@ impl Signal {
             }
             Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_input(is)),
             Self::Turn { angle, .. } => angle.has_input(is),
+            Self::Switched { input, signals } => is(*input) || signals.iter().any(|s| s.has_input(is)),
             _ => false,
         }
     }
@@ -240,9 +283,14 @@ mod tests {
         assert_eq!([table.at(-1.0), table.at(0.5), table.at(2.0), table.at(3.0)], [1.0, 2.0, 5.0, 5.0]);
         let step = Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 };
         let input = Signal::Sum(vec![Signal::Input(0), Signal::Constant(1.0)]);
-        let at = |t: f64| input.at(Clock { t, inputs: &[step] });
+        let at = |t: f64| input.at(Clock { t, inputs: &[Known::Ramp(step)] });
         assert_eq!([at(0.5), at(1.0), at(1.25), at(2.0), at(3.0)], [5.0, 5.0, 6.0, 9.0, 9.0]);
         assert!(input.has_inputs() && !ramp.has_inputs());
+        let switched = Signal::Switched { input: 0, signals: vec![Signal::Constant(7.0), table.clone()] };
+        let at = |known: &[Known]| switched.at(Clock { t: 1.25, inputs: known });
+        let follows = [0, 1].map(|signal| at(&[Known::Follows { signal, since: 0.25 }]));
+        assert_eq!([at(&[]), at(&[Known::Ramp(step)]), follows[0], follows[1]], [7.0, 5.0, 7.0, 3.0]);
+        assert!(switched.has_inputs() && switched.prescribed().count() == 2 && input.prescribed().count() == 0);
         let continued =
             Signal::Continued { signal: Box::new(ramp.clone()), from: 1.0, to: 1.5, before: 4.0, after: -2.0 };
         assert_eq!([continued.at(0.5), continued.at(1.25), continued.at(2.0)], [-1.0, 1.5, 1.0]);

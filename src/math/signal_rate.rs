@@ -1,7 +1,7 @@
 //! Rates ds/dt of signals, and whether they jump.
 
 use super::formula::Formula;
-use super::signal::{Clock, Signal};
+use super::signal::{Clock, Known, PLACES, Ramp, Signal};
 use std::f64::consts::{PI, TAU};
 
 /// Length of the difference in time for the rate of a formula without a derivative, and for the second derivative of one with a derivative: its least
@@ -20,27 +20,32 @@ const NO_RATE: f64 = 1e-6;
 /// Rounding error of a rate by differences, in units of ε times the value over the length of the difference: about 8 from each side.
 const ROUNDING: f64 = 16.0;
 
-/// Side of a time on which a rate that jumps is evaluated.
+/// Distance by which rounding may separate a point of the time grid from the corner at which it lies \[s\].
+fn slack(t: f64) -> f64 {
+    PLACES * f64::EPSILON * t.abs()
+}
+
+/// Side of a time on which a rate that jumps is evaluated, with the rounding of that time \[s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
-    Before,
-    After,
+    Before(f64),
+    After(f64),
 }
 
 impl Side {
     /// Whether the corner lies before `t` as seen from this side.
     fn is_past(self, t: f64, corner: f64) -> bool {
         match self {
-            Self::Before => t > corner,
-            Self::After => t >= corner,
+            Self::Before(slack) => t > corner + slack,
+            Self::After(slack) => t >= corner - slack,
         }
     }
 
     /// A step of this length towards this side.
     fn step(self, length: f64) -> f64 {
         match self {
-            Self::Before => -length,
-            Self::After => length,
+            Self::Before(_) => -length,
+            Self::After(_) => length,
         }
     }
 }
@@ -53,17 +58,17 @@ fn product([a, da, dda]: [f64; 3], [b, db, ddb]: [f64; 3]) -> [f64; 3] {
 impl Signal {
     /// ds/dt; where it jumps, its value from this time on.
     pub fn rate(&self, now: Clock) -> f64 {
-        self.motion(now, Side::After)[1]
+        self.motion(now, Side::After(slack(now.t)))[1]
     }
 
     /// ds/dt; where it jumps, its value until this time.
     pub fn rate_before(&self, now: Clock) -> f64 {
-        self.motion(now, Side::Before)[1]
+        self.motion(now, Side::Before(slack(now.t)))[1]
     }
 
     /// d²s/dt²; where it jumps, its value from this time on.
     pub fn acceleration(&self, now: Clock) -> f64 {
-        self.motion(now, Side::After)[2]
+        self.motion(now, Side::After(slack(now.t)))[2]
     }
 
     /// s, ds/dt and d²s/dt² on one side of a time.
@@ -71,6 +76,10 @@ impl Signal {
         let t = now.t;
         let past = |corner: f64| side.is_past(t, corner);
         let linear = |rate: f64| [self.at(now), rate, 0.0];
+        let decided = |ramp: &Ramp| {
+            let changes = past(ramp.start) && !past(ramp.end);
+            linear(if changes { (ramp.to - ramp.from) / (ramp.end - ramp.start) } else { 0.0 })
+        };
         match self {
             Self::Constant(_) => linear(0.0),
             Self::RaisedCosine { amplitude, frequency } => {
@@ -111,10 +120,14 @@ impl Signal {
                 let [rate, acceleration] = of_formula(formula, t, side);
                 [self.at(now), rate, acceleration]
             }
-            Self::Input(k) => {
-                let ramp = now.inputs.get(*k).filter(|ramp| past(ramp.start) && !past(ramp.end));
-                linear(ramp.map_or(0.0, |ramp| (ramp.to - ramp.from) / (ramp.end - ramp.start)))
-            }
+            Self::Input(k) => match now.inputs.get(*k) {
+                Some(Known::Ramp(ramp)) => decided(ramp),
+                _ => linear(0.0),
+            },
+            Self::Switched { input, signals } => match now.known(*input) {
+                Known::Ramp(ramp) => decided(&ramp),
+                Known::Follows { signal, since } => signals[signal].motion(Clock { t: t - since, ..now }, side),
+            },
         }
     }
 
@@ -157,22 +170,26 @@ impl Signal {
         (1..=RATES).map(rate).fold(0.0, f64::max)
     }
 
-    /// Whether the rate may jump strictly between two times. Inputs never count as smooth; formulas do if no kink is found.
+    /// Whether the rate may jump strictly between two times, beyond their rounding. Inputs never count as smooth; formulas do if no kink is found.
     pub fn has_corner(&self, from: f64, to: f64) -> bool {
+        self.has_corner_between(from + slack(from), to - slack(to))
+    }
+
+    fn has_corner_between(&self, from: f64, to: f64) -> bool {
         let inside = |t: f64| from < t && t < to;
         match self {
             Self::Constant(_) | Self::RaisedCosine { .. } | Self::Sine { .. } => false,
             Self::Formula(formula) => has_kink(formula, from, to),
             Self::Ramp { from: low, to: high, start, end } => low != high && (inside(*start) || inside(*end)),
-            Self::Hold { signal, at } => inside(*at) || signal.has_corner(from, to.min(*at)),
-            Self::Delay { signal, by } => inside(*by) || signal.has_corner(from - by, to - by),
+            Self::Hold { signal, at } => inside(*at) || signal.has_corner_between(from, to.min(*at)),
+            Self::Delay { signal, by } => inside(*by) || signal.has_corner_between(from - by, to - by),
             Self::Table(rows) => rows.iter().any(|row| inside(row.0)) && rows.iter().any(|row| row.1 != rows[0].1),
             Self::Continued { signal, from: first, to: last, .. } => {
-                inside(*first) || inside(*last) || signal.has_corner(from, to)
+                inside(*first) || inside(*last) || signal.has_corner_between(from, to)
             }
-            Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_corner(from, to)),
-            Self::Turn { angle, .. } => angle.has_corner(from, to),
-            Self::Input(_) => true,
+            Self::Product(all) | Self::Sum(all) => all.iter().any(|s| s.has_corner_between(from, to)),
+            Self::Turn { angle, .. } => angle.has_corner_between(from, to),
+            Self::Input(_) | Self::Switched { .. } => true,
         }
     }
 }
@@ -192,7 +209,8 @@ fn has_kink(formula: &Formula, from: f64, to: f64) -> bool {
     }
     let bend = |[a, b]: [f64; 2]| {
         let secant = (formula.at(b) - formula.at(a)) / (b - a);
-        let [after, before] = [(a, Side::After), (b, Side::Before)].map(|(t, side)| of_formula(formula, t, side)[0]);
+        let [after, before] =
+            [(a, Side::After(0.0)), (b, Side::Before(0.0))].map(|(t, side)| of_formula(formula, t, side)[0]);
         (secant - after).abs().max((secant - before).abs())
     };
     let sharper = |[a, b]: [f64; 2]| {
@@ -234,7 +252,6 @@ fn of_formula(formula: &Formula, t: f64, side: Side) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::super::formula::Formula;
-    use super::super::signal::Ramp;
     use super::*;
 
     /// Second-order differences at times without a corner, and the rate after each corner.
@@ -242,6 +259,7 @@ mod tests {
     fn rates_are_the_derivatives() {
         let ramp = Signal::Ramp { from: 1.0, to: 3.0, start: 1.0, end: 2.0 };
         let sine = Signal::Sine { amplitude: 0.5, frequency: 0.3, phase: 0.2 };
+        let signals = vec![Signal::Constant(0.0), ramp.clone()];
         let all = [
             Signal::Constant(2.0),
             Signal::RaisedCosine { amplitude: 2.0, frequency: 0.7 },
@@ -252,10 +270,13 @@ mod tests {
             Signal::Turn { angle: Box::new(sine.clone()), cosine: 3.0, sine: 5.0 },
             Signal::Formula(Formula::new("sin(3 * t) + t ^ 2", 1.0).expect("a formula")),
             Signal::Sum(vec![sine.clone(), Signal::Product(vec![sine.clone(), ramp.clone(), Signal::Input(0)])]),
+            Signal::Switched { input: 0, signals: signals.clone() },
+            Signal::Switched { input: 1, signals },
             sine,
             ramp,
         ];
-        let inputs = [Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 }];
+        let inputs =
+            [Known::Ramp(Ramp { start: 1.0, from: 4.0, end: 2.0, to: 8.0 }), Known::Follows { signal: 1, since: 0.8 }];
         for signal in &all {
             let at = |t: f64| Clock { t, inputs: &inputs };
             for t in [0.3, 1.2, 1.7, 2.6] {
@@ -289,6 +310,22 @@ mod tests {
             assert!((found - exact).abs() < 1e-6, "{found} in place of {exact}");
         }
         assert!(signal.jumps_at(1.0, 2.0) && !signal.jumps_at(0.5, 0.9) && !signal.jumps_at(1.5, 2.0));
+    }
+
+    /// A stage of 0.1 s and one of 0.2 s end 5e-17 s after 0.3 s.
+    #[test]
+    fn the_rounding_of_a_point_of_the_grid_decides_about_no_corner() {
+        let (point, corner) = (0.1 + 0.2, 0.3);
+        assert!(point > corner);
+        let ramp = |start: f64, end: f64| Signal::Ramp { from: 0.0, to: 2.0, start, end };
+        let late = Signal::Delay { signal: Box::new(ramp(0.1, 0.2)), by: 0.2 };
+        for (falls, rises, at) in [(ramp(0.2, corner), ramp(corner, 0.4), point), (ramp(0.2, point), late, corner)] {
+            let rates =
+                [&falls, &rises].map(|s| [s.rate_before(Clock::from(at)), s.rate(Clock::from(at))].map(f64::round));
+            assert_eq!(rates, [[20.0, 0.0], [0.0, 20.0]], "at {at}");
+            assert!(falls.jumps_at(at, 0.4) && !falls.has_corner(0.25, at) && !rises.has_corner(at, 0.35), "at {at}");
+        }
+        assert!(ramp(0.0, corner).has_corner(0.0, corner + 1e-12));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The inputs of a reduced model, and the forces and lengths that depend on them.
 
 use super::error::ReductionError;
-use crate::math::signal::{Clock, Ramp};
+use crate::math::signal::{Clock, Known};
 use crate::math::units::within;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -71,7 +71,7 @@ impl Affine {
     /// The function `f` of the inputs; an error where it is not affine, or depends on time in a scene that ends at `end` \[s\].
     pub fn identify(what: &str, inputs: &[Input], end: f64, f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
         let at = |t: f64, u: &[f64]| {
-            let inputs: Vec<Ramp> = u.iter().map(|&u| Ramp::constant(u)).collect();
+            let inputs: Vec<Known> = u.iter().map(|&u| Known::constant(u)).collect();
             f(Clock { t, inputs: &inputs })
         };
         let low: Vec<f64> = inputs.iter().map(|i| i.range[0]).collect();
@@ -138,6 +138,7 @@ pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::signal::Signal;
 
     /// A model begins at the value of its scene, and never outside of its range; without one at zero, or at the nearest end.
     #[test]
@@ -157,7 +158,7 @@ mod tests {
             let load = |pulse: f64| {
                 move |now: Clock| {
                     let share = now.t / end;
-                    3.0 * now.inputs[0].at(now.t) + if (0.2..0.25).contains(&share) { pulse } else { 0.0 }
+                    3.0 * Signal::Input(0).at(now) + if (0.2..0.25).contains(&share) { pulse } else { 0.0 }
                 }
             };
             let found = Affine::identify("load", &inputs, end, load(0.0)).expect("affine");

@@ -134,7 +134,7 @@ pub(super) fn build_spans(file: &Path, stages: &[StageSpec]) -> Result<Vec<TimeS
                 Integrator::Newmark { beta, gamma }
             }
             IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 => {
-                let fact = format!("gamma = {gamma} makes energy in every step (beta = {beta})");
+                let fact = format!("gamma = {gamma} makes energy in every step (beta = {})", short(beta));
                 return Err(content(file, &place, fact, "take gamma from 0.5 on, where it is neutral; more damps"));
             }
             IntegratorSpec::Newmark { beta, gamma, .. } => {
@@ -193,6 +193,11 @@ fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneErr
     Ok(())
 }
 
+/// A number with a power of ten where it is small.
+fn short(value: f64) -> String {
+    if value.abs() < 1e-3 { format!("{value:e}") } else { value.to_string() }
+}
+
 /// Notes on rules of Newmark that are stable for short steps only (Hughes, *The Finite Element Method*, 1987, § 9.1).
 fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
     let short = |(k, span): (usize, &TimeSpan)| {
@@ -200,9 +205,10 @@ fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
         let least = 0.25 * (0.5 + gamma).powi(2);
         (beta < least * (1.0 - 1e-9)).then(|| {
             format!(
-                "stage {}: newmark with beta = {beta} is stable only for steps that are short for the fastest motion of the mesh; with beta \
+                "stage {}: newmark with beta = {} is stable only for steps that are short for the fastest motion of the mesh; with beta \
                  from {least:.4} on it is for all",
-                k + 1
+                k + 1,
+                short(beta)
             )
         })
     };
@@ -214,8 +220,8 @@ const UNSEEN: f64 = 0.1;
 
 /// Notes on signals that go farther between the points of the time grid than at them.
 fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
-    let known = builder.signals.iter().filter(|s| !s.signal.has_inputs());
-    known.filter_map(|NamedSignal { name, signal }| {
+    let known = builder.signals.iter().flat_map(|s| s.signal.prescribed().map(|signal| (&s.name, signal)));
+    known.filter_map(|(name, signal)| {
         let Between { t, value, .. } = between(signal, &builder.spans).filter(|b| b.share > UNSEEN)?;
         Some(format!(
             "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"

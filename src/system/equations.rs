@@ -292,10 +292,14 @@ impl System {
         Ok(())
     }
 
-    /// Sets the histories of a state from which a body starts instead of from rest; zeros for an effect that is not defined there, which stops the
+    /// Sets the histories of a state from which a body starts instead of from rest; zeros at rest, and for an effect that is not defined there, which stops the
     /// first step.
     pub fn begin(&self, state: &mut State) {
         let mut all = vec![0.0; state.history.len()];
+        if state.x[..self.dofs.displacements as usize].iter().all(|x| *x == 0.0) {
+            state.history = all;
+            return;
+        }
         for (e, effect) in self.effects.iter().enumerate() {
             let Some(variables) = effect.capabilities().history else { continue };
             let at = self.inputs_of(e, &state.at());

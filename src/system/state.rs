@@ -1,6 +1,6 @@
 //! The state of a run, and the inputs of one evaluation.
 
-use crate::math::signal::{Clock, Ramp};
+use crate::math::signal::{Clock, Known};
 
 /// Everything that changes during a run, in SI units. A clone is a checkpoint of the mechanics.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ pub struct State {
     /// History variables of the effects, effect by effect and block by block; zero at rest, empty if no effect has any
     pub history: Vec<f64>,
     /// The known part of the signals that are set during the run; empty without such signals
-    pub inputs: Vec<Ramp>,
+    pub inputs: Vec<Known>,
 }
 
 impl State {
@@ -91,7 +91,7 @@ pub struct At<'a> {
     pub old: &'a [f64],
     /// History at the start of the step: the whole history of the state for a system, [blocks × `HistoryVariables::size`] for an effect
     pub history: &'a [f64],
-    pub inputs: &'a [Ramp],
+    pub inputs: &'a [Known],
     pub rates: Rates,
 }
 

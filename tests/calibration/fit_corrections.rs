@@ -168,6 +168,48 @@ fn an_error_of_the_zero_moves_the_toe_with_it() {
     assert!((stated / real - 1.0).abs() < 0.1 && (0.2..0.5).contains(&real), "{stated} {real}");
 }
 
+/// Play of 3 % in tension and of 2 % in compression: each side has a toe of its own, whose shift the curvature of the law moves by 3(p/E)² = 3e-4, in whichever order the table lists it. A test
+/// that is sheared to both sides has no single toe.
+#[test]
+fn each_side_of_rest_has_a_toe() {
+    let asked = Preparation { toe: Some("3 kPa".into()), ..Preparation::default() };
+    let row = |k: i32| {
+        let strain = 0.0025 * f64::from(k);
+        let l: f64 = 1.0 + if k > 0 { (strain - 0.03).max(0.0) } else { (strain + 0.02).min(0.0) };
+        format!("{},{}\n", 1.0 + strain, 100e3 * (l - l.powi(-2)))
+    };
+    let head = "stretch,nominal stress (Pa)\n";
+    let rows: Vec<String> = (-160..=400).map(row).collect();
+    let rising = fitted("neo_hookean", &format!("{head}{}", rows.concat()), &asked);
+    let falling: String = rows.iter().rev().map(String::as_str).collect();
+    let falling = fitted("neo_hookean", &format!("{head}{falling}"), &asked);
+    for r in [&rising, &falling] {
+        let [low, high] = r.stretch;
+        assert!((low - 0.62).abs() < 1e-3 && (high - 1.97).abs() < 1e-3, "{r}");
+        assert!((r.parameters[0].value / 100e3 - 1.0).abs() < 0.01, "{r}");
+        let shifts = r.audit.0.iter().filter(|entry| entry.message.contains("strain was shifted")).count();
+        // Below 3 kPa are 17 data points of the tension and 11 of the compression
+        assert_eq!((shifts, r.rows), (2, 561 - 28), "{r}");
+    }
+    assert!(
+        rising.rows == falling.rows && (rising.parameters[0].value / falling.parameters[0].value - 1.0).abs() < 1e-9
+    );
+    // A zero of the strain off by 2 %: data points at measured stretches up to 1.02 are in compression
+    let off = |k: i32| {
+        let l = 1.0 + 0.0025 * f64::from(k);
+        format!("{},{}\n", l + 0.02, 100e3 * (l - l.powi(-2)))
+    };
+    let text = (0..=400).chain((-160..0).rev()).map(off).collect::<String>();
+    let r = fitted("neo_hookean", &format!("{head}{text}"), &asked);
+    assert!((r.stretch[0] - 0.6).abs() < 1e-3 && (r.stretch[1] - 2.0).abs() < 1e-3, "{r}");
+    assert!((r.parameters[0].value / 100e3 - 1.0).abs() < 0.01, "{r}");
+    let sheared = (-30..=30).map(|k| format!("{},{}\n", 0.05 * f64::from(k), 5e3 * f64::from(k))).collect::<String>();
+    let text = format!("shear strain (1),shear stress (Pa)\n{sheared}");
+    let read = Experiment::parse("a.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(Mode::SimpleShear));
+    let refused = read.and_then(|e| e.prepare(&asked)).expect_err("two sides").to_string();
+    assert!(refused.contains("has no single toe"), "{refused}");
+}
+
 /// A zero that was taken off is not one of the card any more, also where a load cell with coarse digits shows no scatter of it; what a request states is a drift.
 #[test]
 fn a_zero_of_the_card_that_was_taken_off_does_not_count() {

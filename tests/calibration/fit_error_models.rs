@@ -329,6 +329,26 @@ fn a_file_for_each_mode_is_no_repeat() {
     case.study("a file for each mode, noise alone").hold(2.4);
 }
 
+/// A file in tension and one in compression are one specimen, to the last digit: no repeat, and no scatter between specimens. Three in tension and one in compression are three of one test, and one of another.
+#[test]
+fn tension_and_compression_are_two_tests() {
+    let noise = Noise { size: 500.0, ..Noise::default() };
+    let of = |ends: &[f64]| ends.iter().enumerate().map(|(file, end)| (Mode::Uniaxial, *end, 20, file)).collect();
+    let case = Case::new("mooney_rivlin", MOONEY, of(&[2.0, 0.6]), noise);
+    // Without the first data point of the compression, at a stretch of 1.02
+    let rows: Vec<Sample> = case.samples(3).into_iter().filter(|s| s.specimen == 0 || s.stretch < 1.0).collect();
+    let joined = case.fit(rows.iter().map(|s| Sample { specimen: 0, ..*s }).collect());
+    let apart = case.fit(rows);
+    assert_eq!((&apart.parameters, apart.errors), (&joined.parameters, joined.errors));
+    assert!(apart.scatter.is_none() && !matches!(apart.errors, ErrorModel::Specimens { .. }), "{apart}");
+    assert!(apart.to_string().contains("each test was made on one specimen"), "{apart}");
+    let several = Case::new("mooney_rivlin", MOONEY, of(&[2.0, 2.0, 2.0, 0.6]), noise);
+    let r = several.fit(several.samples(3));
+    assert!(matches!(r.errors, ErrorModel::Levels { specimens: 4, repeats: 2 }), "{r}");
+    let words = "uniaxial in compression was tested on one specimen: its level is taken to scatter as that of the specimens in uniaxial in tension";
+    assert!(r.to_string().contains(words), "{r}");
+}
+
 /// Two specimens in each mode, with and without scatter: all of them as six specimens with five degrees of freedom covered 87 and 89 % of C01.
 #[test]
 fn two_specimens_in_each_mode_are_repeats() {

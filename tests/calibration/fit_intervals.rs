@@ -3,8 +3,8 @@
 use crate::common::Random;
 use crate::common::coverage::Coverage;
 use durometer::calibrate::{
-    Band, ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, FittableLaw, Mode,
-    Sample, SlackChoice, Treatment, fit, fit_experiment,
+    AuditKind, Band, ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, FittableLaw,
+    Mode, Preparation, Sample, SlackChoice, StretchRange, Treatment, fit, fit_experiment,
 };
 use durometer::math::statistics::{deviation, larger, median};
 use nalgebra::{DMatrix, DVector};
@@ -234,6 +234,87 @@ fn slack_is_fitted_where_it_shows() {
     (o.modes, o.slack) = (vec![Mode::Biaxial], SlackChoice::Yes);
     let message = fit_experiment(&biaxial, &o).expect_err("two strains").to_string();
     assert!(message.contains("a biaxial test has two strains"), "{message}");
+}
+
+/// Play of 3 % on both sides of rest: no single offset describes it, so that it is refused, none is fitted or advised by itself, and one side alone gives it back whatever the table holds on the
+/// other one, whose strains stay. Sheared to both sides alike.
+#[test]
+fn slack_is_that_of_one_side_of_rest() {
+    let law = Model::new("neo_hookean", None).expect("registered");
+    let row = |mode: Mode, strain: f64, play: f64| {
+        let stress = law.stress(&[0.3e6], mode, mode.stretch(strain.signum() * (strain.abs() - play).max(0.0)));
+        Sample { mode, stretch: mode.stretch(strain), second: 1.0, stress, line: 2, specimen: 0 }
+    };
+    let tension: Vec<Sample> = (0..=100).map(|k| row(Mode::Uniaxial, 0.01 * f64::from(k), 0.03)).collect();
+    let compression = (1..=40).map(|k| row(Mode::Uniaxial, -0.01 * f64::from(k), 0.03));
+    let both: Vec<Sample> = tension.iter().copied().chain(compression).collect();
+    let sheared: Vec<Sample> =
+        (-30..=30).map(|k| row(Mode::SimpleShear, 0.05 * f64::from(k), 0.0)).filter(Sample::is_informative).collect();
+    let ask = |samples: &[Sample], slack: SlackChoice, range: Option<StretchRange>| {
+        let mut e = table(law, &[0.3e6], [1.0, 2.0], &[0.0; 2]);
+        e.samples = samples.to_vec();
+        fit_experiment(&e, &FitOptions { slack, range, ..FitOptions::new("neo_hookean") })
+    };
+    for samples in [&both, &sheared] {
+        let refused = ask(samples, SlackChoice::Yes, None).expect_err("two sides").to_string();
+        assert!(refused.contains("no single offset") && refused.contains("--range"), "{refused}");
+        let auto = ask(samples, SlackChoice::Auto, None).expect("fits");
+        let advised = |w: &FitWarning| matches!(w, FitWarning::Slack { .. });
+        assert!(auto.slack.is_empty() && !auto.warnings.iter().any(advised), "{auto}");
+    }
+    let up = Some(StretchRange { from: 1.0, to: 2.0 });
+    let [own, alone] = [&both, &tension].map(|samples| ask(samples, SlackChoice::Yes, up).expect("one side"));
+    assert!((own.slack[0].strain - 0.03).abs() < 1e-6 && own.parameters == alone.parameters, "{own}");
+    let other = own.predictions.iter().find(|p| p.stretch[0] < 1.0).expect("compression");
+    assert!(own.rows == alone.rows && other.misfit.rows == 40 && (other.stretch[0] - 0.6).abs() < 1e-12, "{own}");
+}
+
+/// Of a table to both sides of rest that misses zero nothing is advised that is refused.
+#[test]
+fn a_side_that_misses_zero_is_advised_what_can_be_had() {
+    let law = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let up = (0..60).map(|k| 1.0 + f64::from(k) / 59.0);
+    let down = (1..50).map(|k| 1.0 - 0.4 * f64::from(k) / 49.0);
+    let row = |l: f64| format!("{},{}\n", l + 0.02, law.stress(&[3e4, 1e4], Mode::Uniaxial, l));
+    let text = format!("stretch,nominal stress (Pa)\n{}", up.chain(down).map(row).collect::<String>());
+    let e = Experiment::parse("a.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(Mode::Uniaxial));
+    let e = e.and_then(|e| e.prepare(&Preparation::default())).unwrap_or_else(|e| panic!("{e}"));
+    let doubts: Vec<&str> = e.audit.of(AuditKind::Slack).map(|entry| entry.message.as_str()).collect();
+    assert!(!doubts.is_empty() && doubts.iter().all(|d| d.contains("(--slack yes of each side alone")), "{doubts:?}");
+}
+
+/// Specimens that are alike, of which one broke at 1.6 and the others at 3.5, and a law that describes neither range: levels are those at the same stretches, so that the one that broke is no outlier. Where
+/// it is a fifth stiffer it is.
+#[test]
+fn a_specimen_that_broke_earlier_is_no_outlier() {
+    let law = Model::new("yeoh", Some(3)).expect("registered");
+    let scatter = |last: f64| {
+        let levels = [1.0, 1.01, 0.99, 1.005, last];
+        let of = |k: usize| {
+            let end = if k < 4 { 3.5 } else { 1.6 };
+            let at = move |i: u32| 1.02 + (end - 1.02) * f64::from(i) / 59.0;
+            let stress = move |l: f64| levels[k] * law.stress(&[5e4, -1.5e3, 200.0], Mode::Uniaxial, l);
+            (0..60).map(at).map(move |stretch| Sample {
+                mode: Mode::Uniaxial,
+                stretch,
+                second: 1.0,
+                stress: stress(stretch),
+                line: 2,
+                specimen: k,
+            })
+        };
+        let mut e = table(law, &[5e4, 0.0, 0.0], [1.0, 2.0], &[0.0; 2]);
+        e.samples = (0..5).flat_map(of).collect();
+        e.specimens = (0..5).map(|k| format!("{k}.csv")).collect();
+        let r = fit_experiment(&e, &FitOptions::new("neo_hookean")).expect("fits");
+        let found = r.scatter.expect("five specimens");
+        let own: Vec<f64> = found.specimens.iter().map(|s| s.level.expect("shared stretches")).collect();
+        // Over the first specimen, whose factor is 1; the lines of the smoothing leave less than ½ %
+        let off = own.iter().zip(levels).map(|(level, factor)| (level / own[0] / factor - 1.0).abs());
+        assert!(off.fold(0.0, larger) < 5e-3, "{own:?}");
+        found.outlier
+    };
+    assert_eq!((scatter(0.995), scatter(1.2)), (None, Some("4.csv".into())));
 }
 
 /// Five specimens whose stiffness scatters by 3 %, the last one 40 % stiffer. Each constant alone is Σ gP/Σg² of its rows; mean, deviation

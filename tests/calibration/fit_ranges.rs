@@ -1,8 +1,8 @@
 //! Ranges that are fitted, those that end earlier, and data that are held out: in compression as in tension, and of biaxial states.
 
-use crate::common::made::table;
+use crate::common::made::{options, samples, table};
 use durometer::calibrate::{
-    FitOptions, Mode, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment, fit_experiment,
+    FitOptions, Mode, Model, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment, fit_experiment,
 };
 
 /// A Mooney-Rivlin material under compression has the Neo-Hookean modulus 2(C₁₀ + C₀₁) near rest and a larger one in deep compression. A range that ends earlier has the shallow data points, whose constant is
@@ -33,6 +33,31 @@ fn ranges_of_compression_end_at_their_deepest_data_point() {
     }
     let (mu, [low, high]) = (r.parameters[0].value, r.range_spread[0]);
     assert!(low <= mu && high == mu, "{low} to {high}, {mu}");
+}
+
+/// Data that begin late have a hold-out, the last third of their own ln λ, in tension and compression: the Neo-Hookean modulus of the others is Σ gP/Σ g². Of two data points there is none, which is said.
+#[test]
+fn data_that_begin_late_have_a_hold_out() {
+    let law = Model::new("yeoh", Some(2)).expect("registered");
+    let ask = |ends: [f64; 2], count: u32| {
+        let rows = samples(law, &[5e4, 2e3], &[Mode::Uniaxial], ends, count, |p| p);
+        let table = compare_experiment(&table(rows.clone()), &options(law, &[Mode::Uniaxial])).expect("compares");
+        let found = table.laws.iter().find(|c| c.law == "neo_hookean").expect("listed").hold_out;
+        (rows, found, table.to_string())
+    };
+    for ends in [[2.2, 3.0], [0.5, 0.4]] {
+        let (rows, found, said) = ask(ends, 60);
+        // Evenly spread ln λ: the first 40 of 60 are within two thirds of it
+        let (near, far) = rows.split_at(40);
+        let g = |s: &Sample| s.stretch - s.stretch.powi(-2);
+        let sum = |own: &[Sample], of: &dyn Fn(&Sample) -> f64| own.iter().map(of).sum::<f64>();
+        let mu = sum(near, &|s| g(s) * s.stress) / sum(near, &|s| g(s).powi(2));
+        let left = sum(far, &|s| (s.stress - mu * g(s)).powi(2)) / sum(far, &|s| s.stress.powi(2));
+        let found = found.unwrap_or_else(|| panic!("{said}"));
+        assert!((found / left.sqrt() - 1.0).abs() < 1e-9 && !said.contains("no law has a hold-out"), "{found} {said}");
+    }
+    let (_, found, said) = ask([1.2, 2.0], 2);
+    assert!(found.is_none() && said.contains("no law has a hold-out"), "{said}");
 }
 
 /// A biaxial state has two stresses, which a range and a hold-out take together: the state is as far as its larger stretch. Independent: the Neo-Hookean modulus is Σ gP/Σ g² over
@@ -72,7 +97,8 @@ fn a_range_takes_both_stresses_of_a_biaxial_state() {
     o.range = None;
     let table = compare_experiment(&experiment, &o).expect("compares");
     let hold_out = table.laws.iter().find(|c| c.law == "neo_hookean").and_then(|c| c.hold_out).expect("data points");
-    let end = (2.0 / 3.0 * 3.5_f64.ln()).exp();
+    // Two thirds of ln λ from the nearest state to the farthest one
+    let end = (1.05_f64.ln() + 2.0 / 3.0 * (3.5_f64 / 1.05).ln()).exp();
     let (near, far): (Vec<&Sample>, Vec<&Sample>) = samples.iter().partition(|s| largest(s) <= end);
     let mu = modulus(&near);
     let left = far.iter().map(|s| (s.stress - mu * g(s.stretch, s.second)).powi(2)).sum::<f64>();

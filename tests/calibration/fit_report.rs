@@ -167,7 +167,7 @@ fn the_methods_state_the_limits_of_a_fit() {
     };
     let text = methods(vec![
         FitWarning::Data { message: "strain comes from crosshead travel".into() },
-        FitWarning::Misfit { rms_relative: 0.2, tolerance: 0.1 },
+        FitWarning::Misfit { test: None, rms_relative: 0.2, tolerance: 0.1 },
         FitWarning::LimitedOutliers { file: file.clone(), lines: lines.clone() },
     ]);
     assert!(text.contains("**Limits.** Strain comes from crosshead travel. Misfit 20.0 % rms"), "{text}");
@@ -185,7 +185,7 @@ fn grave_warnings_mark_the_answer() {
     let (mode, rms_relative, answer) = (Mode::Uniaxial, 0.2, String::from("μ = 1 kPa"));
     let grave = [
         FitWarning::Systematic { runs: Some(3), runs_p: Some(1e-3), departure_p: None, rms_relative, wider: false },
-        FitWarning::Misfit { rms_relative, tolerance: 0.1 },
+        FitWarning::Misfit { test: None, rms_relative, tolerance: 0.1 },
         FitWarning::Stiffness { mu_pa: 1.0, unit: "Pa".into(), instead: None },
         FitWarning::Data { message: "a doubt".into() },
         FitWarning::Unidentifiable { directions: vec![] },
@@ -224,6 +224,44 @@ fn grave_warnings_mark_the_answer() {
     assert!(page.contains("class=\"verdict refused\""));
 }
 
+/// Sixty data points in tension that a law describes, and ten in compression that it misses by more than a third of their stresses: terminal, page and warning tell the two apart. Without data in compression
+/// nothing is said of it.
+#[test]
+fn each_side_of_rest_has_its_misfit() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let stress = |l: f64| 2.0 * (l - l.powi(-2)) * (2e4 + 4e4 / l);
+    let row = |l: f64| format!("{l},{}\n", stress(l));
+    let tension: String = (0..60).map(|k| row(1.02 + 3.98 * f64::from(k) / 59.0)).collect();
+    let compression: String = (0..10).map(|k| row(0.8 + 0.02 * f64::from(k))).collect();
+    let ask = |rows: &str| {
+        let data = dir.path().join("made.csv");
+        std::fs::write(&data, format!("stretch,nominal stress (Pa)\n{rows}")).expect("writable");
+        let mut request = FitRequest::new(data, "yeoh");
+        (request.options.modes, request.options.terms) = (vec![Mode::Uniaxial], Some(3));
+        fit(&request).expect("fits")
+    };
+    let both = ask(&(compression + &tension));
+    let found: Vec<_> = both.validity.tests.iter().map(|t| (t.test.compression, t.to.is_some())).collect();
+    assert_eq!(found, [(false, true), (true, false)], "{both}");
+    let off = |w: &FitWarning| match w {
+        FitWarning::Misfit { test, rms_relative, .. } => test.map(|test| (test.compression, *rms_relative > 0.3)),
+        _ => None,
+    };
+    assert_eq!(both.warnings.iter().filter_map(off).collect::<Vec<_>>(), [(true, true)], "{both}");
+    let said = both.to_string();
+    for words in [
+        "rms of the data of uniaxial in tension from",
+        "at no stretch within 10 % rms of the data of uniaxial in compression",
+    ] {
+        assert!(said.contains(words), "{words} in {said}");
+    }
+    let html = page(dir.path(), &both);
+    assert!(html.contains("uniaxial in tension up to stretch 5, uniaxial in compression at no stretch."), "{html}");
+    let alone = ask(&tension);
+    assert!(alone.validity.tests.len() == 1 && !alone.to_string().contains("compression"), "{alone}");
+    assert!(page(dir.path(), &alone).contains("of these tests up to stretch 5."));
+}
+
 /// The page of `--law all` has the rows of compare.json in its order; without the file it is refused.
 #[test]
 fn the_comparison_of_laws_has_a_table() {
@@ -241,6 +279,27 @@ fn the_comparison_of_laws_has_a_table() {
     assert_eq!(names, laws.laws.iter().map(|c| c.label.as_str()).collect::<Vec<_>>());
     let page = std::fs::read_to_string(dir.path().join("index.html")).expect("the page");
     assert!(names.iter().all(|name| page.contains(&format!("<td>{name}</td>"))));
+}
+
+/// A prediction of a law that is not defined at the data is no prediction that cannot be had: JSON has no infinity, and the page says what the terminal does. A file of before has no such mark.
+#[test]
+fn a_law_that_failed_a_prediction_is_marked() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944/treloar-1944.csv");
+    let mut request = FitRequest::new(data, "all");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.options.range = Some(StretchRange { from: 1.0, to: 1.6 });
+    let mut laws = compare(&request).expect("the table is part of the project");
+    laws.laws.truncate(1);
+    (laws.laws[0].hold_out, laws.laws[0].failed) = (Some(f64::INFINITY), vec!["hold_out"]);
+    let row = |laws: &durometer::calibrate::Comparison| {
+        laws.write_json(&dir.path().join("compare.json")).expect("writable");
+        report::fit::comparison::write(dir.path()).expect("a page");
+        std::fs::read_to_string(dir.path().join("tables/comparison.csv")).expect("the table")
+    };
+    assert!(row(&laws).contains(",failed,") && laws.to_string().contains("failed"), "{laws}");
+    laws.laws[0].failed.clear();
+    assert!(!row(&laws).contains("failed"), "{laws}");
 }
 
 /// The Veronda–Westmann law of the first five data points is infinite at them: such a range is left out, and the stored fit can be read again.

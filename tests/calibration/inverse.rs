@@ -396,7 +396,7 @@ fn an_open_end_of_a_profile_is_open() {
     assert_eq!((constant.widest(), constant.open_end()), (Some([closed[0], 2.0 * closed[1]]), None));
 }
 
-/// Reference 21h: without gravity the angle of a body under cable-length control does not depend on its stiffness.
+/// Without gravity the angle of a body under cable-length control does not depend on its stiffness.
 #[test]
 fn length_control_says_nothing_on_the_stiffness() {
     let text = |y: &str| {

@@ -2,6 +2,7 @@
 
 use crate::common;
 use crate::common::Random;
+use crate::common::coverage::{Coverage, Found};
 use durometer::calibrate::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
 use durometer::calibrate::{Role, Sign};
 use durometer::material::{Volumetric, VolumetricKind};
@@ -27,6 +28,12 @@ fn lateral(name: &str, nu: f64, noise: f64, seed: u64) -> Result<VolumeFit, Volu
     };
     let path = table(name, "strain [%],transverse strain [%]", (0..60).map(row));
     fit_volume(&request(path, VolumeTest::Lateral))
+}
+
+/// How often the intervals hold this value.
+fn coverage(truth: f64, all: &[VolumeFit]) -> Coverage {
+    let found: Vec<Found> = all.iter().map(|fit| (fit.value.value, fit.value.interval)).collect();
+    Coverage::of(truth, &found)
 }
 
 /// λ_t = λ^−ν is a line through the origin; the digits of the table are those of the numbers.
@@ -98,7 +105,7 @@ fn noise_in_the_strain_is_no_correlation() {
 }
 
 /// κ from volumes that shrink by 2 %, with errors of 0.1 % of their own in 200 rows: the slope of least squares is 2.9 % low with an interval of ±2.4 %, which held the truth in 6 of
-/// 20 draws. It is the slope over what is measured; the end of the interval holds what the noise may have taken, in 95 − 4.6 % of 200 draws at least, also where that is 11 %.
+/// 20 draws. It is the slope over what is measured; the end of the interval holds what the noise may have taken, in 95 − 6.1 % of 200 draws at least, also where that is 11 %.
 #[test]
 fn noise_in_the_volume_is_in_the_interval_of_the_bulk_modulus() {
     let drawn = |seed: u64, noise: f64| {
@@ -111,12 +118,12 @@ fn noise_in_the_volume_is_in_the_interval_of_the_bulk_modulus() {
         let asked = VolumeRequest { volumetric: Some("quadratic".into()), ..request(path, VolumeTest::Bulk) };
         fit_volume(&asked).expect("a fit")
     };
-    for noise in [1e-3, 2e-3] {
+    // 3.4 and 7.7 of the scatter, which 200 draws know to 5 %, and three of these
+    for (noise, widest) in [(1e-3, 4.0), (2e-3, 9.0)] {
         let all: Vec<VolumeFit> = (1..=200_u64).into_par_iter().map(|seed| drawn(seed, noise)).collect();
-        let holds = |f: &&VolumeFit| f.value.interval[0] <= 1.5e9 && 1.5e9 <= f.value.interval[1];
-        let covered = all.iter().filter(holds).count() as f64 / 200.0;
-        println!("coverage of kappa with noise of {noise} in the volume, 200 draws: {covered:.3}");
-        assert!(covered >= 0.95 - 0.046, "{noise}: {covered}");
+        let found = coverage(1.5e9, &all);
+        println!("coverage of kappa with noise of {noise} in the volume: {found:.3?}");
+        assert!(found.holds_within([1.66, widest]), "{noise}: {found:?}");
         let named = |f: &VolumeFit| f.summary.messages.iter().any(|m| m.contains("noise in the volume may make kappa"));
         // Where errors pass as correlated by chance the standard error may be the larger one
         let without = all.iter().filter(|f| !named(f)).count();
@@ -238,7 +245,8 @@ fn every_volumetric_part_comes_back() {
 }
 
 /// Errors of 4 kPa under pressures of up to 0.6 MPa do not tell the volumetric parts apart, whose moduli differ by more than the interval of one: that of the part with the least misfit alone
-/// held κ in 60 % of the draws. The one that is given holds those of all parts within its errors, in 95 − 4.6 % of 200 draws at least, and names them.
+/// held κ in 60 % of the draws. The one that is given holds those of all parts within its errors, in 95 − 6.1 % of 200 draws at least, and names them. The choice of the part is in the
+/// scatter of κ between the draws, so that half-widths are 0.7 to 1.8 of it.
 #[test]
 fn parts_that_the_data_do_not_tell_apart_are_in_the_interval_of_the_bulk_modulus() {
     let drawn = |seed: u64, kind: VolumetricKind| {
@@ -253,10 +261,9 @@ fn parts_that_the_data_do_not_tell_apart_are_in_the_interval_of_the_bulk_modulus
     };
     for kind in VolumetricKind::ALL {
         let all: Vec<VolumeFit> = (1..=200_u64).into_par_iter().map(|seed| drawn(seed, kind)).collect();
-        let holds = |f: &&VolumeFit| f.value.interval[0] <= 20e6 && 20e6 <= f.value.interval[1];
-        let covered = all.iter().filter(holds).count() as f64 / 200.0;
-        println!("coverage of kappa where the part is chosen, {}, 200 draws: {covered:.3}", kind.name());
-        assert!(covered >= 0.95 - 0.046, "{}: {covered}", kind.name());
+        let found = coverage(20e6, &all);
+        println!("coverage of kappa where the part is chosen, {}: {found:.3?}", kind.name());
+        assert!(found.holds_within([0.5, 2.2]), "{}: {found:?}", kind.name());
         let is_named = |f: &&VolumeFit| f.summary.method[0].contains("too, which the data do not tell from");
         assert!(all.iter().filter(is_named).count() > 50, "{}", all[0]);
     }

@@ -1,4 +1,4 @@
-//! Cook's membrane (Cook 1974), in plane strain and nearly incompressible: reference 7.
+//! Cook's membrane (Cook 1974), in plane strain and nearly incompressible, at large strain (as Simo & Armero, *Int. J. Numer. Methods Eng.* 33, 1992). It has no closed form: formulations are compared with each other's limit, 6.93.
 
 use super::formulation::{Formulation, solid};
 use super::{DeadLoad, hold, law, nodes, ramp, statics, straighten};

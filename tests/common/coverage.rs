@@ -24,6 +24,8 @@ pub struct Coverage {
     pub covered: f64,
     /// Mean error \[%\]
     pub bias: f64,
+    /// Standard deviation of the mean error \[%\]
+    pub bias_error: f64,
     /// Median half-width over the standard deviation between the draws
     pub wide: f64,
 }
@@ -36,6 +38,7 @@ impl Coverage {
             draws: found.len(),
             covered: 100.0 * held as f64 / found.len() as f64,
             bias: 100.0 * (mean(&values) / truth - 1.0),
+            bias_error: 100.0 * deviation(&values) / truth.abs() / (found.len() as f64).sqrt(),
             wide: median_half(found) / deviation(&values),
         }
     }

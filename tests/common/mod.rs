@@ -19,6 +19,7 @@ pub mod stores;
 pub mod studies;
 pub mod synthetic;
 pub mod tables;
+pub mod threads;
 pub mod tools;
 
 use durometer::effect::Elastic;

@@ -1,4 +1,4 @@
-//! Reference 17, Hertz (1882): the elastic half-space under a rigid sphere, and the elastic sphere on a rigid plane, R = 1 m, ν = 0.3.
+//! Hertz (1882): the elastic half-space under a rigid sphere, and the elastic sphere on a rigid plane, R = 1 m, ν = 0.3.
 //!
 //! Hertz's force is that of a parabola on a body without end. What is simulated differs from it by terms of first order in a/R, which have
 //! closed forms of their own: force and depth are compared with those, and with Hertz himself within the 3 % that the reference allows.

@@ -10,7 +10,7 @@ use durometer::solve::Status;
 const CORRECTED: &str = "integrator = \"implicit_euler_corrected\"";
 const MONOLITHIC: &str = "integrator = \"implicit_euler\"";
 
-/// Reference 16 with one search for contact every step, and every four: gravity inclined by tan φ = ½ over a cube of 10 mm. It slides with
+/// A cube on a slope with one search for contact every step, and every four: gravity inclined by tan φ = ½ over a cube of 10 mm. It slides with
 /// a = g (sin φ − μ cos φ); with μ = 0.51 it stays. Implicit Euler has the velocities of a constant
 /// acceleration exactly, and so the second difference of the way.
 #[test]

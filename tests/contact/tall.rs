@@ -1,6 +1,6 @@
 //! Tall rigid boxes on a plane with friction: they land, rest, slide and tip.
 
-use crate::common::{column, run, scene};
+use crate::common::{column, run, scene, threads};
 use crate::setup::CUBE;
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
@@ -169,9 +169,9 @@ fn a_tall_box_slides_beyond_the_slope_of_its_friction() {
 #[test]
 fn tall_boxes_have_the_same_bits_on_any_number_of_threads() {
     let tower = Tower { width: 20.0, slope: 0.035, friction: 0.8, gap: 1.0, spin: [0.1, 0.5] };
-    let bits = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| tower.run(ALPHA, 2e-3, 0.1).last.x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>())
+    let bits = |count: usize| {
+        let run = threads::on(count, || tower.run(ALPHA, 2e-3, 0.1));
+        run.last.x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>()
     };
     let one = bits(1);
     assert_eq!(one, bits(2));

@@ -117,7 +117,7 @@ fn length_and_tension_are_dual() {
     }
 }
 
-/// Reference 13: pulled, released beyond the free length, pulled again. T ≥ 0 always, T · gap ≤ 1e-8 of T L, and the body
+/// Pulled, released beyond the free length, pulled again. T ≥ 0 always, T · gap ≤ 1e-8 of T L, and the body
 /// is at rest while the cable is slack.
 #[test]
 fn a_released_cable_is_slack_and_never_pushes() {
@@ -149,7 +149,7 @@ fn a_released_cable_is_slack_and_never_pushes() {
     assert!(slack >= 8 && taut >= 16);
 }
 
-/// Reference 14: shortened by more than its whole length. A status and the last good state, no NaN.
+/// Shortened by more than its whole length. A status and the last good state, no NaN.
 #[test]
 fn overpull_ends_with_a_status_and_the_last_good_state() {
     for name in ["neo_hookean", "stable_neo_hookean"] {
@@ -434,7 +434,7 @@ fn slack_is_an_event() {
     assert!(result.cable_events.iter().all(|e| e.cable == "tendon"));
 }
 
-/// Reference 14 at the scene: a pull that is possible by its length and not for the body ends with the cable's name and a remedy.
+/// The same in a scene: a pull that is possible by its length and not for the body ends with the cable's name and a remedy.
 #[test]
 fn overpull_names_the_cable() {
     let result = run(&beam_scene("", &ramp_to("length", 0.1, "m"), "0.02 s"));

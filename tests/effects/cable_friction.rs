@@ -94,7 +94,7 @@ fn angles(line: &[durometer::math::tensor::Vec3]) -> Vec<f64> {
     line.windows(3).map(turn).collect()
 }
 
-/// Reference 15: over rings on an arc of 2 rad, from the first turn to the last, T ratio e^{2μ} while it is pulled and
+/// Euler & Eytelwein: over rings on an arc of 2 rad, from the first turn to the last, T ratio e^{2μ} while it is pulled and
 /// e^{−2μ} while it is let out. The solver keeps each ratio to 1e-8 (of T and of Σ‖r_e‖/1000), and there are eight.
 #[test]
 fn over_rings_the_tension_grows_by_the_capstan_law() {

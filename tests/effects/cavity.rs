@@ -131,7 +131,7 @@ fn run(mesh: &TetMesh, system: &System, steps: usize, each: &mut dyn FnMut(&Stat
     })
 }
 
-/// P/μ = 2[1/b + 1/4b⁴ − 1/a − 1/4a⁴] with a = λ_a, b³ = 1 + (a³ − 1)(A/B)³ (Green & Zerna 1968; reference 3).
+/// P/μ = 2[1/b + 1/4b⁴ − 1/a − 1/4a⁴] with a = λ_a, b³ = 1 + (a³ − 1)(A/B)³ (Green & Zerna 1968).
 fn pressure(stretch: f64, ratio: f64) -> f64 {
     let outer = (1.0 + (stretch.powi(3) - 1.0) / ratio.powi(3)).cbrt();
     let g = |l: f64| 1.0 / l + 0.25 * l.powi(-4);

@@ -13,6 +13,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 const GRAVITY: &str = "effect.+={ kind = \"gravity\", region = \"body\", density = \"1 g/cm^3\", direction = [0, 0, -1], acceleration = \"9.81 m/s^2\" }";
+const FLOOR: &str = "contact.+={ name = \"floor\", region = \"tip\", obstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-50 mm\"], normal = [0, 0, 1] }, response = \"barrier\", friction = 0 }";
 /// Of the scene: one pass over its blocks costs at least an instruction for each.
 const CELLS: u64 = 48;
 
@@ -83,12 +84,20 @@ fn of(counts: &BTreeMap<String, u64>, path: &str) -> u64 {
     own.map(|(_, n)| n).sum()
 }
 
-/// Every file of `src/effect`, so that a new effect is watched without being named here.
-fn effect_files() -> Vec<String> {
-    let files = std::fs::read_dir(root().join("src/effect")).expect("a folder").flatten();
-    let mut names: Vec<String> = files.map(|f| f.file_name().to_string_lossy().into_owned()).collect();
+/// Files and folders of `src/effect`, so that a new effect is watched without being named here.
+fn effects() -> Vec<String> {
+    let entries = std::fs::read_dir(root().join("src/effect")).expect("a folder").flatten();
+    let mut names: Vec<String> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
+}
+
+/// Instructions in a file of `src/effect`, or in all files below a folder of it.
+fn of_effect(counts: &BTreeMap<String, u64>, name: &str) -> u64 {
+    match name.ends_with(".rs") {
+        true => of(counts, &format!("effect/{name}")),
+        false => counts.iter().filter(|(file, _)| file.contains(&format!("src/effect/{name}/"))).map(|(_, n)| n).sum(),
+    }
 }
 
 /// The scene has `elastic` (with its cells and the scatter of its pressures), a cable, and a Neo-Hookean law. The compiler folds
@@ -98,8 +107,8 @@ fn effect_files() -> Vec<String> {
 fn what_is_not_declared_is_not_executed() {
     let Some(counts) = of_scene() else { return };
     let declared = ["cable.rs", "cell.rs", "elastic.rs", "pressure_scatter.rs"];
-    for name in effect_files() {
-        let n = of(counts, &format!("effect/{name}"));
+    for name in effects() {
+        let n = of_effect(counts, &name);
         match declared.contains(&name.as_str()) {
             true => assert!(n > CELLS, "{name} is declared, and was seen for {n} instructions"),
             false => assert!(n < CELLS, "{name} is not declared, and {n} instructions of it were executed"),
@@ -109,10 +118,13 @@ fn what_is_not_declared_is_not_executed() {
         let n = of(counts, &format!("material/{law}.rs"));
         assert_eq!(n >= CELLS, law == "neo_hookean", "law {law}: {n} instructions");
     }
-    // It can fail: declared, the same file is seen.
-    let with = instructions(&[GRAVITY]).expect("valgrind was there");
-    assert!(of(&with, "effect/gravity.rs") > CELLS, "gravity is declared and not seen");
-    println!("{} instructions, with gravity {}", counts.values().sum::<u64>(), with.values().sum::<u64>());
+    // It can fail: declared, the same files are seen.
+    let with = instructions(&[GRAVITY, FLOOR]).expect("valgrind was there");
+    for name in ["gravity.rs", "contact"] {
+        let n = of_effect(&with, name);
+        assert!(n > CELLS, "{name} is declared, and was seen for {n} instructions");
+    }
+    println!("{} instructions, with gravity and a floor {}", counts.values().sum::<u64>(), with.values().sum::<u64>());
 }
 
 /// Twice the steps do not execute one instruction more in what knows the kinds of effects: the registries are left behind

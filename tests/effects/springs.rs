@@ -208,7 +208,7 @@ fn young_modulus_of_a_lattice() {
     assert!(low < 1.0 && high > 1.0 && high / low > 1.2, "{low} to {high}");
 }
 
-/// Reference 8: two bars of length l₀ over a half-span a and a height h, pushed down by w: P = 2EA(h − w)(1/l − 1/l₀), with
+/// Two bars of length l₀ over a half-span a and a height h, pushed down by w: P = 2EA(h − w)(1/l − 1/l₀), with
 /// EA = k l₀, through both limit points to the mirrored state. Relative to the largest P; solved to 1e-12.
 #[test]
 fn two_bar_truss_snaps_through() {

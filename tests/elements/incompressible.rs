@@ -55,7 +55,7 @@ fn curved_meshes_fill_their_bodies() {
     }
 }
 
-/// Reference 3, by the motion r³ = R³ + (λ³ − 1)A³: P/μ = 2[1/b + 1/4b⁴ − 1/a − 1/4a⁴] with a = λ_a, b = λ_b, b³ = 1 + (a³ − 1)(A/B)³.
+/// A hollow sphere (Green & Zerna 1968), by the motion r³ = R³ + (λ³ − 1)A³: P/μ = 2[1/b + 1/4b⁴ − 1/a − 1/4a⁴] with a = λ_a, b = λ_b, b³ = 1 + (a³ − 1)(A/B)³.
 fn sphere_pressure(stretch: f64, ratio: f64) -> f64 {
     let outer = (1.0 + (stretch.powi(3) - 1.0) / ratio.powi(3)).cbrt();
     let g = |l: f64| 1.0 / l + 0.25 * l.powi(-4);
@@ -121,7 +121,7 @@ fn thick_sphere() {
     compare("thick sphere", ["P"], goals, |n, order, formulation| [sphere(n, order, formulation) / exact - 1.0]);
 }
 
-/// Reference 4 on a slice of the cylinder between two cross-sections that turn against each other without warping: the
+/// Torsion (Rivlin 1948) on a slice of the cylinder between two cross-sections that turn against each other without warping: the
 /// exact motion is the pure torsion, with M = ½πμψA⁴ and N = −¼πμψ²A⁴ (Rivlin 1948). Relative errors of M and N.
 fn torsion(n: usize, order: Order, formulation: Formulation) -> [f64; 2] {
     let (radius, length, twist) = (1.0, 1.0, PI / 10.0);

@@ -1,7 +1,7 @@
 //! How often f* ± U(f*) of one family of meshes, and of the reference from several, contains the limit, over sequences whose limit is known.
 
 use durometer::math::random::SplitMix;
-use durometer::math::statistics::half_width_of_one;
+use durometer::math::statistics::{half_width_of_one, median};
 use durometer::study::estimate::family::{Estimate, Level, estimate};
 use durometer::study::estimate::method::Method;
 use durometer::study::estimate::reference::choose;
@@ -296,7 +296,8 @@ impl Oscillations {
     }
 }
 
-/// Also with the difference of coarse meshes counted by their size, as many limits of oscillating families are inside as the reports say.
+/// Also with the difference of coarse meshes counted by their size, as many limits of oscillating families are inside as the reports say. Where noise makes them oscillate U is 7 to 14 times
+/// the error in the median; near an extremum the spread of the values is far above the error.
 #[test]
 fn ninety_five_of_a_hundred_limits_of_oscillating_families_are_inside() {
     for by_noise in [true, false] {
@@ -309,8 +310,13 @@ fn ninety_five_of_a_hundred_limits_of_oscillating_families_are_inside() {
                 (held as f64 / part.len().max(1) as f64, part.len())
             };
             let (all, defensible) = (share(&|_| true), share(&|e| e.defensible));
-            println!("by noise {by_noise}, {meshes} meshes: {all:?} of all, {defensible:?} of the defensible");
+            let spread = oscillating.iter().filter(|e| e.method == Method::Spread);
+            let wide = median(&spread.map(|e| e.uncertainty / (e.extrapolated - 1.0).abs()).collect::<Vec<f64>>());
+            println!(
+                "by noise {by_noise}, {meshes} meshes: {all:?} of all, {defensible:?} of the defensible, U/error {wide:.1}"
+            );
             assert!(all.0 >= 0.95 && (defensible.0 >= 0.95 || defensible.1 < 100), "{meshes}: {all:?} {defensible:?}");
+            assert!(!by_noise || defensible.1 > 100 && wide < 16.0, "{meshes}: {defensible:?}, U/error {wide}");
         }
     }
 }

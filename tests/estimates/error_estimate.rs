@@ -98,7 +98,7 @@ const TRUTHS: [&[[f64; 3]]; 3] = [
 ];
 
 /// Bending, clamped pulling and Cook's membrane at three ν, four formulations and two sizes. Every bar must contain the truth; bars are useful where they
-/// are below three times the error.
+/// are below three times the error, as all are; effectivities of 19 in 20 are within 0.7 to 1.4.
 #[test]
 fn bars_contain_the_truth_and_are_useful() {
     let (mut all, mut padded, mut effective) = (0, 0, 0);
@@ -121,7 +121,7 @@ fn bars_contain_the_truth_and_are_useful() {
         }
     }
     println!("{all} bars hold; {padded} above three times the error; effectivity within 0.7 to 1.4 for {effective}");
-    assert!(all >= 100 && 10 * padded <= all && 10 * effective >= 8 * all);
+    assert!(all >= 100 && padded == 0 && 20 * effective >= 19 * all);
 }
 
 /// Shares of the cells of one run.
@@ -215,7 +215,7 @@ fn bars_of_extremes_hold_where_phases_differ() {
 }
 
 /// The shares of the cells add up to the change J⁺ − J. What remains is of third order in the change of the state: at most a seventh where
-/// coarse linear cells are 20 % off, a thirtieth for quadratic ones. Displacements alone near incompressibility are left out: their volumetric
+/// coarse linear cells are 20 % off, 1/28 for quadratic ones. Displacements alone near incompressibility are left out: their volumetric
 /// residual at other quadrature points is large and cancels.
 #[test]
 fn shares_of_the_cells_add_up_to_the_estimate() {

@@ -1,6 +1,7 @@
 //! Runs of `simulate` that are cut off: killed, or on a disk that is full. Everything that was computed is there, and a restart goes on from it.
 #![cfg(unix)]
 
+use crate::common::tools;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -231,12 +232,16 @@ fn on_a_small_disk(steps: usize, size: &str, more: &str) -> Option<(Option<i32>,
     );
     let mut command = Command::new("unshare");
     command.args(["-m", "--propagation", "private", "sh", "-c", &script]).current_dir(at);
-    let Ok(Output { status, stderr, .. }) = command.output() else { return None };
-    let error = String::from_utf8_lossy(&stderr).into_owned();
-    if status.code() == Some(77) || error.contains("Operation not permitted") {
-        eprintln!("skipped: no file system can be mounted here");
+    let output = command.output();
+    let is_refused = |o: &Output| {
+        o.status.code() == Some(77) || String::from_utf8_lossy(&o.stderr).contains("Operation not permitted")
+    };
+    let is_mounted = output.as_ref().is_ok_and(|o| !is_refused(o));
+    if tools::is_missing(is_mounted, "the right to mount a file system (unshare, root)") {
         return None;
     }
+    let Output { status, stderr, .. } = output.expect("it was mounted");
+    let error = String::from_utf8_lossy(&stderr).into_owned();
     let partial = at.join("scene.partial.csv");
     let rows = lines(&if partial.exists() { partial } else { at.join("scene.csv") });
     Some((status.code(), error, rows))

@@ -336,11 +336,24 @@ fn messages_without_room_end_no_command() {
 
 #[test]
 fn more_threads_than_a_machine_can_use_are_refused() {
-    for arguments in [["run", STUDY, "--jobs", "5000"], ["simulate", SCENE, "--threads", "5000"]] {
-        let output = ended(without_mesher(ROOT, &arguments));
+    let fit = ["fit", "data/treloar-1944/treloar-1944.csv", "--law", "yeoh", "--threads", "5000"];
+    for arguments in [&["run", STUDY, "--jobs", "5000"][..], &["simulate", SCENE, "--threads", "5000"], &fit] {
+        let output = ended(without_mesher(ROOT, arguments));
         let said = output.err;
         assert!(output.code == Some(2) && said.contains("only wait for each other"), "{arguments:?}: {said}");
     }
+}
+
+/// A fit starts and profiles its constants on the threads that it is given.
+#[test]
+fn a_fit_has_the_same_law_on_any_number_of_threads() {
+    let (_keep, out) = folder();
+    let [one, three] = ["1", "3"].map(|threads| {
+        let (dir, table) = (format!("{out}/{threads}"), "data/treloar-1944/treloar-1944.csv");
+        call(&["fit", table, "--law", "yeoh", "--mode", "uniaxial", "--threads", threads, "--out", &dir], 3);
+        read(&Path::new(&dir).join("law.toml"))
+    });
+    assert_eq!(one, three);
 }
 
 #[test]

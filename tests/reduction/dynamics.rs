@@ -323,7 +323,7 @@ fn sensitivities_of_a_step_are_those_of_differences() {
 }
 
 /// 1 000 sequences of 12 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and says whether the
-/// run stayed in range; replayed, whole or from a saved state, it has the same bits.
+/// run stayed in range; replayed from a saved state, and every fiftieth whole, it has the same bits.
 #[test]
 fn any_sequence_ends_and_is_replayed() {
     let (_, model) = trained();

@@ -210,6 +210,12 @@ fn what_remembers_and_what_damps() {
             Beam { order, formulation, effects, ..beam(LENGTH, &stages) }.check(&by_nu("mooney_rivlin"));
         }
     }
+    // What relaxes from a strain on that is there at the start
+    let bent =
+        "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"z\"\ndisplacement = \"-2 mm\"\n";
+    let effects = format!("{}{bent}", RELAXING.replace("MODULI", "long_term"));
+    let stages_in_time = [stages[0], stages[2]];
+    Beam { effects, ..beam(LENGTH, &stages_in_time) }.check(&by_nu("mooney_rivlin"));
     let effects = r#"
 [[effect]]
 kind = "mass_damping"

@@ -254,7 +254,7 @@ fn energies(
     all
 }
 
-/// Reference 19. The trapezoidal rule conserves the energy of a linear system exactly; 2000 steps solved to 1e-12.
+/// The trapezoidal rule conserves the energy of a linear system exactly; 2000 steps solved to 1e-12.
 #[test]
 fn trapezoidal_rule_keeps_the_energy_of_a_linear_bar() {
     let all = energies(TRAPEZOID, "linear", 0.3, 0.5, (100, 20));
@@ -263,7 +263,7 @@ fn trapezoidal_rule_keeps_the_energy_of_a_linear_bar() {
     assert!(drift <= 1e-10, "{drift:e}");
 }
 
-/// Reference 19: Neo-Hookean, strain at the clamp up to V/c = 2 %, 80 steps a period. The energy of a nonlinear system
+/// Neo-Hookean, strain at the clamp up to V/c = 2 %, 80 steps a period. The energy of a nonlinear system
 /// ripples within a period under the trapezoidal rule; the drift is that of its mean over ten periods.
 #[test]
 fn trapezoidal_rule_does_not_drift_on_a_neo_hookean_bar() {
@@ -414,7 +414,7 @@ kind = "energy"
     }
 }
 
-/// Reference 11: a cantilever under gravity with mass damping α = 2ω₁ comes to rest at the static solution whatever dt.
+/// A cantilever under gravity with mass damping α = 2ω₁ comes to rest at the static solution whatever dt.
 /// ω₁ of the clamped rod is 3.516 √(EI/ρAL⁴); after 25/ω₁, or 25 steps where they are longer, e⁻²⁵ is left of the start.
 #[test]
 fn rest_does_not_depend_on_the_time_step() {

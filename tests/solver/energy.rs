@@ -4,7 +4,7 @@ use crate::common::{column, run, scene};
 use durometer::math::statistics::larger;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::{Checkpoint, EnergyFromNothing, RunOptions, Scene};
+use durometer::scene::{Checkpoint, EnergyFromNothing, Run, RunOptions, Scene};
 use durometer::solve::Status;
 
 const BAR: &str = r#"
@@ -76,8 +76,22 @@ fn a_spinning_body_grows_with_a_warning_or_not_at_all() {
     }
 }
 
+/// Elastic and kinetic energy between two times beyond that at the first one, the work, and what relaxing parts give back, as shares of the largest energy: the most in a step, and
+/// the most that three steps have. None for a body at rest.
+fn excess(run: &Run, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let columns = ["t_s", "elastic_J", "kinetic_J", "work_J", "dissipated_J"].map(|name| column(run, name));
+    let inside = (0..run.rows.len()).filter(|&k| (from - 1e-9..to + 1e-9).contains(&columns[0][k]));
+    let states: Vec<[f64; 4]> = inside.map(|k| [1, 2, 3, 4].map(|c| columns[c][k])).collect();
+    let ([elastic, kinetic, work, dissipated], steps) = (states[0], &states[1..]);
+    let largest = steps.iter().map(|s| larger(s[0] + s[1], (s[2] - work).abs())).fold(0.0, larger);
+    let beyond = |s: &[f64; 4]| s[0] + s[1] - elastic - kinetic - (s[2] - work) - (dissipated - s[3]).max(0.0);
+    let mut all: Vec<f64> = steps.iter().map(|s| beyond(s) / largest).collect();
+    all.sort_by(|a, b| b.total_cmp(a));
+    (largest > 1e-20).then(|| [all[0], all[2]])
+}
+
 /// Loads that are switched within a step, motions that are given, drives, relaxation with damping, contact with a driven obstacle, and changes of
-/// stage: the sums of work and dissipation are off by less than what is stated.
+/// stage: no energy comes from nothing. In the step in which a load is switched or a cable goes slack the sum of the work is off by up to 1.1e-3, and no three steps have more than rounding.
 #[test]
 fn sound_runs_are_without_it() {
     let gravity = r#"
@@ -133,12 +147,17 @@ friction = 0.3
     let held = |more: &str| format!("{HELD}{more}");
     let scenes = [("gravity", held(gravity)), ("moved", moved.into()), ("cable", held(cable)), ("ball", held(ball))];
     for (name, text) in &scenes {
-        for integrator in [bdf2, euler, alpha].into_iter().filter(|rule| *name != "ball" || *rule != alpha) {
+        for integrator in [bdf2, euler, alpha] {
             let settle = stage("\"static\"", "100 ms", "20 ms");
             let [long, short] = ["200 ms", "50 ms"].map(|duration| stage(integrator, duration, "2 ms"));
             let run = run(&bar(&format!("{text}{settle}{long}{settle}{short}")));
             assert_eq!(run.status, Status::Converged, "{name}, {integrator}: {}", run.status);
             assert_eq!(run.energy_from_nothing, None, "{name}, {integrator}");
+            let found: Vec<[f64; 2]> =
+                [[0.1, 0.3], [0.4, 0.45]].into_iter().filter_map(|span| excess(&run, span)).collect();
+            println!("{name}, {integrator}: {found:?}");
+            assert!(!found.is_empty(), "{name}, {integrator}: it moves");
+            assert!(found.iter().all(|[one, three]| *one < 5e-3 && *three < 1e-4), "{name}, {integrator}: {found:?}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
+use crate::common::threads;
 use durometer::math::random::SplitMix;
 use durometer::math::statistics::larger;
 use durometer::math::units::{self, Dimension};
@@ -111,7 +112,7 @@ fn every_suite_has_a_setup_and_ends_that_exist() {
     assert!(study.cases.len() >= 300, "{} cases", study.cases.len());
 }
 
-/// The static scenes of the quick half that have an answer, with their bodies.
+/// Static scenes of the quick half, with their bodies, but for arc length, friction, given starts, the law of St Venant and Kirchhoff, and columns.
 fn static_scenes() -> Vec<(Case, Arc<Body>)> {
     let cases = quick(&[]).cases;
     let wanted = |c: &Case| {
@@ -167,8 +168,11 @@ fn statics_depends_on_nothing_else() {
     let scenes = static_scenes();
     assert!(scenes.len() >= 20, "{} scenes", scenes.len());
     let mut seed = SplitMix(7);
+    let mut compared = 0;
     for (case, body) in &scenes {
+        // Loads beyond a limit, and bodies that nothing holds
         let Some(run) = ended(case, &case.text, body.clone()) else { continue };
+        compared += 1;
         let same = |what: &str, other: Option<Run>, factor: &dyn Fn(&str) -> f64, accept: f64| {
             let other = other.unwrap_or_else(|| panic!("{}: no answer with {what}", case.id));
             let off = difference(&run, &other, factor);
@@ -188,14 +192,12 @@ fn statics_depends_on_nothing_else() {
         let text = toml::to_string(&system.table(&case.text)).expect("TOML");
         let scaled = Arc::new(system.body(body));
         same("other units", ended(case, &text, scaled), &|column| system.column(column), SAME);
-        let pool = rayon_pool(1);
-        let alone = pool.install(|| ended(case, &case.text, body.clone()));
+        let [alone, shared] = [1, 3].map(|count| threads::on(count, || ended(case, &case.text, body.clone())));
         same("one thread", alone, &|_| 1.0, 0.0);
+        same("three threads", shared, &|_| 1.0, 0.0);
     }
-}
-
-fn rayon_pool(threads: usize) -> rayon::ThreadPool {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+    println!("{compared} of {} scenes compared", scenes.len());
+    assert!(compared >= 23, "{compared} of {} scenes have an answer", scenes.len());
 }
 
 /// Nodes and cells in another order.

@@ -88,7 +88,7 @@ fn a_mechanism_is_named_by_its_node() {
     assert_eq!(fact, "node 1 can move along y without resistance: the parts around it form a mechanism");
 }
 
-/// Half-span, height and stiffness of each of the two bars of reference 8.
+/// Half-span, height and stiffness of each of the two bars of a truss.
 const TRUSS: (f64, f64, f64) = (0.1, 0.015, 2e3);
 
 fn truss() -> TetMesh {
@@ -139,7 +139,7 @@ fn arc_length_says_where_the_loads_no_longer_change() {
     assert!(status.to_string().contains("the loads do not change there"), "{status}");
 }
 
-/// Reference 8 by arc length: up to the limit point, down through zero to the other one, and up to the whole load, all on
+/// Arc length: up to the limit point, down through zero to the other one, and up to the whole load, all on
 /// P(w) to the tolerance of the solve (1e-10 of the forces in the bars, which are ten times P).
 #[test]
 fn arc_length_follows_the_truss_through_its_snap() {
@@ -287,7 +287,7 @@ fn random_start(seed: u64) -> String {
     format!("[start]\nkind = \"random\"\nsize = \"1 m\"\nseed = {seed}")
 }
 
-/// Reference 9: 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L. At
+/// 100 seeds with every free node anywhere in a cube of twice the side; 99 at least are at rest to 1e-6 L. At
 /// ν = 0.45 half of them end in equilibria of this mesh that are stable though cells are inverted: no solver leaves those.
 #[test]
 fn a_body_comes_back_from_a_random_start() {

@@ -181,6 +181,73 @@ fn the_reaction_of_a_moving_base_has_a_limit() {
     }
 }
 
+/// An event that might switch the motion, and never happens, changes no bit: the base begins with the velocity and the acceleration of its signal, each stage with those at
+/// its start, and parts of a step follow the signal.
+#[test]
+fn an_event_that_never_happens_changes_nothing() {
+    let event = r#"
+[[event]]
+when = { kind = "above", column = "xmin_x_m", value = "900 mm" }
+then = [{ kind = "switch", signal = "xmin_x_displacement_m", to = "0 mm" }]
+"#;
+    for rule in ["\"bdf2\"", "\"implicit_euler\"", ALPHA] {
+        let two = format!(
+            "duration = \"20 ms\"\ndt = \"1 ms\"\n[[stage]]\nintegrator = {rule}\nduration = \"10 ms\"\ndt = \"0.5 ms\""
+        );
+        for numerics in ["", "[numerics]\ntime_error = \"0.2 um\"\n"] {
+            let [with, without] =
+                [event, ""].map(|event| run(&displaced(SINE, rule, &two, &format!("{event}{numerics}"))));
+            assert_eq!((&with.status, &with.rows), (&without.status, &without.rows), "{rule} {numerics}");
+        }
+    }
+}
+
+/// After a switch the signal that is followed has its rates, too: a stage that begins with another rule when the passage is over has the reaction of the one that had that
+/// signal from the start on.
+#[test]
+fn a_signal_is_followed_after_its_switch() {
+    let event = r#"
+[[event]]
+when = { kind = "at", t = "0 s" }
+then = [{ kind = "switch", signal = "xmin_x_displacement_m", to = SINE }]
+"#
+    .replace("SINE", SINE);
+    let stages = format!(
+        "duration = \"0.4 s\"\ndt = \"1 ms\"\n[[stage]]\nintegrator = {ALPHA}\nduration = \"0.1 s\"\ndt = \"1 ms\""
+    );
+    let damped = "[[effect]]\nkind = \"viscous_damping\"\nregion = \"body\"\neta = \"2000 Pa s\"\n";
+    let reaction = |motion: &str, event: &str| {
+        column(&run(&displaced(motion, "\"bdf2\"", &stages, &format!("{damped}{event}"))), "xmin_reaction_x_N")
+    };
+    let (switched, plain) = (reaction("\"0 mm\"", &event), reaction(SINE, ""));
+    let difference: Vec<f64> = switched.iter().zip(&plain).skip(400).map(|(a, b)| a - b).collect();
+    // The start from rest has died away
+    assert!(largest(&difference) < 1e-3 * largest(&plain[400..]), "{difference:?}");
+}
+
+/// A motion that ends with a stage has no corner within it, whether or not the sum of the durations is rounded: 0.1 s and 0.2 s end 5e-17 s late.
+#[test]
+fn a_motion_may_end_with_a_stage_whose_end_is_rounded() {
+    let ramp = "{ kind = \"ramp\", from = \"0 mm\", to = \"3 mm\", end = \"0.3 s\" }";
+    let stages = |rule: &str, durations: [&str; 2], after: &str| {
+        let [first, second] = durations;
+        format!(
+            "duration = \"{first}\"\ndt = \"1 ms\"\n[[stage]]\nintegrator = {rule}\nduration = \"{second}\"\ndt = \"1 ms\"\n{after}"
+        )
+    };
+    // Refused where the end of the ramp is a corner within the last stage
+    displaced(ramp, NEWMARK, &stages(NEWMARK, ["0.1 s", "0.2 s"], ""), "");
+    let after = format!("[[stage]]\nintegrator = {ALPHA}\nduration = \"20 ms\"\ndt = \"1 ms\"\n");
+    let reactions = |durations: [&str; 2]| {
+        let scene = displaced(ramp, "\"bdf2\"", &stages("\"bdf2\"", durations, &after), "");
+        column(&run(&scene), "xmin_reaction_x_N")
+    };
+    let (rounded, exact) = (reactions(["0.1 s", "0.2 s"]), reactions(["0.15 s", "0.15 s"]));
+    let difference: Vec<f64> = rounded.iter().zip(&exact).map(|(a, b)| a - b).collect();
+    // Steps that differ by rounding, over which accelerations divide displacements of 3 mm: 2 g · 1e-16 · 3 mm/(1 ms)² ~ 1e-15 N, in 320 steps
+    assert!(rounded.len() == exact.len() && largest(&difference) < 1e-9 * largest(&exact), "{difference:?}");
+}
+
 const NEWMARK: &str = "{ kind = \"newmark\", beta = 0.25, gamma = 0.5 }";
 const RAISED: &str = "{ kind = \"raised_cosine\", amplitude = \"1 mm\", frequency = \"5 Hz\" }";
 const SINE: &str = "{ kind = \"sine\", amplitude = \"1 mm\", frequency = \"5 Hz\" }";

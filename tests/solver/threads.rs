@@ -1,9 +1,7 @@
 //! Threads within a case: runs on several of them have the bits of a run on one.
 
-use crate::common::{run_with_states, shipped_scene};
-use durometer::math::threads::{locked, use_threads};
+use crate::common::{run_with_states, shipped_scene, threads};
 use durometer::solve::Status;
-use std::sync::Mutex;
 
 /// Every state of a run of a scene of the studies, with these changes.
 fn states(scene: &str, changes: &[&str]) -> Vec<f64> {
@@ -21,18 +19,13 @@ const COUNTS: [usize; 3] = [2, 3, 8];
 const ONE_COUNT: [usize; 1] = [3];
 
 fn have_the_same_bits(scene: &str, changes: &[&str], counts: &[usize]) {
-    // The number of threads is that of the process.
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _one = locked(&ONE_AT_A_TIME);
-    use_threads(1);
-    let of_one = states(scene, changes);
+    let of_one = threads::on(1, || states(scene, changes));
     assert!(of_one.len() > 1000);
-    for &threads in counts {
-        use_threads(threads);
-        let of_more = states(scene, changes);
+    for &count in counts {
+        let of_more = threads::on(count, || states(scene, changes));
         let same =
             of_one.len() == of_more.len() && of_one.iter().zip(&of_more).all(|(a, b)| a.to_bits() == b.to_bits());
-        assert!(same, "{scene} {changes:?}: {threads} threads");
+        assert!(same, "{scene} {changes:?}: {count} threads");
     }
 }
 

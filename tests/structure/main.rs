@@ -7,6 +7,7 @@ mod cycles;
 mod dependencies;
 mod docs;
 mod errors;
+mod evidence;
 #[path = "../common/files.rs"]
 mod files;
 mod folds;

@@ -256,8 +256,7 @@ fn a_case_without_memory_ends_alone() {
     let limit = |command: Command| {
         let mut limited = Command::new("sh");
         // Kilobytes of address space: the small cases need less, the factor of the large one is larger alone
-        // Threads of their own would take address space by the number of cores
-        limited.env("RAYON_NUM_THREADS", "2").env("MALLOC_ARENA_MAX", "2");
+        limited.env("MALLOC_ARENA_MAX", "2");
         limited.args(["-c", "ulimit -v 250000; exec \"$@\"", "sh"]).arg(command.get_program()).args(command.get_args());
         limited.current_dir(command.get_current_dir().expect("given")).stdout(Stdio::null()).stderr(Stdio::piped());
         limited

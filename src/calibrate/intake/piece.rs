@@ -3,6 +3,7 @@
 use super::accuracy::{Accuracy, SharedError};
 use super::dimensions::Dimensions;
 use crate::calibrate::Mode;
+use crate::calibrate::sample::Test;
 
 /// A test piece.
 #[derive(Clone, Debug, Default)]
@@ -19,11 +20,13 @@ pub struct Piece {
 pub struct CorrectionError {
     pub error: SharedError,
     pub mode: Mode,
+    /// One side of rest alone: tension, or compression
+    pub tension: Option<bool>,
     /// Half-width of the 95 % interval \[SI\], infinite where the curve does not show it
     pub half_width: f64,
     /// Of a zero of a single data point: no larger than the scatter of the curve about the law
     pub bounded: bool,
-    /// Shift of the strain by a toe that an error of the stress causes \[1/Pa\]
+    /// Of a toe: shift of the strain that an error of the stress causes \[1/Pa\]
     pub strain_per_stress: f64,
     /// Of a toe: strains of the data points of its line, without it
     pub line: Vec<f64>,
@@ -32,15 +35,19 @@ pub struct CorrectionError {
 impl CorrectionError {
     /// The error of a correction of one curve, without what follows from it.
     pub fn of(error: SharedError, mode: Mode, half_width: f64) -> Self {
-        Self { error, mode, half_width, bounded: false, strain_per_stress: 0.0, line: vec![] }
+        Self { error, mode, tension: None, half_width, bounded: false, strain_per_stress: 0.0, line: vec![] }
+    }
+
+    fn is_of(&self, test: Test) -> bool {
+        self.mode == test.mode && self.tension.is_none_or(|tension| tension != test.compression)
     }
 }
 
 impl Piece {
-    /// The errors that data points of a mode share, with their half-widths \[SI\]; those that are asked for come before those of the card. Zeros of the card that
+    /// The errors that data points of a test share, with their half-widths \[SI\]; those that are asked for come before those of the card. Zeros of the card that
     /// a correction takes off are not those of its curve.
-    pub fn errors(&self, mode: Mode, asked: &Accuracy) -> Accuracy {
-        let made = || self.corrections.iter().filter(|c| c.mode == mode);
+    pub fn errors(&self, test: Test, asked: &Accuracy) -> Accuracy {
+        let made = || self.corrections.iter().filter(|c| c.is_of(test));
         let mut card = self.accuracy.clone();
         for zero in made().flat_map(|c| c.error.taken_off()) {
             card.0.remove(zero);
@@ -50,8 +57,8 @@ impl Piece {
         all
     }
 
-    /// The correction of the curve of a mode that leaves this error.
-    pub fn correction(&self, error: SharedError, mode: Mode) -> Option<&CorrectionError> {
-        self.corrections.iter().find(|c| c.error == error && c.mode == mode)
+    /// The correction of the curve of a test that leaves this error.
+    pub fn correction(&self, error: SharedError, test: Test) -> Option<&CorrectionError> {
+        self.corrections.iter().find(|c| c.error == error && c.is_of(test))
     }
 }

@@ -6,15 +6,16 @@ use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
 use super::unequal::Sizes;
 use crate::calibrate::Sample;
+use crate::calibrate::sample::tests;
 use nalgebra::{DMatrix, DVector};
 
-/// Data points of each curve, a specimen in one mode and direction, in order of loading.
+/// Data points of each curve, a specimen in one test and direction, in order of loading.
 pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
     let mut found: std::collections::BTreeMap<_, Vec<usize>> = std::collections::BTreeMap::new();
     // Both stresses of a biaxial data point are on one line
-    for (k, s) in samples.iter().enumerate() {
+    for (k, (s, test)) in samples.iter().zip(tests(samples)).enumerate() {
         let second = k > 0 && s.mode == crate::calibrate::Mode::Biaxial && samples[k - 1].line == s.line;
-        found.entry((s.specimen, s.mode, second)).or_default().push(k);
+        found.entry((s.specimen, test, second)).or_default().push(k);
     }
     found.into_values().collect()
 }

@@ -5,14 +5,15 @@
 //! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
 //! expression of uncertainty in measurement*, 5.1.2, type B).
 //!
-//! Zeros and the cross-section are those of each curve, a specimen in one mode. Between several specimens of a mode they are a part of the scatter, which is measured, and are not
-//! added a second time; those of the one specimen of another mode are. Other scales and the compliance are common to all.
+//! Zeros and the cross-section are those of each curve, a specimen in one test. Between several specimens of a test they are a part of the scatter, which is measured, and are not
+//! added a second time; those of the one specimen of another test are. Other scales and the compliance are common to all.
 //!
 //! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
 
 use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
 use crate::calibrate::intake::piece::Piece;
 use crate::calibrate::judgement::errors::{curves, directions};
+use crate::calibrate::sample::{Test, tests};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
 use crate::calibrate::treatment::toe_line::ToeLine;
 use crate::calibrate::{ErrorModel, Estimate, Experiment, FitError, FittableLaw, Sample};
@@ -61,14 +62,15 @@ pub fn contributions(
         return Ok(stated);
     }
     let every: Vec<usize> = (0..fitted.len()).collect();
-    let alone = alone(fitted, answer);
+    let tests = tests(fitted);
+    let alone = alone(fitted, &tests, answer);
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     for kind in kinds {
         let width = |k: usize| errors[k].0.get(&kind).copied().unwrap_or(0.0);
         let moved = |rows: &Vec<usize>| -> Result<DVector<f64>, FitError> {
             let mut residuals = DVector::zeros(fitted.len());
             for &k in rows.iter().filter(|k| width(**k) > 0.0) {
-                let change = change(kind, setting, answer, &fitted[k], experiment.piece(&fitted[k]))?;
+                let change = change(kind, setting, answer, (&fitted[k], tests[k]), experiment.piece(&fitted[k]))?;
                 residuals[k] = answer.weight[k] * width(k) * change;
             }
             Ok(residuals)
@@ -105,14 +107,15 @@ fn errors_of_rows(
     asked: &Accuracy,
 ) -> Vec<Accuracy> {
     let mut all = vec![Accuracy::default(); fitted.len()];
+    let tests = tests(fitted);
     for rows in curves(fitted) {
-        let first = &fitted[rows[0]];
+        let (first, test) = (&fitted[rows[0]], tests[rows[0]]);
         let piece = experiment.piece(first);
-        let mut own = piece.errors(first.mode, asked);
+        let mut own = piece.errors(test, asked);
         if let Some(toe) = own.0.get_mut(&SharedError::Toe) {
-            *toe += curvature(setting, answer, piece, first);
+            *toe += curvature(setting, answer, piece, (first, test));
         }
-        let bounded = piece.correction(SharedError::Zeroing, first.mode).is_some_and(|c| c.bounded);
+        let bounded = piece.correction(SharedError::Zeroing, test).is_some_and(|c| c.bounded);
         if let Some(zero) = own.0.get_mut(&SharedError::Zeroing).filter(|_| bounded) {
             *zero = zero.min(scatter(setting, fitted, answer, &rows));
         }
@@ -129,12 +132,12 @@ fn scatter(setting: &LawSetting, fitted: &[Sample], answer: &LawFit, rows: &[usi
 }
 
 /// Rows of the curves whose zeros are in no scatter.
-fn alone(fitted: &[Sample], answer: &LawFit) -> Vec<Vec<usize>> {
+fn alone(fitted: &[Sample], tests: &[Test], answer: &LawFit) -> Vec<Vec<usize>> {
     let groups = curves(fitted);
-    let of_mode = |row: usize| groups.iter().filter(|rows| fitted[rows[0]].mode == fitted[row].mode).count();
+    let of_test = |row: usize| groups.iter().filter(|rows| tests[rows[0]] == tests[row]).count();
     match answer.errors.model {
         ErrorModel::Specimens { .. } => vec![],
-        ErrorModel::Levels { .. } => groups.iter().filter(|rows| of_mode(rows[0]) == 1).cloned().collect(),
+        ErrorModel::Levels { .. } => groups.iter().filter(|rows| of_test(rows[0]) == 1).cloned().collect(),
         _ => groups,
     }
 }
@@ -144,7 +147,7 @@ fn change(
     kind: SharedError,
     setting: &LawSetting,
     answer: &LawFit,
-    s: &Sample,
+    (s, test): (&Sample, Test),
     piece: &Piece,
 ) -> Result<f64, FitError> {
     // The stress without its scatter, which would take up the residuals
@@ -163,15 +166,15 @@ fn change(
         SharedError::Poisson => by_poisson(setting.model, &answer.values, s),
         SharedError::Compliance => slope() * law() * area()? / piece.dimensions.needed_length(kind)?,
         SharedError::Zeroing => {
-            let own = piece.correction(kind, s.mode).map_or(0.0, |c| c.strain_per_stress);
+            let own = piece.correction(SharedError::Toe, test).map_or(0.0, |c| c.strain_per_stress);
             1.0 - if own > 0.0 { slope() * own } else { 0.0 }
         }
     })
 }
 
 /// How far the curvature of the law moves the line of a toe \[–\].
-fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, s: &Sample) -> f64 {
-    let Some(toe) = piece.correction(SharedError::Toe, s.mode) else { return 0.0 };
+fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, (s, test): (&Sample, Test)) -> f64 {
+    let Some(toe) = piece.correction(SharedError::Toe, test) else { return 0.0 };
     let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
     let points: Vec<(f64, f64)> = toe.line.iter().map(|e| (*e, law(*e))).collect();
     ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())

@@ -30,6 +30,7 @@ pub(super) mod measurement;
 pub(super) mod mirrored;
 pub(super) mod misfit;
 pub(super) mod origin;
+pub(super) mod outliers;
 mod predictions;
 pub(super) mod profile;
 pub(super) mod ranges;

@@ -3,6 +3,7 @@
 use super::curve_errors::curves;
 use super::repeats::Repeats;
 use crate::calibrate::Sample;
+use crate::calibrate::sample::tests;
 
 /// Where the data points come from.
 #[derive(Clone, PartialEq, Debug)]
@@ -16,11 +17,11 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// The origin of samples, whose tests are their modes; the number of a mode serves as a name alone.
+    /// The origin of samples; the number of a test serves as a name alone.
     pub fn of(samples: &[Sample]) -> Self {
         Self {
             specimen: samples.iter().map(|s| s.specimen).collect(),
-            test: samples.iter().map(|s| s.mode as usize).collect(),
+            test: tests(samples).iter().map(|t| 2 * t.mode as usize + usize::from(t.compression)).collect(),
             curves: curves(samples),
         }
     }

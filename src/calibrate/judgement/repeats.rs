@@ -1,6 +1,7 @@
 //! Tests that several specimens repeat, and those of a single one.
 
-use crate::calibrate::{Mode, Sample};
+use crate::calibrate::Sample;
+use crate::calibrate::sample::{Test, tests};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Tests by the number of their specimens.
@@ -25,9 +26,9 @@ impl<T: Ord> Repeats<T> {
     }
 }
 
-impl Repeats<Mode> {
-    /// Counts the specimens of each mode of the samples: the modes are their tests.
-    pub fn of_modes(samples: &[Sample]) -> Self {
-        Self::of(samples.iter().map(|s| (s.mode, s.specimen)))
+impl Repeats<Test> {
+    /// Counts the specimens of each test of the samples.
+    pub fn of_samples(samples: &[Sample]) -> Self {
+        Self::of(tests(samples).into_iter().zip(samples.iter().map(|s| s.specimen)))
     }
 }

@@ -12,12 +12,12 @@
 //! it does not make a rubber stretch without stress, and of a curve that stiffens more than the law can it leaves the most, with an offset too: that is no slack, and no warning. Where one specimen shows slack, the others of its mode were clamped alike, and each has an offset. Where e₀ is significant, a constant without it is outside of its interval with it, and
 //! no such data points exist, there is a warning.
 //!
-//! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
+//! Limits: not of biaxial tests, and not of a specimen that was tested to both sides of rest; the gauge length is not corrected by the slack.
 
 use super::errors;
 use super::estimate::Estimate;
 use super::origin::Origin;
-use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
+use crate::calibrate::solve::offset::{Offset, SlackChoice, no_single_offset, removed};
 use crate::calibrate::solve::{
     LawFit, LawSetting, ROUNDING, constants, fitted, jacobian, residual, solve, solve_untested,
 };
@@ -107,30 +107,25 @@ pub struct SlackFit {
 /// `rows`: the fitted data points as measured.
 pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Result<SlackFit, FitError> {
     let nothing = SlackFit { offsets: vec![], hint: None };
-    let biaxial = rows.iter().any(|s| s.mode == Mode::Biaxial);
     let mut curves: Vec<Offset> = Vec::new();
+    let mut refusal = None;
     for s in rows {
-        if !curves.iter().any(|o| o.is_of(s)) {
-            let side: f64 = rows
-                .iter()
-                .filter(|o| o.specimen == s.specimen && o.mode == s.mode)
-                .map(|o| s.mode.strain(o.stretch))
-                .sum();
-            curves.push(Offset { specimen: s.specimen, mode: s.mode, strain: 0.0, side: side.signum() });
+        if curves.iter().any(|o| o.specimen == s.specimen && o.mode == s.mode) {
+            continue;
         }
+        let own = || rows.iter().filter(|o| o.specimen == s.specimen && o.mode == s.mode);
+        let strains = || own().map(|o| s.mode.strain(o.stretch));
+        let side = strains().sum::<f64>().signum();
+        let begin = strains().map(|e| side * e).fold(0.0, f64::min);
+        curves.push(Offset { specimen: s.specimen, mode: s.mode, strain: 0.0, side, begin });
+        refusal = refusal.or(no_single_offset(s.mode, own()));
     }
     let few = rows.len() < setting.model.parameters().len() + curves.len() + 2;
-    if choice == SlackChoice::No || (choice == SlackChoice::Auto && (biaxial || few)) {
-        return Ok(nothing);
-    }
-    if biaxial || few {
-        return Err(FitError::Slack {
-            reason: if biaxial {
-                "a biaxial test has two strains, and no single offset"
-            } else {
-                "there are too few data points for it"
-            },
-        });
+    let refusal = refusal.or(few.then_some("there are too few data points for it"));
+    match (choice, refusal) {
+        (SlackChoice::No, _) | (SlackChoice::Auto, Some(_)) => return Ok(nothing),
+        (SlackChoice::Yes, Some(reason)) => return Err(FitError::Slack { reason }),
+        (_, None) => {}
     }
     if choice == SlackChoice::Yes {
         return Ok(SlackFit { offsets: search(setting, rows, curves)?.0, hint: None });

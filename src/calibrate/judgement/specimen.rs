@@ -1,20 +1,23 @@
 //! Several specimens of one test: the mean of the constants, their scatter, and a specimen that is an outlier.
 //!
-//! Each specimen is fitted alone. The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
+//! Each specimen is fitted alone. The level of specimen i is Σ Pᵢ P̂/Σ P̂² of its smoothed curve (below) and the stresses P̂ of the fit to all rows at 11 stretches of each test that all
+//! specimens reached: how stiff it is as a whole. Over its own stretches the level of one that broke earlier would be the misfit of the law there. One
 //! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
 //!
 //! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k curves at λ (Hahn & Meeker, *Statistical
 //! Intervals*, 1991, ch. 4; exact for normal scatter). The curve of a specimen is its law with the line of least squares through its residuals near λ (a local
 //! linear regression: Cleveland, J. Am. Stat. Assoc. 74, 1979, 829–836), so that the band holds whether or not the law describes the data.
 //!
-//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same modes; does not detect two; a specimen of another
+//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same tests; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
 use super::estimate::Estimate;
+use crate::calibrate::sample::tests;
 use crate::calibrate::solve::{LawFit, LawSetting, Pattern, solve};
 use crate::calibrate::{FitError, FittableLaw, Mode, Sample};
 use crate::math::statistics::{self, deviation, extent};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// One specimen fitted alone.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -22,8 +25,8 @@ pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// Its stresses over those of the fit to all data points \[–\]
-    pub level: f64,
+    /// Its stresses over those of the fit to all data points \[–\], at the stretches that all specimens have; `None`: there are none
+    pub level: Option<f64>,
 }
 
 /// Where the stress of another specimen is to be expected.
@@ -52,7 +55,7 @@ pub struct Scatter {
     pub outlier: Option<String>,
 }
 
-/// Also the tests of the residuals of each specimen alone; `None` with one specimen, and where they were tested in different modes. `groups`: the fitted data
+/// Also the tests of the residuals of each specimen alone; `None` with one specimen, and where they were tested in different modes or to different sides of rest. `groups`: the fitted data
 /// points of each.
 pub fn scatter(
     setting: &LawSetting,
@@ -61,8 +64,7 @@ pub fn scatter(
     answer: &LawFit,
 ) -> Result<Option<(Scatter, Vec<Pattern>)>, FitError> {
     let k = groups.len();
-    let modes = |rows: &Vec<Sample>| Mode::ALL.map(|m| rows.iter().any(|s| s.mode == m));
-    if k < 2 || groups.iter().any(|rows| modes(rows) != modes(&groups[0])) {
+    if k < 2 || groups.iter().any(|rows| places(rows) != places(&groups[0])) {
         return Ok(None);
     }
     let one = |(name, rows): (&String, &Vec<Sample>)| {
@@ -71,25 +73,62 @@ pub fn scatter(
         }
         let fit = solve(&setting.of(rows), rows, Some(answer))?;
         let parameters = fit.identified.estimates.clone();
-        let law = |s: &Sample| setting.model.at(&answer.values, s);
-        let along: f64 = rows.iter().map(|s| s.stress * law(s)).sum();
-        let level = along / rows.iter().map(|s| law(s).powi(2)).sum::<f64>();
-        Ok((Specimen { file: name.clone(), rows: rows.len(), parameters, level }, fit))
+        Ok((Specimen { file: name.clone(), rows: rows.len(), parameters, level: None }, fit))
     };
-    let (specimens, fits): (Vec<Specimen>, Vec<LawFit>) =
+    let (mut specimens, fits): (Vec<Specimen>, Vec<LawFit>) =
         names.iter().zip(groups).map(one).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
     let of = |j: usize| specimens.iter().map(|s| s.parameters[j].value).collect::<Vec<_>>();
     let columns: Vec<Vec<f64>> = (0..answer.values.len()).map(of).collect();
     let means: Vec<f64> = columns.iter().map(|c| c.iter().sum::<f64>() / k as f64).collect();
     let deviations: Vec<f64> = columns.iter().map(|c| deviation(c)).collect();
-    let levels: Vec<f64> = specimens.iter().map(|s| s.level).collect();
-    let outlier = apart(&levels).map(|i| specimens[i].file.clone());
+    let levels = levels(setting, groups, &fits, answer);
+    specimens.iter_mut().zip(levels.iter().flatten()).for_each(|(s, level)| s.level = Some(*level));
+    let outlier = levels.and_then(|levels| apart(&levels)).map(|i| specimens[i].file.clone());
     let patterns: Vec<Pattern> = fits.iter().map(|f| f.pattern).collect();
     let next = next(setting, groups, &fits);
     Ok(Some((Scatter { specimens, means, deviations, next, outlier }, patterns)))
 }
 
-/// Stretches of the band of the next specimen, in each mode
+/// Modes and sides of rest of data points.
+fn places(rows: &[Sample]) -> BTreeSet<(Mode, bool)> {
+    tests(rows).into_iter().map(|test| (test.mode, test.compression)).collect()
+}
+
+/// The level of each specimen at what all have of each test; `None` where that is nothing.
+fn levels(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit], answer: &LawFit) -> Option<Vec<f64>> {
+    let mut sums = vec![[0.0; 2]; groups.len()];
+    for (mode, compression) in places(&groups[0]) {
+        let has = |s: &Sample| s.mode == mode && (!Mode::PULLED.contains(&mode) || (s.stretch < 1.0) == compression);
+        let at = |s: &Sample| if mode == Mode::Biaxial { s.reach().ln().abs() } else { s.stretch };
+        let Some([low, high]) = shared(groups, has, at) else { continue };
+        for ((rows, fit), [along, square]) in groups.iter().zip(fits).zip(&mut sums) {
+            let mut add = |stress: f64, law: f64| (*along, *square) = (*along + stress * law, *square + law * law);
+            // The stress of a biaxial test is no function of one stretch
+            let inside = rows.iter().filter(|s| mode == Mode::Biaxial && has(s) && (low..=high).contains(&at(s)));
+            inside.for_each(|s| add(s.stress, setting.model.at(&answer.values, s)));
+            for stretch in stretches([low, high]).filter(|_| mode != Mode::Biaxial) {
+                let place = (stretch, (high - low) / (STRETCHES - 1) as f64);
+                let law = setting.model.stress(&answer.values, mode, stretch);
+                add(smoothed(setting.model, fit, rows, mode, place), law);
+            }
+        }
+    }
+    sums.iter().all(|[_, square]| *square > 0.0).then(|| sums.iter().map(|[along, square]| along / square).collect())
+}
+
+/// What these data points of all specimens have in common; `None` where that is nothing.
+fn shared(groups: &[Vec<Sample>], has: impl Fn(&Sample) -> bool, at: impl Fn(&Sample) -> f64) -> Option<[f64; 2]> {
+    let ends = groups.iter().map(|rows| extent(rows.iter().filter(|s| has(s)).map(&at)));
+    let [low, high] = ends.fold([0.0_f64, f64::INFINITY], |[a, b], [low, high]| [a.max(low), b.min(high)]);
+    (low <= high && high.is_finite()).then_some([low, high])
+}
+
+/// Evenly spread stretches of a range.
+fn stretches([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..STRETCHES).map(move |i| low + (high - low) * i as f64 / (STRETCHES - 1) as f64)
+}
+
+/// Stretches of a range at which curves are compared
 const STRETCHES: usize = 11;
 
 /// Data points that the line through the residuals near a stretch has at least
@@ -119,18 +158,16 @@ fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Ba
     let k = fits.len() as f64;
     let factor = statistics::t_quantile(0.95, fits.len() - 1) * (1.0 + 1.0 / k).sqrt();
     let of = |mode: Mode| {
-        let ends = groups.iter().map(|g| extent(g.iter().filter(|s| s.mode == mode).map(|s| s.stretch)));
-        let [low, high] = ends.fold([0.0_f64, f64::INFINITY], |[a, b], [low, high]| [a.max(low), b.min(high)]);
-        let at = move |i: usize| low + (high - low) * i as f64 / (STRETCHES - 1) as f64;
-        let known = mode != Mode::Biaxial && low < high && high.is_finite();
-        let one = move |i: usize| {
-            let place = (at(i), (high - low) / (STRETCHES - 1) as f64);
+        let found = shared(groups, |s| s.mode == mode, |s| s.stretch);
+        let known = found.filter(|[low, high]| mode != Mode::Biaxial && low < high);
+        let one = move |stretch: f64, [low, high]: [f64; 2]| {
+            let place = (stretch, (high - low) / (STRETCHES - 1) as f64);
             let curve = |(rows, fit): (&Vec<Sample>, &LawFit)| smoothed(setting.model, fit, rows, mode, place);
             let all: Vec<f64> = groups.iter().zip(fits).map(curve).collect();
             let (mean, half) = (all.iter().sum::<f64>() / k, factor * deviation(&all));
-            Band { mode, stretch: at(i), mean, interval: [mean - half, mean + half] }
+            Band { mode, stretch, mean, interval: [mean - half, mean + half] }
         };
-        (0..STRETCHES).filter(move |_| known).map(one)
+        known.into_iter().flat_map(move |range| stretches(range).map(move |stretch| one(stretch, range)))
     };
     Mode::ALL.into_iter().flat_map(of).collect()
 }

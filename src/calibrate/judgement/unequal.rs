@@ -22,7 +22,7 @@ use super::error_model::{ErrorModel, Errors};
 use crate::math::statistics::{extent, real_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// 95 % of χ² of one to eleven degrees of freedom: a specimen of a direct fit has at most six curves, four modes and two directions of a biaxial test; more than twelve curves of an inverse
+/// 95 % of χ² of one to eleven degrees of freedom: a specimen of a direct fit has at most nine curves, both sides of three modes, shear and two directions of a biaxial test; more than twelve curves of an inverse
 /// analysis have errors of one size
 const CHANGES: [f64; 11] = [3.841, 5.991, 7.815, 9.488, 11.070, 12.592, 14.067, 15.507, 16.919, 18.307, 19.675];
 /// Data points beyond the constants that the tests need

@@ -1,42 +1,38 @@
 //! Range of stretch in which a fitted law is within a tolerance of the data.
 
-use super::misfit::Residual;
-use crate::calibrate::{Mode, Validity};
+use super::misfit::{Residual, residuals};
+use crate::calibrate::sample::{Test, by_test};
+use crate::calibrate::{Sample, ValidRange, Validity};
 
 /// Misfit below this part of the rms stress of the fitted data points does not end a range: at small stretches it is noise, slack or the resolution
 /// of the machine \[–\]
-const FLOOR: f64 = 0.02;
+pub const FLOOR: f64 = 0.02;
 
 /// Part of the data points, those nearest to rest, that a range may leave out: slack and offsets of the zero are large against their stresses \[–\]
 const LEFT_OUT: f64 = 0.1;
 
-/// The range on both sides of rest; `fitted` are the residuals of the fitted data points.
-pub fn validity(all: &[Residual], fitted: &[Residual], modes: &[Mode], tolerance: f64) -> Validity {
+/// The range of each test of these data points, with the stresses of the law; `fitted` are the residuals of the fitted data points.
+pub fn validity(samples: &[Sample], law: impl Fn(&Sample) -> f64, fitted: &[Residual], tolerance: f64) -> Validity {
     let budget = FLOOR * FLOOR * fitted.iter().map(|r| r.measured.powi(2)).sum::<f64>();
-    let side = |tension: bool| {
-        let on_side = |r: &&Residual| modes.contains(&r.mode) && if tension { r.reach > 1.0 } else { r.reach < 1.0 };
-        let mut rows: Vec<_> = all.iter().filter(on_side).collect();
-        rows.sort_by(|a, b| (a.reach - 1.0).abs().total_cmp(&(b.reach - 1.0).abs()));
+    let of = |(test, own): (Test, Vec<Sample>)| {
+        let amount = |r: &Residual| r.reach.ln().abs();
+        let is_off_rest = |r: &Residual| r.reach != 1.0 && (!test.has_sides() || (r.reach < 1.0) == test.compression);
+        let mut rows: Vec<Residual> = residuals(&own, &law).into_iter().filter(is_off_rest).collect();
+        rows.sort_by(|a, b| amount(a).total_cmp(&amount(b)));
         let most = (LEFT_OUT * rows.len() as f64) as usize;
         let after = |skipped: usize| {
             let (to, from) = range(&rows[skipped..], tolerance, budget)?;
             let first = (skipped > 0).then_some(rows.get(skipped)?.reach);
             Some((to, from.or(first)))
         };
-        (0..=most).find_map(after)
+        let found = (0..=most).find_map(after);
+        ValidRange { test, from: found.and_then(|(_, from)| from), to: found.map(|(to, _)| to) }
     };
-    let (compression, tension) = (side(false), side(true));
-    Validity {
-        tolerance,
-        compression_to: compression.map(|s| s.0),
-        compression_from: compression.and_then(|s| s.1),
-        tension_to: tension.map(|s| s.0),
-        tension_from: tension.and_then(|s| s.1),
-    }
+    Validity { tolerance, tests: by_test(samples).into_iter().map(of).collect() }
 }
 
 /// End of the range of rows by distance from rest, and where it begins if not at the first of them.
-fn range(rows: &[&Residual], tolerance: f64, budget: f64) -> Option<(f64, Option<f64>)> {
+fn range(rows: &[Residual], tolerance: f64, budget: f64) -> Option<(f64, Option<f64>)> {
     let (mut r2, mut p2) = (0.0, 0.0);
     let sums = rows.iter().map(|row| {
         (r2, p2) = (r2 + row.residual.powi(2), p2 + row.measured.powi(2));
@@ -52,24 +48,22 @@ fn range(rows: &[&Residual], tolerance: f64, budget: f64) -> Option<(f64, Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibrate::Mode;
 
     /// Stretches 1.05, 1.10, … with these residuals over a stress that grows by 10 kPa from row to row.
     fn tension(residuals: &[f64]) -> (Option<f64>, Option<f64>) {
-        let row = |(k, residual): (usize, &f64)| {
-            let (stretch, measured) = (1.0 + 0.05 * (k + 1) as f64, 1e4 * (k + 1) as f64);
-            Residual {
-                mode: Mode::Uniaxial,
-                stretch,
-                reach: stretch,
-                measured,
-                law: measured - residual,
-                residual: *residual,
-                line: 2,
-            }
+        let row = |k: usize| Sample {
+            mode: Mode::Uniaxial,
+            stretch: 1.0 + 0.05 * (k + 1) as f64,
+            second: 1.0,
+            stress: 1e4 * (k + 1) as f64,
+            line: k as u64,
+            specimen: 0,
         };
-        let all: Vec<Residual> = residuals.iter().enumerate().map(row).collect();
-        let found = validity(&all, &all, &[Mode::Uniaxial], 0.1);
-        (found.tension_from, found.tension_to)
+        let samples: Vec<Sample> = (0..residuals.len()).map(row).collect();
+        let law = |s: &Sample| s.stress - residuals[s.line as usize];
+        let found = validity(&samples, law, &super::residuals(&samples, law), 0.1);
+        (found.tests[0].from, found.tests[0].to)
     }
 
     #[test]

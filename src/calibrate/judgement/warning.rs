@@ -3,6 +3,7 @@
 use super::compressibility::{Change, UNNOTICED};
 use super::estimate::Direction;
 use crate::calibrate::constant_format::{number_text, probability_text, stress_text};
+use crate::calibrate::sample::Test;
 use crate::calibrate::{Mode, Partner, Treatment};
 use crate::wording;
 use serde::Serialize;
@@ -15,8 +16,8 @@ pub enum FitWarning {
     /// Residuals have a pattern. p-values \[–\] of the two tests; one of them is below 2.5 %.
     /// `wider`: something smooth is left, by which the intervals for use are wider
     Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64, wider: bool },
-    /// Rms misfit in the fitted range above the tolerance
-    Misfit { rms_relative: f64, tolerance: f64 },
+    /// Rms misfit in the fitted range above the tolerance, where there are several tests of one of them
+    Misfit { test: Option<Test>, rms_relative: f64, tolerance: f64 },
     /// Another mode is predicted with more than the tolerance
     CrossMode { mode: Mode, bias_relative: f64, rms_relative: f64 },
     /// Stiffness outside 1 kPa to 10 MPa; `instead`: the unit that would make it a rubber
@@ -47,8 +48,8 @@ pub enum FitWarning {
     LimitedOutliers { file: String, lines: Vec<u64> },
     /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
-    /// Modes of which only one of several specimens was tested, and those of which several were
-    NoRepeat { single: Vec<Mode>, repeated: Vec<Mode> },
+    /// Tests of which only one of several specimens was taken, and those of which several were
+    NoRepeat { single: Vec<Test>, repeated: Vec<Test> },
     /// The errors are larger at large stresses, and every pascal has the same weight
     Unequal,
     /// The errors of curves have different sizes, and every pascal has the same weight; largest standard deviation over the smallest one
@@ -74,11 +75,12 @@ impl fmt::Display for FitWarning {
                 write_systematic(f, (*runs, *runs_p), *departure_p, *rms_relative)?;
                 if *wider { write!(f, "; for its use over all of it take the wider interval") } else { Ok(()) }
             }
-            Self::Misfit { rms_relative, tolerance } => write!(
+            Self::Misfit { test, rms_relative, tolerance } => write!(
                 f,
-                "misfit {:.1} % rms in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
+                "misfit {:.1} % rms{} in the fitted range is above {:.1} %: narrow --range to the stretches of the use, \
                  or take a richer law",
                 100.0 * rms_relative,
+                test.map(|test| format!(" of {test}")).unwrap_or_default(),
                 100.0 * tolerance
             ),
             Self::CrossMode { mode, bias_relative, rms_relative } => {
@@ -212,7 +214,10 @@ impl FitWarning {
                 write(f, "influence the fit", file, lines)?;
                 f.write_str("; pass --loss huber, or leave them out")
             }
-            Self::LimitedOutliers { file, lines } => write(f, "have a limited weight by --loss huber", file, lines),
+            Self::LimitedOutliers { file, lines } => {
+                write(f, "have a limited weight by --loss huber", file, lines)?;
+                f.write_str("; the misfit is that of the others")
+            }
             _ => Ok(()),
         }
     }
@@ -253,7 +258,7 @@ impl FitWarning {
         match self {
             Self::Specimen { file, level } => write!(
                 f,
-                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
+                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all at the stretches that all have, more than the scatter of the others \
                  explains (Grubbs' test, 5 %); look for the cause before leaving it out"
             ),
             Self::NoRepeat { single, repeated } => write_no_repeat(f, single, repeated),
@@ -298,15 +303,15 @@ impl FitWarning {
     }
 }
 
-fn write_no_repeat(f: &mut fmt::Formatter<'_>, single: &[Mode], repeated: &[Mode]) -> fmt::Result {
-    let words = |modes: &[Mode]| modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+fn write_no_repeat(f: &mut fmt::Formatter<'_>, single: &[Test], repeated: &[Test]) -> fmt::Result {
+    let words = |tests: &[Test]| tests.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     match repeated {
         [] => f.write_str(
-            "each mode was tested on one specimen: the intervals hold the errors of the curves, not the scatter between specimens; test several in a mode",
+            "each test was made on one specimen: the intervals hold the errors of the curves, not the scatter between specimens; take several for a test",
         ),
         repeated => write!(
             f,
-            "{} was tested on one specimen: its level is taken to scatter as that of the specimens in {}; test several in each mode",
+            "{} was tested on one specimen: its level is taken to scatter as that of the specimens in {}; take several for each test",
             words(single),
             words(repeated)
         ),
@@ -367,7 +372,7 @@ fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(Mode, f64)], reach: f64, 
     write!(
         f,
         "the law loses material stability in {}, although principal stretches up to {reach:.4} were fitted: do not use it there, fit \
-         these modes too",
+         these modes up to there, too",
         words.join(", ")
     )?;
     if linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }

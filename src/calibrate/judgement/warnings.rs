@@ -6,17 +6,20 @@ use super::determined::limits;
 use super::estimate::Estimate;
 use super::mirrored::decisive;
 use super::misfit::{Misfit, Residual, residuals};
+use super::outliers::Outliers;
 use super::repeats::Repeats;
+use super::validity::FLOOR;
 use super::warning::FitWarning;
 use crate::calibrate::constant_format::list;
+use crate::calibrate::sample::{Test, by_test};
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
-    AuditKind, Experiment, FitResult, FittableLaw, Loss, Mode, Prediction, PredictionKind, Sample, SolverCheck,
-    Treatment, Weighting,
+    AuditKind, Experiment, FitResult, FittableLaw, Mode, Prediction, PredictionKind, Sample, SolverCheck, Treatment,
+    Weighting,
 };
 use crate::material::FitTerms;
-use crate::math::statistics::{extent, median};
+use crate::math::statistics::extent;
 use crate::math::units::{Dimension, parse};
 
 /// A relative misfit that is printed as 0.00 % has no pattern worth a word \[–\]
@@ -27,7 +30,7 @@ pub fn warnings(
     result: &FitResult,
     answer: &LawFit,
     model: FittableLaw,
-    (experiment, fitted): (&Experiment, &[Sample]),
+    (experiment, fitted, outliers): (&Experiment, &[Sample], &Outliers),
     tolerance: f64,
 ) -> Vec<FitWarning> {
     let mut found = Vec::new();
@@ -46,10 +49,7 @@ pub fn warnings(
     found.extend(other_minimum(result, answer, model));
     found.extend(held(answer));
     found.extend(unstable(result, model, fitted));
-    let rms_relative = result.misfit.rms_relative;
-    if rms_relative > tolerance {
-        found.push(FitWarning::Misfit { rms_relative, tolerance });
-    }
+    found.extend(misfits(result, model, &answer.values, &outliers.counted(fitted, result.loss), tolerance));
     let other = |p: &&Prediction| p.kind == PredictionKind::OtherModeInRange;
     for p in result.predictions.iter().filter(other).filter(|p| p.misfit.rms_relative > tolerance) {
         let Misfit { bias_relative, rms_relative, .. } = p.misfit;
@@ -58,17 +58,10 @@ pub fn warnings(
     if let ([mode], true) = (&result.modes[..], result.parameters.len() > 1 && experiment.modes().len() == 1) {
         found.push(FitWarning::OneMode { mode: *mode });
     }
-    for (k, file) in experiment.specimens.iter().enumerate() {
-        let own: Vec<Sample> = fitted.iter().filter(|s| s.specimen == k).copied().collect();
-        let (file, lines) = (file.clone(), outliers(&residuals(&own, |s| model.at(&answer.values, s))));
-        found.extend((!lines.is_empty()).then_some(match result.loss {
-            Loss::Squares => FitWarning::Outliers { file, lines },
-            Loss::Huber => FitWarning::LimitedOutliers { file, lines },
-        }));
-    }
+    found.extend(outliers.warnings(&experiment.specimens, result.loss));
     found.extend(result.scatter.as_ref().and_then(|s| {
         let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
-        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
+        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level? })
     }));
     if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
         && starts > 2
@@ -83,6 +76,27 @@ pub fn warnings(
     found.extend(lateral.map(|message| FitWarning::Data { message }));
     found.extend(compressible(result, model));
     found
+}
+
+/// One warning for each test in which the misfit is above the tolerance: the stresses of one may hide that of another. What is below 2 % of the rms stress of the fit, in which the range of validity
+/// does not end either, is none.
+fn misfits(result: &FitResult, model: Model, values: &[f64], counted: &[Sample], tolerance: f64) -> Vec<FitWarning> {
+    let square = |rows: &[Residual], of: fn(&Residual) -> f64| rows.iter().map(|r| of(r).powi(2)).sum::<f64>();
+    let budget = FLOOR * FLOOR * counted.iter().map(|s| s.stress.powi(2)).sum::<f64>();
+    let groups = by_test(counted);
+    let one = |(test, own): (&Test, &Vec<Sample>)| {
+        let rows = residuals(own, |s| model.at(values, s));
+        let (r2, p2) = (square(&rows, |r| r.residual), square(&rows, |r| r.measured));
+        let test = (groups.len() > 1).then_some(*test);
+        let is_large = r2 > tolerance * tolerance * p2 && r2 > budget;
+        is_large.then(|| FitWarning::Misfit { test, rms_relative: (r2 / p2).sqrt(), tolerance })
+    };
+    let found: Vec<FitWarning> = groups.iter().filter_map(one).collect();
+    let Misfit { rms_relative, .. } = result.misfit;
+    match found[..] {
+        [] if rms_relative > tolerance => vec![FitWarning::Misfit { test: None, rms_relative, tolerance }],
+        _ => found,
+    }
 }
 
 /// A pattern in the residuals of one specimen, the level shared by all.
@@ -102,9 +116,9 @@ pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
     grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
 
-/// Modes of one specimen in tests of several.
+/// Tests on one specimen where there are several.
 pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
-    let Repeats { repeated, single } = Repeats::of_modes(fitted);
+    let Repeats { repeated, single } = Repeats::of_samples(fitted);
     let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
     (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
 }
@@ -164,37 +178,6 @@ fn undefined(answer: &LawFit, model: FittableLaw, experiment: &Experiment) -> Op
     let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(Sample::reach).collect();
     let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })
-}
-
-/// Robust standard deviations off the neighbours, of stresses and of relative ones, part of the own stress and of the largest one from which on a data point is
-/// an outlier \[–\]
-const OFF: f64 = 8.0;
-const PART: f64 = 0.2;
-const SMALL: f64 = 0.05;
-/// Fewer data points have no neighbourhood
-const FEW: usize = 10;
-
-/// Lines of one specimen whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
-/// outlier is not.
-fn outliers(rows: &[Residual]) -> Vec<u64> {
-    let off = |k: usize| {
-        let near = rows[k.saturating_sub(2)..(k + 3).min(rows.len())].iter().filter(|r| r.mode == rows[k].mode);
-        (rows[k].residual - median(&near.map(|r| r.residual).collect::<Vec<_>>())).abs()
-    };
-    let all: Vec<f64> = (0..rows.len()).map(off).collect();
-    if rows.len() < FEW {
-        return vec![];
-    }
-    let largest = rows.iter().map(|r| r.measured.abs()).fold(0.0, f64::max);
-    let relative: Vec<f64> =
-        rows.iter().zip(&all).map(|(r, off)| off / r.measured.abs()).filter(|v| v.is_finite()).collect();
-    let limit = (OFF * 1.4826 * median(&all)).max(SMALL * largest);
-    // Of errors that grow with the stress the large ones are none
-    let part = if relative.is_empty() { PART } else { (OFF * 1.4826 * median(&relative)).max(PART) };
-    let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > part * r.measured.abs();
-    let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();
-    lines.sort_unstable();
-    lines
 }
 
 /// The law of the file, or of the scene that completes it, follows the fitted curve only as far as it is incompressible.

@@ -9,7 +9,8 @@ use super::result::SofteningFit;
 use crate::calibrate::intake::accuracy::SharedError;
 use crate::calibrate::intake::dimensions::Dimensions;
 use crate::calibrate::intake::piece::Piece;
-use crate::calibrate::{Accuracy, Bounded, ErrorModel, Experiment, FitError, FitOptions, Mode, Sample};
+use crate::calibrate::sample::{Test, tests};
+use crate::calibrate::{Accuracy, Bounded, ErrorModel, Experiment, FitError, FitOptions, Sample};
 use std::collections::BTreeSet;
 
 /// The constants with wider intervals, the errors that are in them, and a message for each error that could not be followed.
@@ -18,13 +19,14 @@ pub fn widened(
     experiment: &Experiment,
     options: &FitOptions,
 ) -> Result<(SofteningFit, Vec<SharedError>), FitError> {
-    let of_modes: BTreeSet<(Mode, usize)> = experiment.samples.iter().map(|s| (s.mode, s.specimen)).collect();
-    let is_alone = |mode: Mode| of_modes.iter().filter(|other| other.0 == mode).count() == 1;
+    let of_tests: BTreeSet<(Test, usize)> =
+        tests(&experiment.samples).into_iter().zip(experiment.samples.iter().map(|s| s.specimen)).collect();
+    let is_alone = |test: Test| of_tests.iter().filter(|other| other.0 == test).count() == 1;
     // The specimens whose zeros are in no scatter
     let specimens: BTreeSet<usize> = match fit.errors {
         ErrorModel::Specimens { .. } => BTreeSet::new(),
-        ErrorModel::Levels { .. } => of_modes.iter().filter(|one| is_alone(one.0)).map(|one| one.1).collect(),
-        _ => of_modes.iter().map(|one| one.1).collect(),
+        ErrorModel::Levels { .. } => of_tests.iter().filter(|one| is_alone(one.0)).map(|one| one.1).collect(),
+        _ => of_tests.iter().map(|one| one.1).collect(),
     };
     let (mut squares, mut followed) = ([0.0; 5], vec![]);
     for kind in
@@ -65,7 +67,7 @@ pub fn widened(
 
 /// The errors that a data point shares with others.
 fn errors(experiment: &Experiment, options: &FitOptions, s: &Sample) -> Accuracy {
-    experiment.piece(s).errors(s.mode, &options.accuracy)
+    experiment.piece(s).errors(Test { mode: s.mode, compression: s.stretch < 1.0, both: false }, &options.accuracy)
 }
 
 /// r, m, β, the set and m + βW_m from the data with an error of ± its half-width, of one specimen or of all; none where they cannot be had.

@@ -117,7 +117,7 @@ pub fn solve_untested(setting: &LawSetting, samples: &[Sample], near: &LawFit) -
 /// The constants without intervals and tests. Relative weights and Huber's follow from the law, and the fit is repeated until they settle.
 pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let (specimen, repeats): (Vec<usize>, _) =
-        (samples.iter().map(|s| s.specimen).collect(), Repeats::of_modes(samples));
+        (samples.iter().map(|s| s.specimen).collect(), Repeats::of_samples(samples));
     let base = |stress: &[f64]| {
         let mut weights = noise::weights(samples, stress, setting.weighting, &setting.noise)?;
         noise::share(&mut weights, &specimen, &repeats);

@@ -1,5 +1,6 @@
 //! Offset of the strain of a curve: how data points move with it, and which curves have one.
 
+use crate::calibrate::sample::sides;
 use crate::calibrate::{FittableLaw, Mode, Sample};
 use crate::material::Parameter;
 use crate::math::units::Dimension;
@@ -42,11 +43,14 @@ pub struct Offset {
     pub strain: f64,
     /// 1 in tension, −1 in compression
     pub side: f64,
+    /// Where its fitted data points begin, as a strain to its side \[–\]: zero, or noise below it
+    pub begin: f64,
 }
 
 impl Offset {
+    /// Whether a data point is of this curve. One on the other side of rest, which was not fitted, is none and keeps its strain.
     pub fn is_of(&self, s: &Sample) -> bool {
-        self.specimen == s.specimen && self.mode == s.mode
+        self.specimen == s.specimen && self.mode == s.mode && self.side * s.mode.strain(s.stretch) >= self.begin
     }
 
     /// The data point without this much of the slack.
@@ -58,6 +62,17 @@ impl Offset {
     /// ∂P/∂e₀ \[Pa\] at a data point without its slack.
     pub fn slope(&self, model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
         if !self.is_of(s) || s.stretch == 1.0 { 0.0 } else { -slope(model, values, s) }
+    }
+}
+
+/// Why a curve has no single offset: of a test to both sides of rest each side has its own.
+pub fn no_single_offset<'a>(mode: Mode, curve: impl Iterator<Item = &'a Sample>) -> Option<&'static str> {
+    match mode {
+        Mode::Biaxial => Some("a biaxial test has two strains, and no single offset"),
+        _ if sides(curve) == [true, true] => {
+            Some("a test to both sides of rest has no single offset: fit each side alone, with --range")
+        }
+        _ => None,
     }
 }
 

@@ -55,7 +55,7 @@ const BLOCKS: usize = 200;
 /// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbours do not explain of means of data points, as
 /// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
 fn runs(samples: &[Sample], residual: &DVector<f64>, correlation: Correlation) -> Option<(usize, f64)> {
-    if !Repeats::of_modes(samples).repeated.is_empty() {
+    if !Repeats::of_samples(samples).repeated.is_empty() {
         return None;
     }
     let mut curves = errors::curves(samples);

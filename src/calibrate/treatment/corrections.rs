@@ -15,10 +15,12 @@ use super::group::Group;
 use super::toe_line::ToeLine;
 use crate::calibrate::constant_format::stress_text;
 use crate::calibrate::intake::piece::CorrectionError;
+use crate::calibrate::sample::sides;
 use crate::calibrate::solve::noise;
 use crate::calibrate::{AuditEntry, AuditKind, FitError, Mode, Sample, SharedError};
 use crate::math::statistics::{deviation, t_quantile};
 use crate::math::units::{self, Dimension};
+use std::collections::HashSet;
 
 /// Data points above the level that begin the line, and data points of a line
 const BEGIN: usize = 3;
@@ -46,8 +48,13 @@ pub struct Corrected {
 }
 
 impl Corrections<'_> {
-    /// The data points of a table with the zero and the toe of each group.
-    pub fn applied(self, rows: &[Sample], groups: &[Group], file: &str) -> Result<Corrected, FitError> {
+    /// The data points of a table with the zero of each group and the toe of each side of rest.
+    pub fn applied(
+        self,
+        rows: &[Sample],
+        (groups, sides): (&[Group], &[Group]),
+        file: &str,
+    ) -> Result<Corrected, FitError> {
         let mut all = Corrected { samples: rows.to_vec(), ..Corrected::default() };
         if let Some(n) = self.zero {
             for group in groups {
@@ -60,8 +67,11 @@ impl Corrections<'_> {
             if !(level > 0.0 && level.is_finite()) {
                 return Err(refuse("the noise level must be above zero".into()));
             }
-            for group in groups {
-                shift(&mut all, group, level).map_err(refuse)?;
+            // A shift may take data points near rest to the other side
+            let lines = |group: &Group| group.of(&all.samples).iter().map(|s| s.line).collect::<HashSet<u64>>();
+            let lines: Vec<HashSet<u64>> = sides.iter().map(lines).collect();
+            for (group, lines) in sides.iter().zip(&lines) {
+                shift(&mut all, group, lines, level).map_err(refuse)?;
             }
         }
         Ok(all)
@@ -116,36 +126,43 @@ impl Corrected {
 }
 
 /// Shifts the strain of a group to where the line reaches zero stress, and drops the data points before the line.
-fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
+fn shift(all: &mut Corrected, group: &Group, lines: &HashSet<u64>, level: f64) -> Result<(), String> {
     let (mode, samples) = (group.mode, &mut all.samples);
     if mode == Mode::Biaxial {
         return Err("a biaxial test has two strains, and no single toe".into());
     }
-    let own = group.of(samples);
+    let has = |s: &Sample| s.specimen == group.specimen && s.mode == mode && lines.contains(&s.line);
+    let mut own: Vec<Sample> = samples.iter().filter(|s| has(s)).copied().collect();
+    if sides(&own) == [true, true] {
+        return Err(format!("the {mode} test goes to both sides of rest, and has no single toe; leave it out"));
+    }
+    let amount = |s: &Sample| mode.strain(s.stretch).abs();
+    // A table may list its data points towards rest
+    let most = own.iter().map(amount).fold(0.0, f64::max);
+    if own.first().is_some_and(|s| amount(s) > 0.5 * most) && own.last().is_some_and(|s| amount(s) < 0.5 * most) {
+        own.reverse();
+    }
     // Compression has the opposite sign
     let side = own.iter().map(|s| mode.strain(s.stretch)).sum::<f64>().signum();
     let above = |s: &Sample| side * s.stress >= level;
     let Some(first) = own.windows(BEGIN).position(|w| w.iter().all(above)) else {
-        return Err(format!("no {BEGIN} successive {mode} data points lie above it; give a lower level"));
+        return Err(format!("no {BEGIN} successive {} data points lie above it; give a lower level", group.name));
     };
     let line = own[first..].iter().take_while(|s| side * s.stress < END * level).count().max(BEGIN);
     let points: Vec<(f64, f64)> = own[first..first + line].iter().map(|s| (mode.strain(s.stretch), s.stress)).collect();
     let Some(found) = ToeLine::through(&points) else {
         return Err(format!(
-            "the stress does not rise with the strain in the {} {mode} data points after it is reached",
-            points.len()
+            "the stress does not rise with the strain in the {} {} data points after it is reached",
+            points.len(),
+            group.name
         ));
     };
     let ToeLine { origin, slope, half_width } = found;
     let (from, to) = (own[first].line, own[first + line - 1].line);
     let gone: Vec<u64> = own[..first].iter().map(|s| s.line).collect();
-    let mut seen = 0;
-    samples.retain(|s| {
-        seen += usize::from(group.has(s));
-        !group.has(s) || seen > first
-    });
-    let moved = samples.iter_mut().filter(|s| group.has(s));
+    let moved = samples.iter_mut().filter(|s| has(s));
     moved.for_each(|s| s.stretch = mode.stretch(mode.strain(s.stretch) - origin));
+    samples.retain(|s| !has(s) || !gone.contains(&s.line));
     let message = format!(
         "{} strain was shifted by {:+.6}: the line through lines {from} to {to} ({} data points, slope {}) reaches zero stress at {origin:.6}",
         group.name,
@@ -158,12 +175,8 @@ fn shift(all: &mut Corrected, group: &Group, level: f64) -> Result<(), String> {
         let message = format!("{} data points of the toe, before the line", group.name);
         all.log.push(AuditEntry::new(AuditKind::LeftOut, message, gone));
     }
-    for (specimen, zero) in &mut all.errors {
-        if *specimen == group.specimen && zero.mode == mode {
-            zero.strain_per_stress = slope.recip();
-        }
-    }
     let line = points.iter().map(|(strain, _)| strain - origin).collect();
-    all.add(group, CorrectionError { line, ..CorrectionError::of(SharedError::Toe, mode, half_width) });
+    let of_curve = CorrectionError::of(SharedError::Toe, mode, half_width);
+    all.add(group, CorrectionError { tension: group.tension(), strain_per_stress: slope.recip(), line, ..of_curve });
     Ok(())
 }

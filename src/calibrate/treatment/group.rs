@@ -40,6 +40,11 @@ impl Group {
         [(true, "tension"), (false, "compression")].map(of).into()
     }
 
+    /// Whether it is the tension of its mode alone, or the compression.
+    pub fn tension(&self) -> Option<bool> {
+        self.side
+    }
+
     pub fn has(&self, s: &Sample) -> bool {
         let is_on_side = self.side.is_none_or(|tension| (s.stretch >= 1.0) == tension);
         s.specimen == self.specimen && s.mode == self.mode && is_on_side

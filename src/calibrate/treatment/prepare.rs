@@ -9,6 +9,7 @@ use super::order;
 use super::rupture::{self, Beginning};
 use super::{Alternative, Preparation, Treatment};
 use crate::calibrate::constant_format::stress_text;
+use crate::calibrate::solve::offset::no_single_offset;
 use crate::calibrate::{AuditEntry, AuditKind, Experiment, FitError, Mode, Sample};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -153,7 +154,7 @@ impl<'t> Table<'t> {
     }
 
     fn corrected(&self, rows: &[Sample], corrections: Corrections) -> Result<Corrected, FitError> {
-        let mut found = corrections.applied(rows, &self.groups, &self.of.file)?;
+        let mut found = corrections.applied(rows, (&self.groups, &self.sides), &self.of.file)?;
         found.log.extend(self.waiting(&mut found.samples));
         Ok(found)
     }
@@ -253,16 +254,21 @@ impl<'t> Table<'t> {
     /// Doubts about curves whose beginning does not go through zero.
     fn doubtful_beginnings(&self, rows: &[Sample]) -> Vec<AuditEntry> {
         let doubt = |group: &Group| {
+            let curve = rows.iter().filter(|s| s.specimen == group.specimen && s.mode == group.mode);
+            let slack = match no_single_offset(group.mode, curve) {
+                None => "--slack yes",
+                Some(_) => "--slack yes of each side alone, with --range",
+            };
             let words = match rupture::beginning(&group.of(rows), group.mode)? {
                 Beginning::Offset { stress, part, to } => format!(
                     "up to a strain of {to:.3} the data extrapolate to {} at stretch 1, {:.1} % of the stress reached there: the force \
-                     was not zeroed (--zero N where the first N data points are unloaded), or the piece was slack or pretensioned (--slack yes)",
+                     was not zeroed (--zero N where the first N data points are unloaded), or the piece was slack or pretensioned ({slack})",
                     stress_text(stress),
                     100.0 * part
                 ),
                 Beginning::Slack { strain, to } => format!(
                     "up to a strain of {strain:.4} the piece carries less than 2 % of the stress at {to:.3}: it was slack, and the constants of the \
-                     fit depend on it (--slack yes)"
+                     fit depend on it ({slack})"
                 ),
             };
             Some(AuditEntry::new(AuditKind::Slack, format!("{}: {words}", group.name), vec![]))

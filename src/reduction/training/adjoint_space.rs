@@ -6,7 +6,7 @@ use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
 use super::points_at::PointsAt;
 use super::sampling::{Selection, of_rows};
-use crate::math::signal::Ramp;
+use crate::math::signal::Known;
 use crate::math::svd::svd;
 use crate::math::vector::{dot, norm};
 use crate::reduction::constants::ConstantInputs;
@@ -127,7 +127,7 @@ fn taut(scene: &Scene, state: &FullState) -> Vec<bool> {
 
 /// The state as one of the scene.
 fn full(scene: &Scene, of: &FullState, signals: usize) -> State {
-    let inputs = of.inputs[..signals].iter().map(|&u| Ramp::constant(u)).collect();
+    let inputs = of.inputs[..signals].iter().map(|&u| Known::constant(u)).collect();
     State { x: of.x.clone(), lambda: of.lambda.clone(), inputs, ..scene.system.rest() }
 }
 

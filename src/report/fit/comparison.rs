@@ -31,6 +31,9 @@ struct Law {
     misfit: f64,
     hold_out: Option<f64>,
     cross_mode: Option<f64>,
+    /// Predictions of a law that is not defined at the data; files of before do not have it
+    #[serde(default)]
+    failed: Vec<String>,
     undetermined: Vec<String>,
     lost: Vec<(String, f64)>,
     #[serde(default)]
@@ -63,7 +66,7 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
             Paragraph::new("Data").text(format!("{about} From {}.", stored.data)),
             Paragraph::new("Comparison").text(format!(
                 "Each of these laws was fitted to the same data points: {laws}. They are ranked by what they predict, the last third of the \
-                 logarithmic stretches from the rest and one mode from the others, of the laws whose constants the data determine and that are stable over the fitted stretches."
+                 logarithmic stretches of each test from the rest and one mode from the others, of the laws whose constants the data determine and that are stable over the fitted stretches."
             )),
             software(std::slice::from_ref(&stored.version)),
         ],
@@ -92,22 +95,25 @@ fn table(stored: &Stored) -> Table {
         Some(v) if v > 10.0 => "> 1000".into(),
         Some(v) => format!("{:.1}", 100.0 * v),
     };
+    let predicted = |law: &Law, name: &str, misfit: Option<f64>| {
+        if law.failed.iter().any(|failed| failed == name) { "failed".into() } else { percent(misfit) }
+    };
     let lost = |(mode, at): &(String, f64)| format!("{} to {at:.3}", mode.replace('_', " "));
     let row = |c: &Law| {
         vec![
             c.label.clone(),
             c.constants.to_string(),
             percent(Some(c.misfit)),
-            percent(c.hold_out),
-            percent(c.cross_mode),
+            predicted(c, "hold_out", c.hold_out),
+            predicted(c, "cross_mode", c.cross_mode),
             if c.undetermined.is_empty() { "yes".into() } else { format!("no: {}", c.undetermined.join("; ")) },
             if c.lost.is_empty() { "yes".into() } else { c.lost.iter().map(lost).collect::<Vec<_>>().join(", ") },
         ]
     };
     Table {
         name: "comparison",
-        caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
-                  mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws with constants that the data do \
+        caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of |ln λ| from the rest, and one \
+                  mode from the others; –: cannot be had, failed: the law is not defined there. The order is that of the worse prediction, then of the other one, then of the number of constants; laws with constants that the data do \
                   not determine come after the others, then those without one of the predictions, and laws that are not stable over the fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
                   fitted one, in tension or compression, and over the fitted stretches of its own; otherwise the modes in which it is not, and the amounts up to which it is."
             .into(),

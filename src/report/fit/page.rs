@@ -1,6 +1,6 @@
 //! `index.html` of a fit.
 
-use crate::calibrate::{Printed, stretch_text};
+use crate::calibrate::{Printed, ValidRange, stretch_text};
 use crate::report::figure::Figure;
 use crate::report::fit::stored::{StoredConstant, StoredFit};
 use crate::report::numbers::{capital, minus_signs};
@@ -21,30 +21,39 @@ pub fn answer(fit: &StoredFit) -> String {
         fit.rows,
         fit.modes.join(" + "),
     );
-    let tolerance = 100.0 * fit.validity.tolerance;
-    out += &match (fit.validity.tension_to, fit.validity.compression_to) {
-        (Some(to), None) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests up to stretch {}.", stretch_text(to))
-        }
-        (None, Some(to)) => {
-            format!(" It stays within {tolerance:.0} % rms of these tests down to stretch {}.", stretch_text(to))
-        }
-        (Some(to), Some(from)) => format!(
-            " It stays within {tolerance:.0} % rms of these tests from stretch {} to {}.",
-            stretch_text(from),
-            stretch_text(to)
-        ),
-        (None, None) => format!(" It is nowhere within {tolerance:.0} % rms of these tests."),
-    };
-    let near: Vec<String> =
-        [fit.validity.compression_from, fit.validity.tension_from].into_iter().flatten().map(stretch_text).collect();
-    if !near.is_empty() {
-        out += &format!(
-            " Nearer to rest than stretch {} only its misfit in pascals is small, below 2 % of the rms stress of the fit.",
-            near.join(" and ")
-        );
-    }
+    out += &validity(fit);
     minus_signs(&(out + &shorter_ranges(fit)))
+}
+
+/// Where the law describes each test, in words; nothing of results that do not say it.
+fn validity(fit: &StoredFit) -> String {
+    let (tolerance, tests) = (100.0 * fit.validity.tolerance, &fit.validity.tests[..]);
+    let end = |to: f64| format!("{} to stretch {}", if to < 1.0 { "down" } else { "up" }, stretch_text(to));
+    let one = |t: &ValidRange| match t.to {
+        Some(to) => format!("{} {}", t.test, end(to)),
+        None => format!("{} at no stretch", t.test),
+    };
+    let words = match tests {
+        [] => return String::new(),
+        all if all.iter().all(|t| t.to.is_none()) => {
+            format!(" It is nowhere within {tolerance:.0} % rms of these tests.")
+        }
+        [ValidRange { to: Some(to), .. }] => {
+            format!(" It stays within {tolerance:.0} % rms of these tests {}.", end(*to))
+        }
+        all => {
+            let list: Vec<String> = all.iter().map(one).collect();
+            format!(" It stays within {tolerance:.0} % rms of these tests: {}.", list.join(", "))
+        }
+    };
+    let near: Vec<String> = tests.iter().filter_map(|t| t.from).map(stretch_text).collect();
+    if near.is_empty() {
+        return words;
+    }
+    format!(
+        "{words} Nearer to rest than stretch {} only its misfit in pascals is small, below 2 % of the rms stress of the fit.",
+        near.join(" and ")
+    )
 }
 
 /// Constants of ranges that end earlier, where the errors do not explain their difference, in one sentence, and whether the intervals contain them.

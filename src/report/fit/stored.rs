@@ -93,7 +93,8 @@ pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<StoredConstant>,
-    pub level: f64,
+    /// `None`: the specimens have no stretch in common
+    pub level: Option<f64>,
 }
 
 /// The same fit to rows that were treated otherwise.

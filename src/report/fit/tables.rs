@@ -158,7 +158,7 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     };
     let printed = fit.printed();
     let row = |one: &Specimen| {
-        let level = format!("{:.3}", one.level);
+        let level = one.level.map_or("–".into(), |level| format!("{level:.3}"));
         vec![one.file.clone(), one.rows.to_string(), level, list(&one.parameters, &printed)]
     };
     let mut rows: Vec<Vec<String>> = s.specimens.iter().map(row).collect();
@@ -168,7 +168,7 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     rows.push(summary("standard deviation", &|k| printed[k].width(s.deviations[k])));
     Table {
         name: "specimens",
-        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points."
+        caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points, at the stretches that all specimens have."
             .into(),
         columns: headings(&[
             ("Specimen", "", false),

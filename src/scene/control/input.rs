@@ -1,12 +1,13 @@
 //! Signals that are decided during a run: by events, by recorded columns, from outside.
 //!
 //! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from the row recorded at tₙ. Within the step
-//! it is linear, so a step that is cut sees a part of the change only. An evaluation looks it up in the state and stays pure.
+//! it is linear, so a step that is cut sees a part of the change only. A function of time that no event replaces at that point is followed as it is, with
+//! its values and rates at any time. An evaluation looks it up in the state and stays pure.
 
 use super::ControlError;
 use super::memory::{ControlMemory, Program};
 use crate::math::formula::Formula;
-use crate::math::signal::{Clock, Ramp, Signal};
+use crate::math::signal::{Clock, Known, Ramp, Signal};
 
 /// Source of the value of an input.
 #[derive(Clone, Debug)]
@@ -21,11 +22,47 @@ pub enum Source {
 
 impl Source {
     /// The value before the first step; 0 of a formula, whose columns are not recorded yet.
-    pub(super) fn initial(&self) -> f64 {
+    pub(super) fn initial(&self) -> Known {
         match self {
-            Self::Switched { own, .. } => own.at(0.0),
-            Self::Controlled { initial, .. } => *initial,
-            Self::Formula { .. } => 0.0,
+            Self::Switched { own, .. } if own.has_inputs() => Known::constant(own.at(0.0)),
+            Self::Switched { .. } => Known::Follows { signal: 0, since: 0.0 },
+            Self::Controlled { initial, .. } => Known::constant(*initial),
+            Self::Formula { .. } => Known::constant(0.0),
+        }
+    }
+
+    /// Whether it has the signal that it is said to follow.
+    pub(super) fn admits(&self, known: Known) -> bool {
+        match (known, self) {
+            (Known::Ramp(_), _) => true,
+            (Known::Follows { signal, .. }, Self::Switched { others, .. }) => signal <= others.len(),
+            (Known::Follows { .. }, _) => false,
+        }
+    }
+
+    /// The value at `t` of what is known.
+    pub(super) fn at(&self, known: Known, t: f64) -> f64 {
+        match (known, self) {
+            (Known::Ramp(ramp), _) => ramp.at(t),
+            (Known::Follows { signal: 0, .. }, Self::Switched { own, .. }) => own.at(t),
+            (Known::Follows { signal, since }, Self::Switched { others, .. }) => {
+                others[signal - 1].signal.at(t - since)
+            }
+            (Known::Follows { .. }, _) => 0.0,
+        }
+    }
+
+    /// The function of time that it follows from `t` on, in which nothing is decided: after a switch from the end of its passage, or of its first step, on.
+    fn followed(&self, program: Program, t: f64) -> Option<Known> {
+        let Self::Switched { own, others } = self else { return None };
+        let Program { other, since, .. } = program;
+        match other {
+            None => (!own.has_inputs()).then_some(Known::Follows { signal: 0, since: 0.0 }),
+            Some(i) => {
+                let Other { signal, over, .. } = &others[i];
+                (t > since && t - since >= *over && !signal.has_inputs())
+                    .then_some(Known::Follows { signal: 1 + i, since })
+            }
         }
     }
 }
@@ -65,10 +102,22 @@ impl Input {
     }
 }
 
+/// All inputs as they are known from `t` to `next`, with their values at both.
+pub(super) fn known(
+    (inputs, memory): (&[Input], &ControlMemory),
+    [(t, now), (next, ahead)]: [(f64, &[f64]); 2],
+) -> Vec<Known> {
+    let of = |k: usize| {
+        let ramp = Ramp { start: t, from: now[k], end: next, to: ahead[k] };
+        inputs[k].source.followed(memory.programs[k], t).unwrap_or(Known::Ramp(ramp))
+    };
+    (0..inputs.len()).map(of).collect()
+}
+
 /// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list. A formula that is not in force has no value
 /// there, and needs none.
 pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
-    let mut ahead: Vec<Ramp> = Vec::with_capacity(inputs.len());
+    let (mut values, mut ahead) = (Vec::with_capacity(inputs.len()), Vec::<Known>::with_capacity(inputs.len()));
     for (k, input) in inputs.iter().enumerate() {
         let value = match &input.source {
             Source::Switched { own, others } => {
@@ -97,7 +146,8 @@ pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f
         if !value.is_finite() {
             return Err(ControlError::NotFinite { signal: input.signal.clone(), value, t });
         }
-        ahead.push(Ramp::constant(value));
+        values.push(value);
+        ahead.push(Known::constant(value));
     }
-    Ok(ahead.iter().map(|ramp| ramp.to).collect())
+    Ok(values)
 }

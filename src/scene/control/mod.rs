@@ -21,12 +21,12 @@ pub use memory::{ControlMemory, ControllerRecord, Fired};
 pub(super) use prepare::build_controls;
 pub(super) use signals::SignalBuilder;
 
-use crate::math::signal::Ramp;
+use crate::math::signal::Known;
 use crate::math::units::within;
 use crate::system::State;
 use event::{Event, Then, fire, look};
-use input::values;
 pub(super) use input::{Input, Source};
+use input::{known, values};
 use memory::{Past, Program};
 
 /// Inputs and events of a scene.
@@ -89,6 +89,12 @@ impl Controls {
         !self.inputs.is_empty()
     }
 
+    /// Whether each of the inputs can be what is known of it.
+    pub(super) fn admit(&self, known: &[Known]) -> bool {
+        known.len() == self.inputs.len()
+            && self.inputs.iter().zip(known).all(|(input, known)| input.source.admits(*known))
+    }
+
     fn outside(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.inputs.len()).filter(|&k| matches!(self.inputs[k].source, Source::Controlled { .. }))
     }
@@ -103,9 +109,9 @@ impl Controls {
         if self.inputs.is_empty() && self.events.is_empty() {
             return Ok(());
         }
-        state.inputs = vec![Ramp::constant(0.0); self.inputs.len()];
+        state.inputs = vec![Known::constant(0.0); self.inputs.len()];
         let values = values(&self.inputs, memory, &record(state), state.t)?;
-        state.inputs = values.into_iter().map(Ramp::constant).collect();
+        state.inputs = known((&self.inputs, memory), [(state.t, &values); 2]);
         look(&self.events, memory, &record(state));
         Ok(())
     }
@@ -119,7 +125,8 @@ impl Controls {
         next: Option<f64>,
         controller: Option<&mut (dyn Controller + 'c)>,
     ) -> Result<Orders, ControlError> {
-        let now: Vec<f64> = state.inputs.iter().map(|ramp| ramp.at(state.t)).collect();
+        let now: Vec<f64> =
+            self.inputs.iter().zip(&state.inputs).map(|(input, known)| input.source.at(*known, state.t)).collect();
         let rest = fire(&self.events, memory, row, &now, state.dt);
         let mut orders = Orders { stop: rest.contains(&Then::Stop), save: rest.contains(&Then::Save) };
         memory.stopped = orders.stop;
@@ -141,8 +148,7 @@ impl Controls {
         }
         if !self.inputs.is_empty() {
             let values = values(&self.inputs, memory, row, next)?;
-            let ramps = now.into_iter().zip(values);
-            state.inputs = ramps.map(|(from, to)| Ramp { start: state.t, from, end: next, to }).collect();
+            state.inputs = known((&self.inputs, memory), [(state.t, &now), (next, &values)]);
         }
         Ok(orders)
     }

@@ -2,7 +2,7 @@
 
 use super::input::{Input, Other, Source};
 use super::spec::{EventSpec, ThenSpec};
-use crate::math::signal::{Ramp, Signal};
+use crate::math::signal::{Known, Signal};
 use crate::math::units::Dimension;
 use crate::scene::signal::{SignalError, SignalSpec, Site};
 use std::path::Path;
@@ -19,8 +19,8 @@ impl<'a> SignalBuilder<'a> {
     }
 
     /// The values of the inputs before the first step.
-    pub(in crate::scene) fn initial(&self) -> Vec<Ramp> {
-        self.inputs.iter().map(|input| Ramp::constant(input.source.initial())).collect()
+    pub(in crate::scene) fn initial(&self) -> Vec<Known> {
+        self.inputs.iter().map(|input| input.source.initial()).collect()
     }
 
     /// Name of event `e` for messages and the log.
@@ -59,7 +59,8 @@ impl<'a> SignalBuilder<'a> {
         if others.is_empty() {
             return Ok(own);
         }
+        let signals = std::iter::once(&own).chain(others.iter().map(|other| &other.signal)).cloned().collect();
         self.inputs.push(Input { signal: name.into(), source: Source::Switched { own, others } });
-        Ok(Signal::Input(self.inputs.len() - 1))
+        Ok(Signal::Switched { input: self.inputs.len() - 1, signals })
     }
 }

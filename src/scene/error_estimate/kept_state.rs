@@ -1,6 +1,6 @@
 //! A state of a run from which a solution in the enriched space starts, and that solution.
 
-use crate::math::signal::Ramp;
+use crate::math::signal::Known;
 use crate::system::State;
 
 /// The part of a state that a static solution depends on.
@@ -8,7 +8,7 @@ pub(super) struct Kept {
     pub t: f64,
     pub x: Vec<f64>,
     pub lambda: Vec<f64>,
-    pub inputs: Vec<Ramp>,
+    pub inputs: Vec<Known>,
 }
 
 impl Kept {

@@ -6,7 +6,7 @@
 use super::energy_balance::EnergyBalance;
 use super::energy_growth::EnergyGrowth;
 use super::identity::mesh_sha256;
-use crate::math::signal::Ramp;
+use crate::math::signal::{Known, Ramp};
 use crate::scene::build::Scene;
 use crate::scene::control::{ControlError, ControlMemory, Controller, SignalSetting};
 use crate::scene::parts::constraints::CableLog;
@@ -93,7 +93,7 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 9";
+const FORMAT: &str = "durometer state 10";
 /// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute other bits.
 const BUILD: &str = env!("DUROMETER_SOURCE_SHA256");
 /// Numbers that are written at a time.
@@ -127,6 +127,22 @@ impl Head {
             None => self.span == scene.spans.len() && self.step == 0,
         };
         in_spans && own == expected && self.level <= MOST_CUTS
+    }
+}
+
+/// An input as numbers: a ramp, or the number of the signal that it follows and the time from which that counts, after NaN.
+fn numbers(known: &Known) -> [f64; 4] {
+    match *known {
+        Known::Ramp(Ramp { start, from, end, to }) => [start, from, end, to],
+        Known::Follows { signal, since } => [f64::NAN, signal as f64, since, 0.0],
+    }
+}
+
+/// The input of these numbers.
+fn of_numbers(four: &[f64]) -> Known {
+    match four[0].is_nan() {
+        true => Known::Follows { signal: four[1] as usize, since: four[2] },
+        false => Known::Ramp(Ramp { start: four[0], from: four[1], end: four[2], to: four[3] }),
     }
 }
 
@@ -286,9 +302,9 @@ impl Checkpoint {
         let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
         let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
         let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
-        let ramps: Vec<f64> = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
+        let known: Vec<f64> = inputs.iter().flat_map(numbers).collect();
         let state = [x, v, a, lambda, memory, history].map(Cow::from);
-        let state = std::iter::once(Cow::from(scalars)).chain(state).chain([Cow::from(ramps)]);
+        let state = std::iter::once(Cow::from(scalars)).chain(state).chain([Cow::from(known)]);
         let flat = |rows: &[Vec<f64>]| Cow::from(rows.concat());
         let LaggedFactorRecord { k, x: placed, solves, steps, rates, renew } = &self.memory.lagged_factor;
         let counts = [solves[0], solves[1], *steps, usize::from(*renew)].map(|n| n as f64);
@@ -312,8 +328,10 @@ impl Checkpoint {
         let lambda = of_size(rest.lambda.len())?;
         let memory = arrays.next()?;
         let history = arrays.next().filter(|h| h.len() == rest.history.len())?;
-        let inputs: Vec<Ramp> =
-            arrays.next()?.chunks_exact(4).map(|r| Ramp { start: r[0], from: r[1], end: r[2], to: r[3] }).collect();
+        let inputs: Vec<Known> = arrays.next()?.chunks_exact(4).map(of_numbers).collect();
+        if !scene.controls.admit(&inputs) {
+            return None;
+        }
         let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
         let (effect, g, residual) = (of_size(system.effects.len())?, of_size(system.constraints.len())?, of_size(n)?);
         let growth = EnergyGrowth::of_numbers(arrays.next()?.try_into().ok()?);

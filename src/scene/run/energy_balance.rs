@@ -1,7 +1,7 @@
 //! Energies of a run: stored at the state, put in and dissipated along the path.
 //!
-//! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work − dissipation is the
-//! change of elastic + kinetic.
+//! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work less the change of the dissipation is
+//! the change of elastic + kinetic. Relaxing parts that are loaded at the start hold an energy, with which the dissipation begins: they give it back.
 
 use super::energy_growth::EnergyGrowth;
 use crate::scene::record::recorder::Energies;
@@ -30,9 +30,11 @@ impl EnergyBalance {
         let mut sums = system.workspace();
         // An effect that is not defined at rest stops the first step; its energy is then of no use.
         let defined = system.assemble(&rest.at(), &rest.lambda, Want::Energy, None, &mut sums).is_ok();
+        let has_begun = rest.history.iter().any(|value| *value != 0.0);
+        let held = if defined && has_begun { sums.dissipated.iter().sum() } else { 0.0 };
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
         let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
-        let (energies, growth) = (Energies::default(), EnergyGrowth::default());
+        let (energies, growth) = (Energies { dissipated: held, ..Energies::default() }, EnergyGrowth::default());
         let mut balance = Self { energies, effect, g, residual: vec![0.0; rest.x.len()], growth };
         balance.store(system, &rest.lambda);
         balance

@@ -59,8 +59,12 @@ impl<'a> Sensitivity<'a> {
         };
         let start = differences.iter().flat_map(start).collect();
         let mut solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
-        // Without pressures where a law is not defined, which stops the first step
-        _ = solver.set_second_field(&scene.start());
+        // Without pressures and memory where a law is not defined, which stops the first step
+        let start = scene.start();
+        _ = solver.set_second_field(&start);
+        if has_begun(&start) {
+            _ = solver.set_history(&start);
+        }
         Ok(Self { scene, solver, differences })
     }
 
@@ -171,6 +175,11 @@ pub(super) fn parameter<'a>(
     Ok((parameter, difference))
 }
 
+/// Whether an effect begins with a memory, away from rest.
+fn has_begun(start: &State) -> bool {
+    start.history.iter().any(|value| *value != 0.0)
+}
+
 /// Refuses what the derivatives of states do not follow, whatever the key.
 pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
     if scene.controls.has_inputs() {
@@ -190,7 +199,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
     if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
         return Err(SensitivityError::Surfaces { contact: contact.name.clone() });
     }
-    if scene.start().history.iter().any(|value| *value != 0.0) {
+    let start = scene.start();
+    let is_at_kink = || scene.system.history_on_its_side(&start.at()).is_ok_and(|smooth| smooth != start.history);
+    if has_begun(&start) && is_at_kink() {
         return Err(SensitivityError::Begun);
     }
     match scene.cables.iter().find(|c| c.friction) {

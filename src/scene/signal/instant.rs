@@ -1,9 +1,9 @@
 //! Times that are asked for, on a time grid whose points carry rounding.
 
+use crate::math::signal::PLACES;
+
 /// Share of a step by which a point of the grid may lie before a time and still be the one that reaches it \[–\].
 const SHARE: f64 = 1e-6;
-/// The same for the rounding of late times, in units of their last place.
-const PLACES: f64 = 8.0;
 
 /// Largest rounding of the time `t`, the end of a step of length `step` \[s\].
 pub(in crate::scene) fn rounding(t: f64, step: f64) -> f64 {

@@ -12,7 +12,7 @@
 //! Limits: statics without evolving history; branches that cross the path are not followed, nor a path that turns back where a constraint changes.
 
 use crate::math::linear::LinearError;
-use crate::math::signal::Ramp;
+use crate::math::signal::Known;
 use crate::math::vector::{dot, norm};
 use crate::solve::diagnosis::rigid_motions::hold;
 use crate::solve::linear::tangent;
@@ -53,7 +53,7 @@ pub struct TurningPoint {
     /// The node that moves most there
     pub node: u32,
     /// The inputs of the signals there
-    pub inputs: Vec<Ramp>,
+    pub inputs: Vec<Known>,
 }
 
 /// A converged point of the path.

@@ -80,6 +80,35 @@ impl<'a> Differentiator<'a> {
         Ok(())
     }
 
+    /// Sets the history of the derivatives of the first state for effects that start away from rest, as of a step of zero length from rest.
+    ///
+    /// # Errors
+    ///
+    /// An effect is not defined at the state.
+    pub fn set_history(&mut self, state: &State) -> Result<(), Failure> {
+        let Self { system, parameters, changes, .. } = self;
+        let none = vec![0.0; state.history.len()];
+        let at = At { history: &none, ..state.at() };
+        let mut rest = &mut changes[..];
+        for parameter in parameters {
+            let (of_parameter, others) = rest.split_at_mut(parameter.derivatives());
+            let mut new: Vec<Vec<f64>> = vec![none.clone(); of_parameter.len()];
+            for (new, State { x, v, a, .. }) in new.iter_mut().zip(&*of_parameter) {
+                let direction = Perturbation { x, v, a, old: x, history: &none };
+                add_history_derivative(system, &at, &direction, new).map_err(Failure::Eval)?;
+            }
+            parameter.add_history(system, &at, &mut new.iter_mut().collect::<Vec<_>>()).map_err(Failure::Eval)?;
+            // Other effects begin with zeros
+            let begun = (0..system.effects.len()).map(|e| system.history_of(e));
+            for own in begun.filter(|own| state.history[own.clone()].iter().any(|value| *value != 0.0)) {
+                let parts = of_parameter.iter_mut().zip(&new);
+                parts.for_each(|(change, new)| change.history[own.clone()].copy_from_slice(&new[own.clone()]));
+            }
+            rest = others;
+        }
+        Ok(())
+    }
+
     /// Starts a stage at `state`, whose acceleration is the initial one: M a′ equals minus the remaining change of r.
     pub fn begin(&mut self, start: &SpanStart, state: &State) -> Result<(), Failure> {
         if start.goes_on() {

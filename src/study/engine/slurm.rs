@@ -101,7 +101,7 @@ fn head(s: &Submission, name: &str, log: &str, bytes: u64, minutes: u64) -> Stri
     requests.extend(s.requests.options.iter().cloned());
     let requests: String = requests.iter().map(|r| format!("#SBATCH {r}\n")).collect();
     let before: String = s.requests.before.iter().map(|line| format!("{line}\n")).collect();
-    format!("#!/bin/bash\n{requests}\nexport RAYON_NUM_THREADS=1\n{before}")
+    format!("#!/bin/bash\n{requests}\n{before}")
 }
 
 /// Writes the files and submits them. Returns the ids of the jobs, that of the report last.

@@ -14,7 +14,7 @@ use crate::scene::{
     CutRegions, Extreme, NamedSkin, Run, Scene, column, extreme, extreme_on, has_glued_edge, no_limit_at,
     path_dependence, wall,
 };
-use crate::solve::{TimeSpan, integrator_order};
+use crate::solve::{Integrator, TimeSpan};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -46,18 +46,31 @@ fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
-/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of static stages.
-fn unseen_share(scene: &Scene) -> Option<f64> {
-    let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| s.integrator.is_static()).copied().collect();
-    let prescribed = scene.signals.iter().filter(|s| !s.signal.has_inputs());
-    prescribed.filter_map(|s| between(&s.signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
+/// Whether masses move in a stage.
+fn has_motion(scene: &Scene, span: &TimeSpan) -> bool {
+    let has_mass = scene.spec.effects.iter().any(|e| e.kind() == "inertia") || !scene.spec.rigids.is_empty();
+    has_mass && !span.integrator.is_static()
 }
 
-/// Name of the integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
-fn integrator(spans: &[TimeSpan]) -> &'static str {
-    let names = || spans.iter().rev().map(|s| s.integrator.name());
-    let in_time = names().filter_map(|name| Some((integrator_order(name)?, name)));
-    in_time.min_by_key(|(order, _)| *order).map(|(_, name)| name).or_else(|| names().next()).unwrap_or("static")
+/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of these stages.
+fn unseen_share(scene: &Scene, is_of: impl Fn(&TimeSpan) -> bool) -> Option<f64> {
+    let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| is_of(s)).copied().collect();
+    let prescribed = scene.signals.iter().flat_map(|s| s.signal.prescribed());
+    prescribed.filter_map(|signal| between(signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
+}
+
+/// The same of all stages, where masses move in some.
+fn unseen_force_share(scene: &Scene) -> Option<f64> {
+    let moves = scene.spans.iter().any(|span| has_motion(scene, span));
+    moves.then(|| unseen_share(scene, |_| true)).flatten()
+}
+
+/// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
+fn integrator(spans: &[TimeSpan]) -> Integrator {
+    let all = || spans.iter().rev().map(|s| s.integrator);
+    let in_time = all().filter_map(|integrator| Some((integrator.order()?, integrator)));
+    let of_least_order = in_time.min_by_key(|(order, _)| *order).map(|(_, integrator)| integrator);
+    of_least_order.or_else(|| all().next()).unwrap_or(Integrator::Static)
 }
 
 /// The record of a run that took this time.
@@ -65,6 +78,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     let of_scene = scene.notes.iter().cloned();
+    let integrator = integrator(&scene.spans);
     let CutRegions { of_all: cut_regions, of_columns: cut_columns } = CutRegions::new(scene);
     CaseRecord {
         id: String::new(),
@@ -74,13 +88,15 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
         mesh: mesh_record(scene),
         formulation: scene.spec.formulation(),
         law: scene.law.as_deref().map(LawRecord::new),
-        integrator: integrator(&scene.spans).into(),
+        integrator: integrator.name().into(),
+        order_in_time: integrator.order(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
         time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
         mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
-        unseen_share: unseen_share(scene),
+        unseen_share: unseen_share(scene, |span| !has_motion(scene, span)),
+        unseen_force_share: unseen_force_share(scene),
         status: run.status.name().into(),
         status_detail: solver_record::detail(scene, run),
         solver: SolverRecord::new(scene, run),
@@ -246,8 +262,7 @@ fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
 
 /// Changes of a column in the stages with masses that move.
 fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
-    let has_mass = scene.spec.effects.iter().any(|e| e.kind() == "inertia") || !scene.spec.rigids.is_empty();
-    let spans = scene.spans.iter().filter(|s| has_mass && !s.integrator.is_static());
+    let spans = scene.spans.iter().filter(|span| has_motion(scene, span));
     let changes = spans.filter_map(|span| {
         let inside =
             |row: &&Vec<f64>| row[0] >= span.start * (1.0 - f64::EPSILON) && row[0] <= span.end * (1.0 + f64::EPSILON);
@@ -340,7 +355,6 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve::Integrator;
 
     /// A body that is shaken and then held converges with the order of the shaking, wherever in the protocol that is.
     #[test]
@@ -348,7 +362,7 @@ mod tests {
         let euler = Integrator::ImplicitEuler { linearised: false };
         let of = |all: &[Integrator]| {
             let spans = all.iter().map(|i| TimeSpan { integrator: *i, start: 0.0, end: 1.0, dt: 0.1 });
-            integrator(&spans.collect::<Vec<_>>())
+            integrator(&spans.collect::<Vec<_>>()).name()
         };
         assert_eq!(of(&[euler, Integrator::Static]), "implicit_euler");
         assert_eq!(of(&[euler, Integrator::Bdf2]), "implicit_euler");

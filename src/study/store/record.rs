@@ -50,6 +50,9 @@ pub struct CaseRecord {
     pub law: Option<LawRecord>,
     /// Name of the integrator of the stages in time, of several the last of the least order; where all stages are static, that of the last
     pub integrator: String,
+    /// Order of convergence of that integrator in the time step; none in statics, and in records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order_in_time: Option<u8>,
     /// Longest time step \[s\]
     pub dt_s: f64,
     /// Time step of each stage \[s\]; empty in records of earlier versions
@@ -64,10 +67,13 @@ pub struct CaseRecord {
     /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps_matter: Option<bool>,
-    /// Largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of static stages \[–\]; none where none does, and in
-    /// records of earlier versions
+    /// Largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of stages in which no masses move \[–\]; none where none
+    /// does, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen_share: Option<f64>,
+    /// The same at the points of all stages, for quantities whose motion is not looked at, as forces; none where no masses move
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen_force_share: Option<f64>,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
     /// Fact, place and remedy, where the status is not `Converged`
@@ -232,21 +238,30 @@ impl CaseRecord {
     /// Share of the range of a length or an angle that one time step covers, where masses move and the steps do not resolve it \[–\]. Changes up to `allowed` in its unit do not
     /// count, and neither do forces, which may jump, nor gaps, which end where there is contact.
     pub fn unresolved(&self, column: &str, allowed: f64) -> Option<f64> {
-        let is_place =
-            matches!(column::dimension(column).0, Dimension::LENGTH | Dimension::ANGLE) && !column.ends_with(GAP);
-        let motion = self.probes.get(column)?.motion.filter(|m| is_place && m.largest_step > allowed)?;
+        let motion = self.probes.get(column)?.motion.filter(|m| is_place(column) && m.largest_step > allowed)?;
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
+    }
+
+    /// Share of its range by which a prescribed signal goes beyond its values at the points of the time grid, where no motion of this column would show that \[–\].
+    pub fn unseen(&self, column: &str) -> f64 {
+        let of_all = self.unseen_force_share.filter(|_| !is_place(column));
+        of_all.or(self.unseen_share).unwrap_or(0.0)
     }
 
     /// Formal order of convergence in the time step; 2 in statics.
     pub fn order_in_time(&self) -> f64 {
-        integrator_order(&self.integrator).map_or(2.0, f64::from)
+        self.order_in_time.or_else(|| integrator_order(&self.integrator)).map_or(2.0, f64::from)
     }
 
     /// Whether another time step has another result; where no record says so, runs in time have.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
     }
+}
+
+/// Whether a column is the place or the angle of something, whose motion is looked at; gaps end where there is contact.
+fn is_place(column: &str) -> bool {
+    matches!(column::dimension(column).0, Dimension::LENGTH | Dimension::ANGLE) && !column.ends_with(GAP)
 }
 
 /// A mesh: its counts, sizes and quality

@@ -99,7 +99,7 @@ impl PrescribedSpec {
                 format!("write \"0 mm\" for it, or add {letter} to `components`"),
             ));
         }
-        let Some(TurningSpec { axis, .. }) = &self.rotation else { return Ok(()) };
+        let Some(RotationSpec { axis, .. }) = &self.rotation else { return Ok(()) };
         let is_across = |k: usize| (0..3).any(|other| other != k && axis[other] != 0.0);
         if ["x", "y", "z"].into_iter().enumerate().any(|(k, letter)| components.contains(letter) && is_across(k)) {
             return Ok(());

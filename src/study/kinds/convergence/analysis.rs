@@ -69,7 +69,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &StudyQuantity, deciding:
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
     let unresolved = errors::unresolved(cases, variant, quantity, allowed);
-    let missed_share = errors::missed_share(cases, variant);
+    let missed_share = errors::missed_share(cases, variant, quantity);
     let is_missed = reference.as_ref().is_some_and(|r| missed_share * r.value.abs() > allowed);
     let is_within = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
     let supported = is_within && unresolved.is_none() && !is_missed;

@@ -86,7 +86,7 @@ pub fn errors(
         .filter_map(|c| {
             let value = peak(c, quantity)?;
             let off = (value - r.value).abs();
-            let bar = (off + more + missed(&c.record) * value.abs()) / scale;
+            let bar = (off + more + missed(&c.record, quantity) * value.abs()) / scale;
             Some(CaseQuantityError { id: c.record.id.clone(), value, error: off / scale, bar })
         })
         .collect()
@@ -94,14 +94,14 @@ pub fn errors(
 
 /// Share of a peak that the time grid may miss, since a prescribed signal has its extremum between two points of it: three times the share of the signal, for a response may grow
 /// faster than its load, and from the middle of its range.
-fn missed(run: &CaseRecord) -> f64 {
-    CAUTIOUS_FACTOR * run.unseen_share.unwrap_or(0.0)
+fn missed(run: &CaseRecord, quantity: &str) -> f64 {
+    CAUTIOUS_FACTOR * run.unseen(quantity)
 }
 
 /// Largest share of a peak that the time grid of a case with the study's step may miss \[–\].
-pub fn missed_share(cases: &Cases, variant: &str) -> f64 {
+pub fn missed_share(cases: &Cases, variant: &str, quantity: &str) -> f64 {
     let own = cases.of_variant(variant).map(|c| &c.record).filter(|r| cases.at_study_step(variant, r));
-    own.map(missed).fold(0.0, larger)
+    own.map(|run| missed(run, quantity)).fold(0.0, larger)
 }
 
 /// The scatter over the seeds of each family of that role with two results or more.
