@@ -18,7 +18,7 @@ enum {
     DUROMETER_DONE = 0,
     /* An error of the program: the model must be closed, and the error reported. */
     DUROMETER_INTERNAL = 1,
-    /* Null pointers, other counts than those of the model, numbers that are not finite. Nothing has changed. */
+    /* Null pointers, counts that differ from those of the model, or numbers that are not finite. Nothing has changed. */
     DUROMETER_BAD_INPUT = 2,
     /* No equilibrium was found, or no inputs at which the targets are met. After a step the model is where it was before. */
     DUROMETER_NOT_SOLVED = 3

@@ -71,13 +71,13 @@ class EndValues:
         self._lock = Lock()
 
     def values(self, numbers: numpy.ndarray) -> numpy.ndarray:
-        """[columns] values; `RunError` where the run does not complete, and where the scene refuses these numbers."""
+        """Returns the values [columns]; raises `RunError` if the run does not complete, or if the scene refuses these numbers."""
         found = self._solved(numbers)
         run = found if isinstance(found, Run) else found.run
         return numpy.array([run[name][-1] for name in self.columns])
 
     def pullback(self, numbers: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
-        """[keys] derivatives of Σ weights · values, `RunError` where there are none; a warning names those that are doubtful."""
+        """Returns the derivatives [keys] of Σ weights · values; raises `RunError` if there are none. A warning names doubtful ones."""
         if not numpy.isfinite(weights).all():
             fact = f"the derivative by {', '.join(self.columns)} is {numpy.asarray(weights).tolist()}"
             raise InputError(fact, "let what is computed from the values be finite")
@@ -102,13 +102,13 @@ class EndValues:
         return sum((weighted[name] * row for name, row in jacobian.items()), numpy.zeros(len(self.keys)))
 
     def checked(self, shape: tuple[int, ...]) -> None:
-        """Refuses numbers of another shape."""
+        """Refuses numbers of the wrong shape."""
         if tuple(shape) != (len(self.keys),):
             fact = f"the numbers have the shape {tuple(shape)}, and there are {len(self.keys)} keys"
             raise InputError(fact, f"give one number for each of {', '.join(self.keys)}, in SI units")
 
     def _solved(self, numbers: numpy.ndarray) -> Any:
-        """The run with these numbers, or where the adjoint does not serve, its sensitivities; kept for the next call."""
+        """Returns the run with these numbers or, if the adjoint cannot be used, its sensitivities; kept for the next call."""
         numbers = numpy.asarray(numbers, dtype=float)
         self.checked(numbers.shape)
         place = numbers.tobytes()

@@ -39,7 +39,7 @@ class Bar:
 
 
 def follower(progress: Any) -> Callable[[float, float], Any] | None:
-    """The function that is called with what is done and what is to be done; none where nothing follows."""
+    """Returns the function that is called with the work done and the total work; `None` if nothing shows the progress."""
     if progress is None or progress is False:
         return None
     if progress is True:

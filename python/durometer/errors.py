@@ -100,7 +100,7 @@ def is_between(frame: FrameType) -> bool:
 
 
 def raise_at_user(why: BaseException) -> None:
-    """Raises the exception in the code of the user as soon as it goes on, whatever a package between makes of it; not under a debugger."""
+    """Raises the exception in the code of the user as soon as that code continues, whatever a package in between makes of it; not under a debugger."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and is_between(frame):
         frame = frame.f_back

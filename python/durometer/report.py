@@ -13,10 +13,10 @@ from .errors import InputError
 
 
 class Report:
-    """What the run of a study has left in a folder: `summary.json`, tables, figures and the page `index.html`."""
+    """The results that the run of a study has left in a folder: `summary.json`, tables, figures and the page `index.html`."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        # The session may go to another folder
+        # The session may change to another folder
         self.folder = Path(folder).absolute()
         file = self.folder / "summary.json"
         try:
@@ -58,14 +58,14 @@ class Report:
         return sorted((self.folder / "figures").glob("*.png"))
 
     def rows(self, table: str) -> list[dict[str, str]]:
-        """The lines of a table, as text by column; a heading that is there before has a number, as in `table`: `at [s]`, `at [s].1`."""
+        """The lines of a table, as text by column; a repeated heading gets a number, as in `table`: `at [s]`, `at [s].1`."""
         with self._table(table).open(encoding="utf-8", newline="") as file:
             lines = csv.reader(file)
             headings = different(next(lines, []))
             return [dict(zip(headings, line)) for line in lines if line]
 
     def table(self, table: str) -> Any:
-        """A table of pandas; a dash or an empty cell has no value, any other text is one."""
+        """The table as a pandas table; a dash or an empty cell has no value, any other text is a value."""
         return extra("pandas", "pandas").read_csv(self._table(table), keep_default_na=False, na_values=["–", ""])
 
     def _table(self, name: str) -> Path:
@@ -83,7 +83,7 @@ class Report:
 
 
 def different(headings: list[str]) -> list[str]:
-    """The headings, where one that is there before has the next free number."""
+    """The headings, in which a repeated one gets the next free number."""
     found: list[str] = []
     for heading in headings:
         name, number = heading, 0

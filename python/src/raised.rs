@@ -96,7 +96,8 @@ impl Raised {
 
     /// Ends the run by an exception.
     pub fn raise(&self, why: PyErr) {
-        if let Some(link) = &*locked(&self.link) {
+        let link = locked(&self.link).clone();
+        if let Some(link) = link {
             link.fail(why);
         }
     }

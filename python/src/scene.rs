@@ -275,7 +275,8 @@ impl Scene {
         let text = self.text();
         let built = apart(py, follower, |link| assembled(&self.file, &text, &self.known_laws, link))?;
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
-        *locked(&self.built) = Some(built.clone());
+        // One that another thread has made meanwhile is dropped without the lock
+        let _other = locked(&self.built).replace(built.clone());
         Ok(built)
     }
 }

@@ -42,7 +42,11 @@ impl Link {
 
     /// Ends the work by an exception; the first one is raised.
     pub fn fail(&self, why: PyErr) {
-        locked(&self.failure).get_or_insert(why);
+        let mut first = locked(&self.failure);
+        let later = if first.is_some() { Some(why) } else { first.replace(why) };
+        // The end of an exception may run code of Python, which may wait for a thread that waits for the lock
+        drop(first);
+        drop(later);
         self.stop.store(true, Ordering::Relaxed);
         self.meshers.end_meshers();
     }

@@ -183,8 +183,10 @@ impl Study {
                 ([summary.incomplete(&records), summary.damaged].concat(), failed)
             }
             Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => {
-                let fact = "no case has a result of the present inputs, and the report is an earlier one";
-                (vec![fact.into()], records.first().map(|first| first.status.clone()))
+                let fact = "no case has a result of the present inputs, and the report is an earlier one".to_string();
+                let mut failed = records.iter().filter(|record| !record.converged()).peekable();
+                let status = failed.peek().map(|first| first.status.clone());
+                (std::iter::once(fact).chain(failed.map(CaseRecord::end)).collect(), status)
             }
             Err(why) => return Err(why.into()),
         };

@@ -9,7 +9,7 @@
 //! loss the misfits leave out the data points that most laws name as outliers: one of them would decide the order.
 
 use super::constant_format::stretch_text;
-use super::fit::{Choice, choose, headline, read, slack_estimates, without_slack};
+use super::fit::{ChosenData, choose, headline, read, slack_estimates, without_slack};
 use super::judgement::certificate::{Reach, certificate, lost};
 use super::judgement::determined::undetermined;
 use super::judgement::mirrored::either_sign;

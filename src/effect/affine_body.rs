@@ -8,7 +8,8 @@
 //! M is constant and exact: momentum and moment of momentum are those of the rigid body, and there is no rotation to update. K \[J\]
 //! is numerics: under a pressure p on its faces the body of volume V strains by about p V/2K. A direction of Newton's method that turns the body
 //! by θ would stretch it by θ²/2, against which K resists: increments are therefore turned ([`TurningBody`]).
-//! Limits: no large deformation is meant; a step turns the body by less than a radian or so.
+//! Limits: no large deformation is meant; a step turns the body by less than a radian or so. A step to det A ≤ 0 is refused: the mirror image of
+//! the body has no strain either.
 
 use super::contact::placement::{AffineFrame, displacement};
 use crate::math::tensor::{Mat3, Vec3};
@@ -135,6 +136,10 @@ impl Effect for Rigidity {
 
     fn eval(&self, at: &At, _: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let a = self.frame.gradient_of(at.x);
+        let j = a.determinant();
+        if j <= 0.0 {
+            return Err(EvalError::InsideOut { effect: self.name.clone(), j });
+        }
         let e = 0.5 * (a.tr_mul(&a) - Mat3::identity());
         out.energy = self.stiffness * e.norm_squared();
         let p = a * e * (2.0 * self.stiffness);
@@ -200,6 +205,7 @@ impl TurningBody for Rigidity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::system::State;
     use nalgebra::Rotation3;
 
     /// A body of 20 mm at A = R (I + E), and its displacements.
@@ -257,6 +263,23 @@ mod tests {
         assert!((strain(&body, &moved(&x, &turned)) - expected).norm() < 1e-6);
         assert_eq!(turned[3..6], linear[3..6], "the centre moves as before");
         assert_eq!(turned[..3], [0.0; 3], "other nodes are not changed");
+    }
+
+    /// The mirror image of a body has no strain, but is no rigid motion of it.
+    #[test]
+    fn a_mirror_image_is_refused() {
+        let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 0.0);
+        let mut mirrored = x.clone();
+        let positions = body.frame.positions(&x);
+        (0..3).for_each(|i| mirrored[3 * 4 + i] -= 2.0 * (positions[3] - positions[0])[i]);
+        assert!(strain(&body, &mirrored).norm() < 1e-14);
+        let eval = |x: &[f64]| {
+            let still = State::rest(5, 0);
+            body.eval(&At { x, ..still.at() }, 0, Want::Residual, &mut BlockValues::new(12))
+        };
+        assert!(eval(&x).is_ok());
+        let Err(EvalError::InsideOut { j, .. }) = eval(&mirrored) else { panic!("it is accepted") };
+        assert!((j + 1.0).abs() < 1e-14, "{j}");
     }
 
     /// The change is of second order, and none below rounding.

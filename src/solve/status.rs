@@ -260,6 +260,9 @@ impl Status {
             Self::StepTooSmall {
                 why: Failure::Eval(EvalError::Locked { .. } | EvalError::Undefined { .. }), ..
             } => "reduce the load, or use a law without a limiting stretch",
+            Self::StepTooSmall { why: Failure::Eval(EvalError::InsideOut { .. }), .. } => {
+                "use a shorter dt, and let the forces on the body begin small: with a barrier, leave a gap of at least `distance` to the obstacle"
+            }
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }

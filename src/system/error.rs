@@ -23,6 +23,9 @@ pub enum EvalError {
     /// The two nodes of an edge coincide, so that its direction is undefined
     #[error("{effect}: nodes {} and {} coincide", .nodes[0], .nodes[1])]
     Coincident { effect: String, nodes: [u32; 2] },
+    /// det A = j ≤ 0 of a rigid body: its mirror image has no strain, but no motion leads there
+    #[error("{effect}: the rigid body is turned inside out (J = {j:.3e})")]
+    InsideOut { effect: String, j: f64 },
     /// A point of the surface is inside an obstacle, by −gap \[m\], or, if the gap is not negative, has passed through it
     #[error("{effect}: the surface {} at node {node}", place_of_crossing(*.gap))]
     Crossed { effect: String, node: u32, gap: f64 },
@@ -44,7 +47,7 @@ impl EvalError {
             | Self::Locked { effect, cell, .. }
             | Self::Undefined { effect, cell }
             | Self::NoThickness { effect, cell } => (effect, Some(*cell), None),
-            Self::Degenerate { effect, .. } => (effect, None, None),
+            Self::Degenerate { effect, .. } | Self::InsideOut { effect, .. } => (effect, None, None),
             Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
             Self::Crossed { effect, node, .. } => (effect, None, Some(*node)),
         }

@@ -240,7 +240,7 @@ fn slack_is_fitted_where_it_shows() {
 /// other one, whose strains stay. Sheared to both sides alike.
 #[test]
 fn slack_is_that_of_one_side_of_rest() {
-    let law = Model::new("neo_hookean", None).expect("registered");
+    let law = FittableLaw::new("neo_hookean", None).expect("registered");
     let row = |mode: Mode, strain: f64, play: f64| {
         let stress = law.stress(&[0.3e6], mode, mode.stretch(strain.signum() * (strain.abs() - play).max(0.0)));
         Sample { mode, stretch: mode.stretch(strain), second: 1.0, stress, line: 2, specimen: 0 }
@@ -272,7 +272,7 @@ fn slack_is_that_of_one_side_of_rest() {
 /// Of a table to both sides of rest that misses zero nothing is advised that is refused.
 #[test]
 fn a_side_that_misses_zero_is_advised_what_can_be_had() {
-    let law = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let law = FittableLaw::new("mooney_rivlin", Some(2)).expect("registered");
     let up = (0..60).map(|k| 1.0 + f64::from(k) / 59.0);
     let down = (1..50).map(|k| 1.0 - 0.4 * f64::from(k) / 49.0);
     let row = |l: f64| format!("{},{}\n", l + 0.02, law.stress(&[3e4, 1e4], Mode::Uniaxial, l));
@@ -287,7 +287,7 @@ fn a_side_that_misses_zero_is_advised_what_can_be_had() {
 /// it is a fifth stiffer it is.
 #[test]
 fn a_specimen_that_broke_earlier_is_no_outlier() {
-    let law = Model::new("yeoh", Some(3)).expect("registered");
+    let law = FittableLaw::new("yeoh", Some(3)).expect("registered");
     let scatter = |last: f64| {
         let levels = [1.0, 1.01, 0.99, 1.005, last];
         let of = |k: usize| {

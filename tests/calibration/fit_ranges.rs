@@ -2,7 +2,8 @@
 
 use crate::common::made::{options, samples, table};
 use durometer::calibrate::{
-    FitOptions, Mode, Model, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment, fit_experiment,
+    FitOptions, FittableLaw, Mode, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment,
+    fit_experiment,
 };
 
 /// A Mooney-Rivlin material under compression has the Neo-Hookean modulus 2(C₁₀ + C₀₁) near rest and a larger one in deep compression. A range that ends earlier has the shallow data points, whose constant is
@@ -38,7 +39,7 @@ fn ranges_of_compression_end_at_their_deepest_data_point() {
 /// Data that begin late have a hold-out, the last third of their own ln λ, in tension and compression: the Neo-Hookean modulus of the others is Σ gP/Σ g². Of two data points there is none, which is said.
 #[test]
 fn data_that_begin_late_have_a_hold_out() {
-    let law = Model::new("yeoh", Some(2)).expect("registered");
+    let law = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let ask = |ends: [f64; 2], count: u32| {
         let rows = samples(law, &[5e4, 2e3], &[Mode::Uniaxial], ends, count, |p| p);
         let table = compare_experiment(&table(rows.clone()), &options(law, &[Mode::Uniaxial])).expect("compares");

@@ -400,6 +400,9 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
         let (force, held) = (last(&run, "between_force_z_N"), last(&run, "upper.zmax_reaction_z_N"));
         // The tolerance of the equilibrium: 1e-8 of the sum of all forces, some hundred times that of the interface.
         assert!((force / -held - 1.0).abs() < 1e-6, "{element}: {force} {held}");
+        // All of the face presses, 10 × 10 mm; its guards have no area.
+        let area = last(&run, "between_area_m2") / 1e-4;
+        assert!(area > 0.9 && area < 1.0 + 1e-9, "{element}: {area}");
         // In uniform stress the interface stays plane; it is shortened by 1 mm.
         let mesh = &scene.body.mesh;
         let uz = |k: u32| run.last.x[3 * k as usize + 2];
@@ -717,6 +720,23 @@ fn carved(mesh: &TetMesh, keep: impl Fn(Vec3) -> bool) -> TetMesh {
     TetMesh { order: mesh.order, points, cells, facets, regions }
 }
 
+/// Two blocks 5 mm apart whose surface is in contact with itself: the gap is that between the blocks, not that of facets next to each other.
+#[test]
+fn the_gap_of_self_contact_is_that_of_facing_parts() {
+    for (element, lower, upper) in [("tet4", [4, 4, 4], [5, 5, 5]), ("tet10", [2, 2, 2], [3, 3, 3])] {
+        let held = |region: &str| format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\n");
+        let rest = format!(
+            "{ELASTIC}{}{}{}\n[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n",
+            held("lower.zmin"),
+            held("upper.zmax"),
+            contact(0.0, "").replace("upper.skin", "skin").replace("lower.skin", "skin")
+        );
+        let run = common::run(&blocks(lower, upper, "15 mm", element, &rest));
+        let gap = column(&run, "between_gap_m")[0];
+        assert!((gap - 5e-3).abs() < 1e-12, "{element}: {gap}");
+    }
+}
+
 /// A U whose legs are pressed together by 5 mm over a gap of 3 mm: it closes on itself, and the two legs stay mirror images in their forces.
 fn closing(order: Order, friction: f64) -> Scene {
     let grid = block(5, 1, 6, 0.015, 0.004, 0.018, order);
@@ -788,6 +808,8 @@ fn a_body_that_closes_on_itself_does_not_cross() {
         assert_eq!(run.status, Status::Converged, "{order:?}");
         assert_eq!(crossed, 0, "{order:?}");
         assert!(last(&run, "itself_points") > 0.0, "{order:?}: the legs do not meet");
+        let gap = column(&run, "itself_gap_m");
+        assert!((gap[0] - 3e-3).abs() < 1e-12, "{order:?}: the legs are 3 mm apart, not {} m", gap[0]);
         // What a body does to itself balances; the legs push back alike, up to a mesh that is no mirror image.
         assert!(last(&run, "itself_force_x_N").abs() < 1e-9 * last(&run, "left_reaction_x_N").abs());
         let balance = last(&run, "left_reaction_x_N") / -last(&run, "right_reaction_x_N");

@@ -101,7 +101,15 @@ fn rounded_distances_have_the_derivatives_of_their_witnesses() {
 /// A point of three nodes against an obstacle in an affine frame, or a fixed one.
 fn pair(shape: Shape, moving: bool, scalars: bool) -> Arc<Contact> {
     let (nodes, weights) = (vec![0, 1, 2], vec![0.2, 0.3, 0.5]);
-    let point = SurfacePoint { at: Vec3::new(0.1, -0.2, 1.4), nodes, weights, area: 0.7, radius: 0.1, carrier: None };
+    let point = SurfacePoint {
+        at: Vec3::new(0.1, -0.2, 1.4),
+        nodes,
+        weights,
+        area: 0.7,
+        sides: vec![],
+        radius: 0.1,
+        carrier: None,
+    };
     let frame = AffineFrame { nodes: [3, 4, 5, 6], center: Vec3::new(0.1, 0.2, -0.1), length: 0.8 };
     let axes = nalgebra::Rotation3::from_euler_angles(0.3, -0.2, 0.5).into_inner();
     let body = moving.then_some(frame);
@@ -273,7 +281,7 @@ fn friction_of_a_ball_has_a_moment() {
     let frame = AffineFrame { nodes: [0, 1, 2, 3], center: Vec3::new(0.2, -0.1, 0.95), length: 0.8 };
     let (nodes, weights) = (frame.nodes.to_vec(), vec![1.0, 0.0, 0.0, 0.0]);
     let carrier = Some(frame.clone());
-    let ball = SurfacePoint { at: frame.center, nodes, weights, area: 0.7, radius: 1.0, carrier };
+    let ball = SurfacePoint { at: frame.center, nodes, weights, area: 0.7, sides: vec![], radius: 1.0, carrier };
     let obstacle = Obstacle { shape: Shape::floor(), origin: Vec3::zeros(), axes: Mat3::identity(), body: None };
     let contact = Arc::new(Contact::new("c".into(), vec![ball], obstacle));
     let response = Penalty { stiffness: 5.0, rounding: 0.0 };

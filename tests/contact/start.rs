@@ -170,7 +170,8 @@ response = "{response}"
     assert_eq!(friction, "distance 0.2 mm, modulus 2000 Pa, stick_velocity 0.0173205081 mm/s, slip 0.004 mm");
 }
 
-/// A plate of 20 × 20 × 2 mm above a peg of 10 mm comes down on it between its eight corner points, but not on a table, and a ball is felt all around.
+/// A plate of 20 × 20 × 2 mm above a peg of 10 mm comes down on it between its eight corner points, but not on a table, and a ball is felt all around. The
+/// four corners of its face are 28.28 mm apart across it: a peg of 28 mm fits between them too, one of 29 mm does not.
 #[test]
 fn an_obstacle_between_the_points_of_a_rigid_body_is_noted() {
     let plate = r#"{ kind = "box", min = ["-10 mm", "-10 mm", "35 mm"], max = ["10 mm", "10 mm", "37 mm"] }"#;
@@ -179,9 +180,16 @@ fn an_obstacle_between_the_points_of_a_rigid_body_is_noted() {
         r#"{ kind = "cylinder", from = ["0 mm", "0 mm", "12 mm"], to = ["0 mm", "0 mm", "30 mm"], radius = "5 mm" }"#;
     let table = r#"{ kind = "box", min = ["-30 mm", "-30 mm", "20 mm"], max = ["30 mm", "30 mm", "30 mm"] }"#;
     let floor = r#"{ kind = "floor", point = ["0 mm", "0 mm", "30 mm"], normal = [0, 0, 1] }"#;
-    for (body, obstacle, noted) in
-        [(plate, peg, true), (plate, table, false), (plate, floor, false), (ball, peg, false)]
-    {
+    let [wide, wider] =
+        ["14 mm", "14.5 mm"].map(|radius| peg.replace("radius = \"5 mm\"", &format!("radius = \"{radius}\"")));
+    for (body, obstacle, noted) in [
+        (plate, peg, Some("10.0000 mm wide")),
+        (plate, &wide, Some("28.0000 mm wide")),
+        (plate, &wider, None),
+        (plate, table, None),
+        (plate, floor, None),
+        (ball, peg, None),
+    ] {
         let rest = format!(
             r#"
 [[rigid]]
@@ -198,11 +206,9 @@ friction = 0.3
         );
         let notes = cube(&rest).notes;
         let found = notes.iter().find(|note| note.contains("fits between the contact points of piece"));
-        assert_eq!(found.is_some(), noted, "{body} on {obstacle}: {notes:?}");
-        assert!(
-            found.is_none_or(|note| note.contains("10.0000 mm wide") && note.contains("20.0000 mm apart")),
-            "{notes:?}"
-        );
+        assert_eq!(found.is_some(), noted.is_some(), "{body} on {obstacle}: {notes:?}");
+        let says = |note: &String| note.contains(noted.unwrap_or_default()) && note.contains("28.2843 mm apart");
+        assert!(found.is_none_or(says), "{notes:?}");
     }
 }
 
@@ -323,5 +329,59 @@ friction = 0.3
         );
         let points = &scene.contacts[0].points().expect("points").points;
         assert_eq!(points.iter().any(|point| point.radius > 0.0), !noted, "{half_length}");
+    }
+}
+
+/// An obstacle that begins inside of a body is refused although no contact point is inside of it: a box in a cube of many cells, a ball that reaches through the
+/// faces of a rigid cube, and a bar across another; what rests on a
+/// face of the body is not.
+#[test]
+fn an_obstacle_that_begins_inside_of_a_body_is_refused() {
+    let built = |parts: usize, region: &str, obstacle: &str, rest: &str| {
+        let text = format!(
+            r#"{CUBE}
+{rest}
+[[contact]]
+name = "meets"
+region = "{region}"
+obstacle = {obstacle}
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "implicit_euler"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        try_scene(block(parts, parts, parts, 0.02, 0.02, 0.02, Order::Linear), &text).err()
+    };
+    let inner = |top: &str| {
+        format!(r#"{{ kind = "box", min = ["4 mm", "4 mm", "5 mm"], max = ["16 mm", "16 mm", "{top} mm"] }}"#)
+    };
+    let under = r#"{ kind = "box", min = ["-4 mm", "4 mm", "-5 mm"], max = ["16 mm", "16 mm", "0 mm"] }"#;
+    let rigid = |low: &str, high: &str| {
+        format!(
+            "[[rigid]]\nname = \"piece\"\ndensity = \"1000 kg/m^3\"\nshape = {{ kind = \"box\", min = {low}, max = {high} }}"
+        )
+    };
+    let cube = rigid(r#"["90 mm", "-10 mm", "0 mm"]"#, r#"["110 mm", "10 mm", "20 mm"]"#);
+    let bar = rigid(r#"["70 mm", "-5 mm", "0 mm"]"#, r#"["130 mm", "5 mm", "10 mm"]"#);
+    let ball = |z: &str| format!(r#"{{ kind = "sphere", center = ["100 mm", "0 mm", "{z} mm"], radius = "13 mm" }}"#);
+    let across = |top: &str| {
+        format!(r#"{{ kind = "box", min = ["85 mm", "-40 mm", "-9 mm"], max = ["115 mm", "40 mm", "{top} mm"] }}"#)
+    };
+    for (refused, told) in [
+        (Some("mm inside of the body at"), built(6, "zmax", &inner("15"), "")),
+        (Some("is 5.0000 mm inside of the body at"), built(6, "xmax", &inner("15"), "")),
+        (None, built(6, "zmax", under, "")),
+        (Some("mm inside of \"piece\" at"), built(1, "piece", &ball("10"), &cube)),
+        (None, built(1, "piece", &ball("-13"), &cube)),
+        (Some("mm inside of \"piece\" at"), built(1, "piece", &across("6"), &bar)),
+        (None, built(1, "piece", &across("0"), &bar)),
+    ] {
+        match refused {
+            Some(says) => assert!(told.as_ref().is_some_and(|told| told.contains(says)), "{says}: {told:?}"),
+            None => assert_eq!(told, None),
+        }
     }
 }

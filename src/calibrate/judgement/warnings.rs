@@ -80,7 +80,13 @@ pub fn warnings(
 
 /// One warning for each test in which the misfit is above the tolerance: the stresses of one may hide that of another. What is below 2 % of the rms stress of the fit, in which the range of validity
 /// does not end either, is none.
-fn misfits(result: &FitResult, model: Model, values: &[f64], counted: &[Sample], tolerance: f64) -> Vec<FitWarning> {
+fn misfits(
+    result: &FitResult,
+    model: FittableLaw,
+    values: &[f64],
+    counted: &[Sample],
+    tolerance: f64,
+) -> Vec<FitWarning> {
     let square = |rows: &[Residual], of: fn(&Residual) -> f64| rows.iter().map(|r| of(r).powi(2)).sum::<f64>();
     let budget = FLOOR * FLOOR * counted.iter().map(|s| s.stress.powi(2)).sum::<f64>();
     let groups = by_test(counted);

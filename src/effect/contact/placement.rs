@@ -11,6 +11,11 @@
 
 use super::shape::{Shape, Witness};
 use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::surface_file::Surface;
+
+/// Triangles around a round obstacle, and the number of places on an obstacle of few triangles.
+const AROUND: u32 = 24;
+const PLACES: f64 = 2000.0;
 
 /// The four nodes of an affine body, at rest at C and C + ℓ e_i.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +111,25 @@ impl Obstacle {
         // A collapsed body has no inside: the distance 0 stops the step.
         let (inverse, shrink) = a.try_inverse().map_or((Mat3::identity(), 0.0), |i| (i, a.singular_values().min()));
         Placed { obstacle: self, p0: p[0], inverse, shrink }
+    }
+
+    /// Places all over its surface at displacement x \[m\], all vertices among them; none of a floor.
+    pub fn places(&self, x: &[f64]) -> Vec<Vec3> {
+        let Some(Surface { points, triangles }) = self.shape.triangles(AROUND) else { return Vec::new() };
+        let parts = (PLACES / triangles.len() as f64).sqrt().ceil() as usize;
+        let weight = |i: usize| i as f64 / parts as f64;
+        let grid = || (0..=parts).flat_map(|i| (0..=parts - i).map(move |j| [weight(i), weight(j)]));
+        let in_triangle = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|k| points[k as usize]);
+            grid().map(move |[i, j]| a + (b - a) * i + (c - a) * j)
+        };
+        let in_space = |local: Vec3| {
+            let place = self.origin + self.axes * local;
+            let moved =
+                |body: &AffineFrame| body.weights(&place).iter().zip(body.positions(x)).map(|(w, p)| p * *w).sum();
+            self.body.as_ref().map_or(place, moved)
+        };
+        triangles.iter().flat_map(in_triangle).map(in_space).collect()
     }
 
     /// A A_old⁻¹: how the obstacle turns from displacement `old` to x.

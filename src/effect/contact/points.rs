@@ -22,6 +22,8 @@ pub struct SurfacePoint {
     pub weights: Vec<f64>,
     /// W_q \[m²\]
     pub area: f64,
+    /// Facets of the mesh at the point, each with a part of its area at rest \[m²\]; a guard and a point of a rigid body have none
+    pub sides: Vec<(u32, f64)>,
     /// Of a ball about the point \[m\], 0 of a point of a surface
     pub radius: f64,
     /// The affine body that the ball is a part of, whose four nodes are those of the point; None of a point of a surface
@@ -29,9 +31,9 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// A point of a surface, without a ball about it.
+    /// A point of a surface, without a ball about it or facets.
     pub fn flat(at: Vec3, nodes: Vec<u32>, weights: Vec<f64>, area: f64) -> Self {
-        Self { at, nodes, weights, area, radius: 0.0, carrier: None }
+        Self { at, nodes, weights, area, sides: Vec::new(), radius: 0.0, carrier: None }
     }
 
     /// N_a of the material that lies at `arm` from the point in the mean of two displacements of the nodes.
@@ -69,7 +71,8 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Surface
             let weights = element::facet_shape(mesh.order, xi)[..list.len()].to_vec();
             let part = w * mesh.facet_normal(f as usize, xi).norm();
             area += part;
-            out.push(SurfacePoint::flat(at(&weights), list.to_vec(), weights, part));
+            let point = SurfacePoint::flat(at(&weights), list.to_vec(), weights, part);
+            out.push(SurfacePoint { sides: vec![(f, part)], ..point });
         }
         for a in (0..list.len()).filter(|&a| guarded.insert(list[a])) {
             let weights: Vec<f64> = (0..list.len()).map(|k| if k == a { 1.0 } else { 0.0 }).collect();
@@ -82,16 +85,19 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Surface
 /// Every node with a part of the areas of its facets, ∫ N_a dA of flat ones: a third each on tet4; none at a corner and a third at a mid-edge on tet10. So the
 /// nodes on which a uniform pressure has a force have all of the area.
 fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
-    let mut areas = BTreeMap::new();
+    let mut sides = BTreeMap::<u32, Vec<(u32, f64)>>::new();
     let rule = quadrature::tri(4);
     for &f in facets {
         let parts = rule.points.iter().zip(&rule.weights).map(|(&xi, w)| w * mesh.facet_normal(f as usize, xi).norm());
         let area: f64 = parts.sum();
         for (a, &node) in mesh.facet(f as usize).iter().enumerate() {
             let share = if mesh.order == Order::Quadratic && a < 3 { 0.0 } else { 1.0 / 3.0 };
-            *areas.entry(node).or_insert(0.0) += share * area;
+            sides.entry(node).or_default().push((f, share * area));
         }
     }
-    let point = |(node, area): (u32, f64)| SurfacePoint::flat(mesh.points[node as usize], vec![node], vec![1.0], area);
-    areas.into_iter().map(point).collect()
+    let point = |(node, sides): (u32, Vec<(u32, f64)>)| {
+        let area = sides.iter().fold(0.0, |sum, side| sum + side.1);
+        SurfacePoint { sides, ..SurfacePoint::flat(mesh.points[node as usize], vec![node], vec![1.0], area) }
+    };
+    sides.into_iter().map(point).collect()
 }

@@ -65,7 +65,7 @@ pub struct RigidBody {
     pub(in crate::scene) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
-    /// Largest distance of a point from its neighbours \[m\]; 0 of a sphere, which is felt all around
+    /// Largest distance of two points of one face \[m\]; 0 of a sphere, which is felt all around
     pub(in crate::scene) spacing: f64,
 }
 
@@ -101,6 +101,7 @@ impl RigidBody {
             nodes: self.frame.nodes.to_vec(),
             weights: self.frame.weights(at).to_vec(),
             area: area / self.surface.len() as f64,
+            sides: Vec::new(),
             radius: *radius,
             carrier: (*radius > 0.0).then(|| self.frame.clone()),
         };
@@ -178,7 +179,7 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
     }
 }
 
-/// Largest distance of a point of a shape from its neighbours \[m\].
+/// Largest distance of two points of one face of a shape \[m\]: what is narrower goes through between them.
 fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
     match spec {
         ShapeSpec::Sphere { .. } => 0.0,
@@ -187,6 +188,10 @@ fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
             let edge = |a: u32, b: u32| (surface.points[a as usize] - surface.points[b as usize]).norm();
             surface.triangles.iter().flat_map(|&[a, b, c]| [edge(a, b), edge(b, c), edge(c, a)]).fold(0.0, f64::max)
         }
+        ShapeSpec::Box { .. } => shape.bounds().map_or(0.0, |[low, high]| {
+            let size = high - low;
+            (size.norm_squared() - size.min().powi(2)).sqrt()
+        }),
         _ => shape.bounds().map_or(0.0, |[low, high]| (high - low).max()),
     }
 }

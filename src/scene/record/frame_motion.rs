@@ -2,10 +2,10 @@
 
 use super::recorder::Moment;
 use crate::effect::contact::placement::AffineFrame;
+use crate::material::polar::SignedSvd;
 use crate::math::rotation::nearest_vector;
 use crate::math::tensor::Vec3;
 use crate::system::State;
-use nalgebra::Rotation3;
 
 /// `<name>_{x,y,z}_m` and `<name>_rotation_{x,y,z}_deg`.
 pub(in crate::scene) fn columns(name: &str) -> Vec<String> {
@@ -21,7 +21,7 @@ pub(in crate::scene) fn memory() -> Vec<f64> {
 
 /// Takes over the rotation vector that is nearest to the one in memory.
 pub(in crate::scene) fn remember(frame: &AffineFrame, state: &State, memory: &mut [f64]) {
-    let rotation = Rotation3::from_matrix(&frame.gradient_of(&state.x)).into_inner();
+    let rotation = SignedSvd::of(&frame.gradient_of(&state.x)).rotation();
     memory.copy_from_slice(nearest_vector(rotation, Vec3::from_column_slice(memory)).as_slice());
 }
 

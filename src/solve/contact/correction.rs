@@ -30,6 +30,12 @@ use crate::system::{Caches, ContactPoint, State, Strain, System, Want};
 const CLOSED: f64 = 1e-10;
 /// Largest number of points for which corrections are used instead of Newton's method, including those that come under pressure: W is dense.
 const MANY: usize = 500;
+/// Largest work on the forces of a correction that is repeated, in iterations of Newton's method, or in multiplications where these iterations are cheaper
+/// \[–\].
+const PATIENCE: f64 = 10.0;
+const CHEAP: f64 = 3e7;
+/// Multiplications of an evaluation per entry of the tangent, about \[–\].
+const EVALUATION: f64 = 100.0;
 /// A factorisation is reused for another correction if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 1e-2;
 /// Share of the error that may remain after a correction with a shifted tangent \[–\].
@@ -78,7 +84,7 @@ pub(super) fn move_and_correct(
     let mut solution = Solution { iterations: 1, ..solver.no_solution_yet() };
     let targets = step.targets(next);
     solver.equations.begin(step, &targets, next)?;
-    let correction = correct(solver, step, planes, usize::MAX, next, (&targets, &mut None), &mut solution)?;
+    let correction = correct(solver, step, planes, None, next, (&targets, &mut None), &mut solution)?;
     let correction = correction.expect("any number of points is taken");
     correction.advance(solver, step, planes, next, (&targets, 1.0))?;
     solver.equations.advance_history(step, next)?;
@@ -112,7 +118,8 @@ pub(in crate::solve) fn correct_repeatedly(
     solver.report(step, next, 0, last_error);
     while !convergence.is_last(solution.iterations) {
         let shifted = solver.linear.shifted;
-        let correction = correct(solver, step, &planes, MANY, next, (&targets, &mut kept), &mut solution).ok()??;
+        let correction =
+            correct(solver, step, &planes, Some(MANY), next, (&targets, &mut kept), &mut solution).ok()??;
         let share = solver.equations.longest(system, &next.x, &correction.motion(step, next, 1.0)).ok()?;
         correction.advance(solver, step, &planes, next, (&targets, share)).ok()?;
         solution.iterations += 1;
@@ -188,12 +195,12 @@ impl Correction {
 }
 
 /// Computes the correction of `next` with the factorisation of an earlier iteration of the step, if it is `kept`, or with a new one, which is then
-/// kept; `None` if there would be more than `most` points.
+/// kept; `None` if there would be more than `most` points. With such a bound the work on their forces is bounded too.
 fn correct(
     solver: &mut NonlinearSolver,
     step: &Step,
     planes: &ContactPlanes,
-    most: usize,
+    most: Option<usize>,
     next: &mut State,
     (targets, kept): (&[(usize, f64)], &mut Option<Schur>),
     solution: &mut Solution,
@@ -202,7 +209,8 @@ fn correct(
     let NonlinearSolver { equations, linear, .. } = solver;
     // First the points under pressure, then those that come under pressure
     let mut fresh = planes.pressed();
-    if fresh.len() > most {
+    let is_too_many = |count: usize| most.is_some_and(|most| count > most);
+    if is_too_many(fresh.len()) {
         return Ok(None);
     }
     let mut forces = vec![0.0; planes.points.len()];
@@ -223,6 +231,8 @@ fn correct(
     let problem = LinearProblem { step, equations, state: next, increment: increment.as_deref() };
     let mut y = problem.right_side();
     tangent::solve(&mut linear.factor, &equations.sums, &mut y).map_err(Failure::Linear)?;
+    let newton = linear.factor.flops() + EVALUATION * equations.sums.pattern.nnz() as f64;
+    let work = most.map_or(f64::INFINITY, |_| CHEAP.max(PATIENCE * newton));
     let mut contacts = Contacts::default();
     let mut looked_at = vec![false; forces.len()];
     let direction = loop {
@@ -241,7 +251,7 @@ fn correct(
         let mut columns = contacts.columns(y.len());
         tangent::solve(&mut linear.factor, &equations.sums, &mut columns).map_err(Failure::Linear)?;
         contacts.respond(&columns, &y, &schur, &equations.sums.gradient);
-        let found = direction_under_contact(&problem, &y, &schur, &mut contacts);
+        let found = direction_under_contact(&problem, &y, &schur, &mut contacts, work);
         linear.contact_forces += std::mem::take(&mut contacts.time);
         let direction = found?;
         let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -253,7 +263,7 @@ fn correct(
         if fresh.is_empty() {
             break direction;
         }
-        if contacts.points.len() + fresh.len() > most {
+        if is_too_many(contacts.points.len() + fresh.len()) {
             return Ok(None);
         }
     };
@@ -262,12 +272,13 @@ fn correct(
     Ok(Some(Correction { direction, forces }))
 }
 
-/// Computes du = y − Z_c (λ' − λ) + Z p with consistent p and λ'.
+/// Computes du = y − Z_c (λ' − λ) + Z p with consistent p and λ', by at most so many multiplications.
 fn direction_under_contact(
     problem: &LinearProblem,
     y: &[f64],
     schur: &Schur,
     contacts: &mut Contacts,
+    most: f64,
 ) -> Result<NewtonDirection, Failure> {
     let (m, old) = (problem.state.lambda.len(), &problem.state.lambda);
     let free = problem.shift(y);
@@ -282,7 +293,7 @@ fn direction_under_contact(
         };
         schur.multipliers(problem.system(), &rows, &shift).map(|found| found.0).ok_or(Failure::Complementarity)
     };
-    let lambda = contacts.settle(multipliers, old, &problem.equations.limit)?;
+    let lambda = contacts.settle(multipliers, old, (&problem.equations.limit, most))?;
     let mut du = y.to_vec();
     for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(old)) {
         du.iter_mut().zip(z).for_each(|(du, z)| *du -= z * (new - old));

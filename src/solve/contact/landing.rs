@@ -279,7 +279,7 @@ fn impulses(
             law
         });
         let mut contacts = Contacts::with_response(laws, free.clone(), w.clone());
-        contacts.settle(|_| Ok(Vec::new()), &[], limit).map(|_| contacts.p)
+        contacts.settle(|_| Ok(Vec::new()), &[], (limit, f64::INFINITY)).map(|_| contacts.p)
     };
     let mut found = settled(0.0);
     if matches!(found, Err(Failure::Complementarity)) {

@@ -87,7 +87,7 @@ fn timed(scene: &Scene, sensitivities: Option<SensitivityRecorder>, follow: &mut
         sensitivities,
         ..RunOptions::default()
     });
-    let spent = stopwatch.spent() - aside.0.get() - run.spent_on_derivatives();
+    let spent = run.own_time(stopwatch.spent(), aside.0.get());
     Timed { run, spent }
 }
 

@@ -59,19 +59,17 @@ pub fn candidates(
     found
 }
 
-/// Least distance of all pairs; boxes that are further than what is known are not looked into.
-pub fn least(
+/// Least distance of a point and a triangle, at most `most`; boxes that are further than what is known are not looked into.
+pub fn least_of_points(
     passes: &[Pass],
+    most: f64,
     of_point: &dyn Fn(&SurfacePoint) -> Vec3,
     of_node: &dyn Fn(u32) -> Vec3,
     to_triangle: &dyn Fn(&Pass, &SurfacePoint, u32) -> f64,
-    between: &dyn Fn(&Edge, &Edge) -> f64,
 ) -> f64 {
-    let spot = |k: u32| (of_node(k), of_node(k));
-    let over = |nodes: &[u32]| nodes.iter().map(|&k| spot(k)).reduce(join).expect("a triangle or an edge has nodes");
-    let best = Cell::new(f64::INFINITY);
+    let best = Cell::new(most);
     for pass in passes {
-        let tree = hierarchy(pass.triangles.triangles.iter().map(|t| over(t)));
+        let tree = hierarchy(pass.triangles.triangles.iter().map(|t| around(t, of_node)));
         for point in &pass.points.points {
             let at = of_point(point);
             for t in tree.leaves(|node| apart(node, (at, at)) < best.get()) {
@@ -81,10 +79,21 @@ pub fn least(
             }
         }
     }
+    best.get()
+}
+
+/// Least distance of two edges, in the same way.
+pub fn least_of_edges(
+    passes: &[Pass],
+    most: f64,
+    of_node: &dyn Fn(u32) -> Vec3,
+    between: &dyn Fn(&Edge, &Edge) -> f64,
+) -> f64 {
+    let best = Cell::new(most);
     let second = &passes[0].triangles.edges;
-    let tree = hierarchy(second.iter().map(|e| over(&e.nodes)));
+    let tree = hierarchy(second.iter().map(|e| around(&e.nodes, of_node)));
     for edge in &passes[0].points.edges {
-        let span = over(&edge.nodes);
+        let span = around(&edge.nodes, of_node);
         for other in tree.leaves(|node| apart(node, span) < best.get()) {
             let other = &second[other as usize];
             if !other.nodes.iter().any(|n| edge.nodes.contains(n)) {
@@ -93,6 +102,11 @@ pub fn least(
         }
     }
     best.get()
+}
+
+/// Box around nodes.
+fn around(nodes: &[u32], of_node: &dyn Fn(u32) -> Vec3) -> Span {
+    nodes.iter().map(|&k| (of_node(k), of_node(k))).reduce(join).expect("a triangle or an edge has nodes")
 }
 
 /// Distance of two boxes \[m\].

@@ -1,6 +1,6 @@
 //! Geometry of the two surfaces at a state.
 
-use super::candidates::{Pass, least, pierced_by_edges};
+use super::candidates::{Pass, least_of_edges, least_of_points, pierced_by_edges};
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::displacement;
@@ -9,9 +9,15 @@ use crate::math::nearest::{between, to_triangle};
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
 use crate::system::CacheKey;
+use std::collections::BTreeMap;
 
 /// Part of the mean edge that nodes may move before pairs are looked for again \[–\].
 const MARGIN: f64 = 0.1;
+/// Distance beyond which parts of one surface are not looked for, in mean edges \[–\].
+const NEAR: f64 = 10.0;
+/// Cosine of the angle between a normal and the inward normal of what it faces, at least: an edge has the mean of its sides \[–\].
+const OPPOSED: f64 = 0.1;
+
 /// Two surfaces, or one.
 pub struct Surfaces {
     pub name: String,
@@ -100,7 +106,35 @@ impl Surfaces {
         let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
         let of_point = |pass: &Pass, p: &SurfacePoint, t: u32| to_triangle(&self.place(x, p), &corners(pass, t));
         let of_edges = |a: &Edge, b: &Edge| between(&ends(a), &ends(b));
-        least(&self.passes(), &|p| self.place(x, p), &|k| self.node(x, k), &of_point, &of_edges)
+        let (passes, node) = (self.passes(), |k: u32| self.node(x, k));
+        let of_points = least_of_points(&passes, f64::INFINITY, &|p| self.place(x, p), &node, &of_point);
+        least_of_edges(&passes, of_points, &node, &of_edges)
+    }
+
+    /// Least distance \[m\] between the surfaces at displacement x. Of one with itself, and of two that share nodes, it is the least of a point from a triangle that
+    /// face each other, which neighbours on one face do not, and at most [`NEAR`] edges.
+    pub fn gap_between(&self, x: &[f64]) -> f64 {
+        if !self.is_joined() {
+            return self.gap(x);
+        }
+        let passes = self.passes();
+        let corners = |t: &[u32; 3]| t.map(|k| self.node(x, k));
+        let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(&(c - a));
+        let mut normals = BTreeMap::<u32, Vec3>::new();
+        for t in passes.iter().flat_map(|pass| &pass.points.triangles) {
+            t.iter().for_each(|&k| *normals.entry(k).or_default() += normal(corners(t)));
+        }
+        let outward = |p: &SurfacePoint| -> Vec3 {
+            p.nodes.iter().zip(&p.weights).map(|(k, w)| normals[k].normalize() * *w).sum()
+        };
+        let of_point = |pass: &Pass, p: &SurfacePoint, t: u32| {
+            let triangle = corners(&pass.triangles.triangles[t as usize]);
+            let (at, against) = (self.place(x, p), normal(triangle));
+            let faces = (at - triangle[0]).dot(&against) > 0.0 && outward(p).dot(&against) < -OPPOSED * against.norm();
+            if faces { to_triangle(&at, &triangle) } else { f64::INFINITY }
+        };
+        let most = NEAR * self.margin / MARGIN;
+        least_of_points(&passes, most, &|p| self.place(x, p), &|k| self.node(x, k), &of_point)
     }
 
     /// A place where an edge goes through a triangle at displacement x \[m\].

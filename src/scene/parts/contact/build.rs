@@ -12,6 +12,7 @@ use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::build::shape::ShapeSpec;
 use crate::scene::error::{SceneError, hint};
+use crate::scene::parts::contact::inside::{check_deformable, check_rigid};
 use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
@@ -21,6 +22,7 @@ use crate::scene::parts::contact::sunk::PressingFacets;
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
 use crate::scene::rotation::check_in_contact;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.
@@ -58,20 +60,27 @@ pub(in crate::scene) fn build_contacts(
     Ok((bodies, contacts))
 }
 
-/// Refuses a contact of two surfaces that an earlier one is of, whichever of them is the obstacle: both would press, each with the force of one.
+/// Refuses a contact of two surfaces that have facets in common with those of an earlier one, whichever of them is the obstacle: both would press there, each
+/// with the force of one.
 fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[ContactSpec]) -> Result<(), SceneError> {
-    fn pair(spec: &ContactSpec) -> Option<[&str; 2]> {
+    let sides = |spec: &ContactSpec| {
         let ShapeSpec::Region { region } = &spec.obstacle else { return None };
-        let mut names = [spec.region.as_str(), region.as_str()];
-        names.sort_unstable();
-        Some(names)
-    }
-    let Some(k) = pair(spec).and_then(|own| earlier.iter().position(|other| pair(other) == Some(own))) else {
-        return Ok(());
+        let facets =
+            |name: &String| builder.regions.get(name).map(|r| r.facets.iter().copied().collect::<HashSet<_>>());
+        Some([facets(&spec.region)?, facets(region)?])
     };
+    let Some([a, b]) = sides(spec) else { return Ok(()) };
+    let is_same = |other: &ContactSpec| {
+        sides(other).is_some_and(|[c, d]| {
+            let meet = |one: &HashSet<u32>, other: &HashSet<u32>| !one.is_disjoint(other);
+            meet(&a, &c) && meet(&b, &d) || meet(&a, &d) && meet(&b, &c)
+        })
+    };
+    let Some(k) = earlier.iter().position(is_same) else { return Ok(()) };
     let fact =
         format!("it is of the same two surfaces as contact {} ({}), and the two would add up", k + 1, earlier[k].name);
-    Err(builder.content(place, fact, "keep one of the two; its force is that of the whole contact"))
+    let remedy = "keep one of the two, whose force is that of the whole contact, or give regions without common facets";
+    Err(builder.content(place, fact, remedy))
 }
 
 /// A contact with its effects, the pressing one first.
@@ -132,13 +141,16 @@ fn build_contact(
     }
     let facets = match bodies.iter().find(|b| b.name == spec.region) {
         Some(body) => {
+            check_rigid(builder, place, pressing.contact(), body)?;
             note_points(builder, body, &*pressing);
             PressingFacets::none()
         }
         None => {
             let facets = builder.contact_facets(place, &spec.region)?.to_vec();
             note_facets(builder, &spec.region, &facets, &*pressing);
-            PressingFacets::new(facets, cell, pressing.contact())
+            let facets = PressingFacets::new(facets, cell, pressing.contact());
+            check_deformable(builder, place, pressing.contact(), &facets)?;
+            facets
         }
     };
     let friction = coulomb.map(|law| {

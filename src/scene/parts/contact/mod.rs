@@ -1,6 +1,7 @@
 //! Contacts of a scene: their specification, construction and record.
 
 mod build;
+mod inside;
 mod motion;
 mod notes;
 pub mod record;

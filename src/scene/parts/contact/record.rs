@@ -5,7 +5,7 @@ use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::surfaces::Term;
 use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
-use crate::effect::contact::{Contact, Counts, NormalForces};
+use crate::effect::contact::{Contact, Counts, NormalForces, SurfacePoint};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::scene::parts::contact::scales::ContactScales;
@@ -43,6 +43,8 @@ pub(in crate::scene) enum ContactSides {
 
 /// Share of the largest force of a contact below which a point does not press \[–\].
 const PRESSES: f64 = 1e-9;
+/// Cosine of the angle between the force on a point and the inward normal of a facet beyond which the facet does not face the other side: 60° \[–\].
+const FACING: f64 = 0.5;
 /// Share of an area that is rounding of its sum \[–\].
 const ROUNDING: f64 = 1e-9;
 /// Share of its largest elastic slip from which on a point has 99 % of its friction \[–\].
@@ -58,7 +60,7 @@ struct Sums {
     gap: f64,
     /// Number of points that press
     pressed: usize,
-    /// Their area \[m²\]
+    /// Area at rest of what they have of the facets that face the other side \[m²\]
     area: f64,
 }
 
@@ -66,25 +68,35 @@ struct Sums {
 struct Column {
     end: &'static str,
     value: fn(&Sums) -> f64,
-    /// Recorded only where there is friction
-    friction: bool,
+    /// Contacts that record it
+    of: Of,
 }
 
-const fn column(end: &'static str, friction: bool, value: fn(&Sums) -> f64) -> Column {
-    Column { end, value, friction }
+/// Contacts that record a column.
+#[derive(PartialEq, Eq)]
+enum Of {
+    All,
+    /// Those of facets, which have an area
+    Facets,
+    /// Those with friction
+    Sliding,
+}
+
+const fn column(end: &'static str, of: Of, value: fn(&Sums) -> f64) -> Column {
+    Column { end, value, of }
 }
 
 /// Every column of a contact, in its order: one line each.
 const COLUMNS: [Column; 9] = [
-    column("force_x_N", false, |s| s.force.x),
-    column("force_y_N", false, |s| s.force.y),
-    column("force_z_N", false, |s| s.force.z),
-    column("gap_m", false, |s| s.gap),
-    column("points", false, |s| s.pressed as f64),
-    column("area_m2", false, |s| s.area),
-    column("normal_x_N", true, |s| s.normal.x),
-    column("normal_y_N", true, |s| s.normal.y),
-    column("normal_z_N", true, |s| s.normal.z),
+    column("force_x_N", Of::All, |s| s.force.x),
+    column("force_y_N", Of::All, |s| s.force.y),
+    column("force_z_N", Of::All, |s| s.force.z),
+    column("gap_m", Of::All, |s| s.gap),
+    column("points", Of::All, |s| s.pressed as f64),
+    column("area_m2", Of::Facets, |s| s.area),
+    column("normal_x_N", Of::Sliding, |s| s.normal.x),
+    column("normal_y_N", Of::Sliding, |s| s.normal.y),
+    column("normal_z_N", Of::Sliding, |s| s.normal.z),
 ];
 
 impl Recorder for NamedContact {
@@ -93,15 +105,31 @@ impl Recorder for NamedContact {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        let sums = self.moment(&now.state.x, now.step);
+        let sums = self.moment(&now.body.mesh, &now.state.x, now.step);
         self.own_columns().map(|c| (c.value)(&sums)).collect()
     }
 }
 
 impl NamedContact {
     fn own_columns(&self) -> impl Iterator<Item = &'static Column> {
-        let slides = self.slides();
-        COLUMNS.iter().filter(move |c| slides || !c.friction)
+        COLUMNS.iter().filter(|c| match c.of {
+            Of::All => true,
+            Of::Facets => !self.is_of_rigid_body(),
+            Of::Sliding => self.slides(),
+        })
+    }
+
+    /// Whether its points are those of a rigid body.
+    fn is_of_rigid_body(&self) -> bool {
+        matches!(&self.of, ContactSides::Points { facets, .. } if facets.is_none())
+    }
+
+    /// The points of its region.
+    fn own_points(&self) -> &[SurfacePoint] {
+        match &self.of {
+            ContactSides::Points { pressing, .. } => &pressing.contact().points,
+            ContactSides::Surfaces { pressing, .. } => &pressing.surfaces.first().points,
+        }
     }
 
     /// The four nodes of an obstacle with a motion.
@@ -138,13 +166,12 @@ impl NamedContact {
     /// Whether a part of its region presses at displacement x, and another part does not. Corners of tet10 have no area: whether they press may be rounding. The
     /// points of a rigid body are the same on every mesh.
     pub(in crate::scene) fn ends_within_region(&self, x: &[f64]) -> bool {
-        let whole: f64 = match &self.of {
-            ContactSides::Points { facets, .. } if facets.is_none() => return false,
-            ContactSides::Points { pressing, .. } => pressing.contact().points.iter().map(|p| p.area).sum(),
-            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.first().points.iter().map(|p| p.area).sum(),
-        };
-        let Sums { pressed, area, .. } = self.moment(x, None);
-        pressed > 0 && area < (1.0 - ROUNDING) * whole
+        if self.is_of_rigid_body() {
+            return false;
+        }
+        let (forces, points) = (self.forces(x, None), self.own_points());
+        let area: f64 = pressed(&forces).map(|f| points[f.0].area).sum();
+        pressed(&forces).next().is_some() && area < (1.0 - ROUNDING) * points.iter().map(|p| p.area).sum::<f64>()
     }
 
     /// The points that meet an obstacle; none of deformable surfaces
@@ -193,22 +220,26 @@ impl NamedContact {
     }
 
     /// Sums over the points of its region; friction is there where a step led to the state. What a surface does to itself has the sum 0.
-    fn moment(&self, x: &[f64], step: Option<&At>) -> Sums {
+    fn moment(&self, mesh: &TetMesh, x: &[f64], step: Option<&At>) -> Sums {
         let (forces, force) = self.sums(x, step);
-        let (points, gap) = match &self.of {
-            ContactSides::Points { pressing, .. } => {
-                let contact = pressing.contact();
-                (&contact.points, contact.deepest(x).map_or(pressing.reach(), |d| d.1))
-            }
-            ContactSides::Surfaces { pressing, .. } => (&pressing.surfaces.first().points, pressing.surfaces.gap(x)),
+        let gap = match &self.of {
+            ContactSides::Points { pressing, .. } => pressing.contact().deepest(x).map_or(pressing.reach(), |d| d.1),
+            ContactSides::Surfaces { pressing, .. } => pressing.surfaces.gap_between(x),
         };
-        let least = PRESSES * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
-        let pressed = forces.iter().filter(|f| f.1.norm() > least);
+        let (normals, normal) = if self.slides() { self.sums(x, None) } else { (forces.clone(), force) };
+        let points = self.own_points();
+        let faces = |f: u32, force: &Vec3| {
+            let place = |k: u32| mesh.points[k as usize] + Vec3::from_column_slice(&x[3 * k as usize..][..3]);
+            let [a, b, c] = [0, 1, 2].map(|k| place(mesh.facet(f as usize)[k]));
+            let outward = (b - a).cross(&(c - a));
+            -outward.dot(force) > FACING * outward.norm() * force.norm()
+        };
+        let area_of = |(b, force): &(usize, Vec3)| {
+            points[*b].sides.iter().filter(|side| faces(side.0, force)).map(|side| side.1).sum::<f64>()
+        };
         // An empty sum is −0.
-        let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;
-        let without_friction = || self.sums(x, None).1;
-        let normal = if self.slides() { without_friction() } else { force };
-        Sums { force, normal, gap, pressed: pressed.count(), area }
+        let area = pressed(&normals).map(area_of).sum::<f64>() + 0.0;
+        Sums { force, normal, gap, pressed: pressed(&forces).count(), area }
     }
 
     /// (point, force \[N\]) of the points of its region that are in contact.
@@ -255,6 +286,12 @@ impl NamedContact {
             }
         }
     }
+}
+
+/// The points that press, of (point, force \[N\]).
+fn pressed(forces: &[(usize, Vec3)]) -> impl Iterator<Item = &(usize, Vec3)> {
+    let least = PRESSES * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
+    forces.iter().filter(move |f| f.1.norm() > least)
 }
 
 /// (point, force \[N\]) of the points that feel the obstacle.
@@ -349,7 +386,7 @@ mod tests {
             let mut x = scene.start().x;
             let lower = scene.points.iter().enumerate().filter(|(_, p)| p.x < reach || p.x > 0.025);
             lower.for_each(|(k, _)| x[3 * k + 2] -= 2e-3);
-            assert!(scene.contacts[1].moment(&x, None).pressed > 0, "the brick is on the floor");
+            assert!(scene.contacts[1].moment(&scene.body.mesh, &x, None).pressed > 0, "the brick is on the floor");
             scene.contacts.iter().map(|contact| contact.ends_within_region(&x)).collect::<Vec<_>>()
         };
         assert_eq!((ends(0.0), ends(0.005), ends(0.021)), (vec![false; 2], vec![true, false], vec![false; 2]));

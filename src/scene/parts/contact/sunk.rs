@@ -35,6 +35,11 @@ impl PressingFacets {
         Self { facets: vec![], most: 0.0 }
     }
 
+    /// How much deeper than the contact points a facet may lie \[m\].
+    pub(super) fn most(&self) -> f64 {
+        self.most
+    }
+
     /// Whether there are none, as of a rigid body.
     pub(super) fn is_none(&self) -> bool {
         self.facets.is_empty()
