@@ -237,6 +237,22 @@ tolerance = 1e-12
     assert!(bare.contains(fact) && bare.contains("in 48 of them an effect with overlap = \"add\""), "{bare}");
 }
 
+/// Weights along two axes that are both zero, as inputs of a model or members of a family make them, are two.
+#[test]
+fn weights_of_zero_along_two_axes_are_no_repetition() {
+    let weight = |name: &str, direction: &str| {
+        format!(
+            "[[effect]]\nkind = \"gravity\"\nname = \"{name}\"\nregion = \"body\"\ndensity = \"1 g/cm^3\"\n\
+             direction = {direction}\nacceleration = \"0 m/s^2\"\n"
+        )
+    };
+    let with =
+        |direction: &str| block(here(), &(weight("down", "[0, 0, -1]") + &weight("other", direction))).map(|_| ());
+    assert_eq!(with("[0, -1, 0]"), Ok(()));
+    let said = with("[0, 0, -1]").expect_err("refused");
+    assert!(said.contains("effect 1 is of the same kind on the same cells"), "{said}");
+}
+
 /// The public pneumatic finger: the stiff layer of its tutorial by the three rules, and the wall of its hollow.
 #[test]
 #[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]

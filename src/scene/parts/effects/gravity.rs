@@ -63,20 +63,23 @@ impl EffectPart for GravitySpec {
         let column = self.column();
         let known = builder.signals.iter().find(|s| s.name == column).map(|s| &s.signal);
         let signal = known.expect("built with the effect");
-        let which = match signal.has_inputs() {
-            true => format!("{direction:?} {signal:?}"),
-            false => format!("{:?}", samples(builder, direction, signal)),
+        let samples = samples(builder, direction, signal);
+        let has_weight = samples.iter().flatten().any(|a| *a != 0.0);
+        // Weights that are zero, or set during the run, are told apart by what they are given as
+        let which = match has_weight && !signal.has_inputs() {
+            true => samples.iter().flatten().map(|a| format!("{a:.8e} ")).collect(),
+            false => format!("{direction:?} {signal:?}"),
         };
         check_repeated(builder, number, "gravity", which, &self.region)
     }
 }
 
-/// Accelerations \[m/s²\] at times of all stages, to nine digits: the same of equal ones in other units, or with both signs changed.
-fn samples(builder: &Builder, direction: Vec3, signal: &Signal) -> Vec<[String; 3]> {
+/// Accelerations \[m/s²\] at times of all stages: the same, but for rounding, of equal ones in other units, or with both signs changed.
+fn samples(builder: &Builder, direction: Vec3, signal: &Signal) -> Vec<[f64; 3]> {
     let times = builder
         .spans
         .iter()
         .flat_map(|s| (0..=SAMPLES).map(|k| s.start + (s.end - s.start) * k as f64 / SAMPLES as f64));
     // A zero has no sign
-    times.map(|t| [0, 1, 2].map(|d| format!("{:.8e}", direction[d] * signal.at(t) + 0.0))).collect()
+    times.map(|t| [0, 1, 2].map(|d| direction[d] * signal.at(t) + 0.0)).collect()
 }
