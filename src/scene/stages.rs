@@ -220,11 +220,16 @@ const UNSEEN: f64 = 0.1;
 
 /// Notes on signals that go farther between the points of the time grid than at them.
 fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
-    let known = builder.signals.iter().flat_map(|s| s.signal.prescribed().map(|signal| (&s.name, signal)));
-    known.filter_map(|(name, signal)| {
+    let known = builder.signals.iter().flat_map(|s| s.signal.prescribed().map(move |signal| (s, signal)));
+    known.filter_map(|(NamedSignal { name, signal: whole }, signal)| {
         let Between { t, value, .. } = between(signal, &builder.spans).filter(|b| b.share > UNSEEN)?;
+        // The time of a signal counts from the event that switches to it
+        let [others, own] = match whole {
+            Signal::Switched { .. } => [", or one that replaces it,", " of its own time"],
+            _ => [""; 2],
+        };
         Some(format!(
-            "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"
+            "the signal {name}{others} goes to {value:.4e} at t = {t:.6} s{own}, between two points of the time grid: no step sees that; shorten dt"
         ))
     })
 }

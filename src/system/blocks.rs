@@ -72,7 +72,7 @@ impl Blocks {
 pub struct BlockValues {
     /// Π_e \[J\], or c_b of a constraint
     pub energy: f64,
-    /// Dissipation of the step \[J\], for an effect that relaxes
+    /// Dissipation of the step \[J\], for an effect that relaxes; at the start of a run the energy that it holds and can give back
     pub dissipated: f64,
     /// \[n\] r_e = ∂Π_e/∂x_e \[N\]
     pub r: Vec<f64>,

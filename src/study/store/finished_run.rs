@@ -59,10 +59,10 @@ fn unseen_share(scene: &Scene, is_of: impl Fn(&TimeSpan) -> bool) -> Option<f64>
     prescribed.filter_map(|signal| between(signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
 }
 
-/// The same of all stages, where masses move in some.
+/// The same of all stages, 0 where no signal does; only where masses move in some.
 fn unseen_force_share(scene: &Scene) -> Option<f64> {
     let moves = scene.spans.iter().any(|span| has_motion(scene, span));
-    moves.then(|| unseen_share(scene, |_| true)).flatten()
+    moves.then(|| unseen_share(scene, |_| true).unwrap_or(0.0))
 }
 
 /// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.

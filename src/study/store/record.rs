@@ -71,7 +71,8 @@ pub struct CaseRecord {
     /// does, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen_share: Option<f64>,
-    /// The same at the points of all stages, for quantities whose motion is not looked at, as forces; none where no masses move
+    /// The same at the points of all stages, for quantities whose motion is not looked at, as forces; none where no masses move, and in records of
+    /// earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen_force_share: Option<f64>,
     /// `Converged`, `StepTooSmall`, …
