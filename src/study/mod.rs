@@ -11,8 +11,7 @@
 //! | Storing, verifying and moving results | [`store`] |
 //! | Packing cases for a scheduler, and the files for it | [`engine`] |
 //! | Mesh, element and time step for a tolerance and a time budget, from coarse pilots | [`plan`] |
-//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], through the trait in [`kind`], based on [`analysis`], [`estimate`],
-//! [`curve`], [`extremes`], [`case_outcome`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`extremes`], [`case_outcome`] |
 //! | Common parts of the reports of several kinds | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
 //! | Measured curves or markers laid over a run | [`overlay`] |
 //! | Facts that limit how the numbers of one run may be used | [`limits`] |

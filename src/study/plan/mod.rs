@@ -3,7 +3,7 @@
 //! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the recommended run.
 //!
 //! 1. Pilots: every element (`sizes`) on its two coarsest meshes, then first those whose two agree best, as long as they fit into a quarter of the
-//! budget, or into half of it until one element has three.
+//!    budget, or into half of it until one element has three.
 //! 2. Limits over h: f_h of every quantity with the steps of the scene, as in a convergence study, from the pilots of each element.
 //! 3. Fits: error versus h and time versus counted work ([`model`]); error versus time step from runs with other steps on one pilot (`steps`).
 //!    Both together give f* (`limit`): no run is compared with a limit that ignores the effect of its time steps.

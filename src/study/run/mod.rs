@@ -10,8 +10,7 @@
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: its task, its computation, its process | [`task`], [`compute`], [`worker`] |
 //! | The search for its constants, and derivatives with respect to constants | `search`, `derivatives` |
-//! | Adaptive meshes, errors from one run and derivatives with respect to constants, stored with a result | [`refinement`], [`one_run`],
-//! [`uncertain_constants`] |
+//! | Adaptive meshes, errors from one run, derivatives with respect to constants | [`refinement`], [`one_run`], [`uncertain_constants`] |
 //! | The amount of work of a case | [`work`] |
 
 pub mod compute;
