@@ -31,10 +31,11 @@ use crate::study::store::solver_record::{self, SolverRecord};
 use nalgebra::Rotation3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Motion below which a probe counts as not moving, relative to the largest motion of the scene, which counts as at most the size of the bodies \[–\]
+/// Motion of a probe, relative to the largest motion of the scene, below which it counts as zero \[–\]. The largest motion counts as at most the size
+/// of the bodies
 const VISIBLE: f64 = 1e-3;
-/// Motion below which a probe counts as not moving if nothing moves, as `VISIBLE` times this share of the size of the bodies: all motions are rounding
-/// then \[–\]
+/// Least motion, relative to the size of the bodies, that can count as the largest one of the scene: if nothing moves more, all motions are rounding
+/// \[–\]
 const STILL: f64 = 1e-5;
 /// Largest range with which a rotation counts: a point on a circle moves by at most two radii \[deg\]
 const WHOLE: f64 = 360.0 / std::f64::consts::PI;

@@ -289,7 +289,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
     storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
-/// A file that cannot be written, as an error of the folder.
+/// Converts a file that cannot be written to an error of the folder.
 pub fn unwritten((path, e): Unwritten) -> StoreError {
     unwritable(&path, &e)
 }
@@ -298,7 +298,7 @@ pub(super) fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {
     StoreError::Unwritable { path: path.into(), reason: e.to_string() }
 }
 
-/// The part of a file that says which version wrote it; readable whatever else has changed.
+/// The part of a file that says which version wrote it; it stays readable whatever else changes.
 #[derive(Deserialize)]
 struct Schema {
     #[serde(default)]
