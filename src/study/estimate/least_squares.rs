@@ -66,7 +66,7 @@ struct Candidate {
     sigma: f64,
 }
 
-/// Fits `f` at at least four sizes `h`, in any order, with the formal order `q`. `None` with fewer meshes or equal sizes.
+/// Fits the values `f` on four or more meshes of sizes `h`, in any order, with the formal order `q`. `None` with fewer meshes or equal sizes.
 pub fn least_squares(h: &[f64], f: &[f64], q: f64) -> Option<Fit> {
     let n = h.len();
     if n < 4 || n != f.len() {

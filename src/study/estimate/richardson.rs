@@ -21,7 +21,7 @@ pub const LEAST_RATIO: f64 = 1.3;
 pub const LEAST_ORDER: f64 = 0.5;
 /// Factor by which an observed order may exceed the formal one (Eça & Hoekstra 2014 accept p < 2.1 for 2).
 pub const ORDER_SLACK: f64 = 1.05;
-/// Relative difference below which differences are rounding of the nonlinear solution (residual tolerance 1e-8).
+/// Differences below this fraction of the value are rounding of the nonlinear solution (residual tolerance 1e-8).
 pub const ROUNDING: f64 = 1e-7;
 
 /// Safety factor Fs of the grid convergence index (Roache 1998): 1.25 if three or more meshes show a sane order, otherwise 3.
@@ -41,7 +41,7 @@ pub fn bound_of_pair(difference: f64, r: f64) -> f64 {
     PAIR_FACTOR * correction(difference.abs(), r, 1.0)
 }
 
-/// Whether a size ratio is below the recommended one when rounded to the two decimals with which it is shown.
+/// Whether a size ratio, rounded to the two decimals with which it is shown, is below the recommended one.
 pub fn is_small_ratio(ratio: f64) -> bool {
     (100.0 * ratio).round() / 100.0 < LEAST_RATIO
 }

@@ -98,9 +98,9 @@ pub struct MapNumbers {
 }
 
 impl MapNumbers {
-    /// Chooses one unit and power of ten for all values. Each has three digits, but no decimals finer than a hundredth of the last digit of the largest
-    /// value, if that fits into every square. Otherwise all have the number of decimals that gives the largest one three digits, or fewer; a power of
-    /// ten in the unit is used where this leaves more digits.
+    /// Chooses one unit and power of ten for all values. Each value down to a hundredth of the largest has three digits, if that fits into every
+    /// square. Otherwise all have the number of decimals that gives the largest one three digits, or fewer; a power of ten in the unit is used where
+    /// this leaves more digits.
     pub fn of(values: impl Iterator<Item = f64>, unit: &str, (wide, tall): (i32, i32)) -> Self {
         let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -12,7 +12,7 @@ use crate::study::plan::weigh::Expectation;
 
 /// Largest number of meshes that are made to confirm a setting.
 const MESHES: usize = 3;
-/// Share of the time that remains besides the run that the mesh of a setting may take.
+/// Share of the remaining time, less that of the run itself, that the mesh of a setting may take.
 const FOR_MESH: f64 = 0.5;
 
 /// Basis of a choice.

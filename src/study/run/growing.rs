@@ -12,7 +12,6 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 
 /// Runs a study into `dir`: its cases, then those that its kind requests on the basis of the results, until it requests no more. Returns the records of
-/// all
 /// all wanted cases that have one; an interrupted case has none.
 ///
 /// # Errors

@@ -20,7 +20,7 @@ struct Origin {
     build: Build,
 }
 
-/// Creates or empties the folder for the fields of a case, removing those of an earlier run.
+/// Prepares the folder for the fields of a case: creates it if necessary, and removes the fields of an earlier run.
 ///
 /// # Errors
 ///
