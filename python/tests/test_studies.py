@@ -287,7 +287,7 @@ def test_a_study_without_a_result_is_not_complete(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(REDUCTION)
     out = tmp_path / "out"
     out.mkdir()
-    (out / "models").write_text("in the way of the folder")
+    (out / "models").write_text("a file instead of the folder")
     with pytest.raises(durometer.RunError, match="not complete: ") as caught:
         durometer.Study.load(tmp_path).run(out, isolation="threads")
     assert caught.value.result.summary["without_result"] in caught.value.fact

@@ -1,4 +1,4 @@
-//! The frame that the analyses of all kinds of study share, around what only one kind finds.
+//! The frame that analyses of all kinds of study share, around the results of one kind.
 
 use crate::study::curve::{CHANGE, peak_words};
 use crate::study::notes::notes;
@@ -8,12 +8,12 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
 
-/// Everything that is said about a study; `T` is what only its kind finds.
+/// Everything that is said about a study; `T` holds the results that only its kind has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analysis<T> {
     pub tolerance: f64,
     pub found: T,
-    /// Cases without a usable result: (id, what is wrong)
+    /// Cases without a usable result: (id, reason)
     pub incomplete: Vec<(String, String)>,
     pub warnings: Vec<String>,
     /// The answer in words, refusals included
@@ -28,14 +28,14 @@ impl<T> Deref for Analysis<T> {
     }
 }
 
-/// All that is said about one quantity in one variant; `T` is what only the kind of study finds.
+/// Everything that is said about one quantity in one variant; `T` holds the results that only the kind of study has.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct ByQuantity<T> {
     pub variant: String,
     /// The variant in words
     pub variant_label: String,
     pub quantity: StudyQuantity,
-    /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the variant
+    /// `maximum`, `minimum`, `extreme` or `largest change of`: the kind of peak over the cases of the variant
     pub peak_is: &'static str,
     #[serde(flatten)]
     pub found: T,
@@ -51,7 +51,7 @@ impl<T> Deref for ByQuantity<T> {
 }
 
 impl<T> ByQuantity<T> {
-    /// Variants × quantities, where `find` finds something; the sentences come later.
+    /// Collects variants × quantities for which `find` returns a result; sentences are added later.
     pub fn each(
         study: &StudyRecord,
         stored: &[StoredCase],
@@ -74,40 +74,40 @@ impl<T> ByQuantity<T> {
         all
     }
 
-    /// `cable tension, length control`
+    /// Title of the quantity in its variant: `cable tension, length control`.
     pub fn title(&self) -> String {
         format!("{}, {}", self.quantity.label, self.variant_label)
     }
 
-    /// `change of ` before the label on an axis of peaks, where these are changes.
+    /// Prefix of the label on an axis of peaks: `change of ` if the peaks are changes, otherwise empty.
     pub fn peak_prefix(&self) -> &'static str {
         if self.peak_is == CHANGE { "change of " } else { "" }
     }
 
-    /// `change of tip height`, or the label alone where the peak is no change.
+    /// Label of the peak: `change of tip height`, or the label alone if the peak is not a change.
     pub fn peak_label(&self) -> String {
         format!("{}{}", self.peak_prefix(), self.quantity.label)
     }
 
-    /// `Δz` of a change, or the symbol alone.
+    /// Symbol of the peak: `Δz` for a change, otherwise the symbol alone.
     pub fn peak_symbol(&self) -> String {
         format!("{}{}", if self.peak_is == CHANGE { "Δ" } else { "" }, self.quantity.symbol)
     }
 
-    /// `maximum cable tension, length control`
+    /// Title of the peak: `maximum cable tension, length control`.
     pub fn peak_title(&self) -> String {
         format!("{} {}", self.peak_is, self.title())
     }
 }
 
 impl<T: Serialize> ByQuantity<T> {
-    /// Name of the quantity → variant → what is said about it.
+    /// Maps the name of a quantity to its variants, and each variant to its results.
     pub fn as_json(all: &[Self]) -> Map<String, Value> {
         by_name(all, |q| json!(q))
     }
 }
 
-/// Name of the quantity → variant → `describe`.
+/// Maps the name of a quantity to its variants, and each variant to the value of `describe`.
 pub fn by_name<T>(all: &[ByQuantity<T>], describe: impl Fn(&ByQuantity<T>) -> Value) -> Map<String, Value> {
     let mut out = Map::new();
     for q in all {
@@ -117,8 +117,8 @@ pub fn by_name<T>(all: &[ByQuantity<T>], describe: impl Fn(&ByQuantity<T>) -> Va
     out
 }
 
-/// Errors that no bar of these cases contains: of the time steps, in the variants whose states depend on them and whose error of them is not
-/// `estimated`, and of the solver, where it is not estimated.
+/// Warnings about errors that the error bars of these cases leave out: that of the time steps, in variants whose states depend on them and for which it
+/// is not `estimated`, and that of the solver, where it is not estimated.
 pub fn warnings_of_steps(study: &StudyRecord, stored: &[StoredCase], estimated: impl Fn(&str) -> bool) -> Vec<String> {
     let mut out = vec![];
     let cases: Vec<&StoredCase> = stored.iter().filter(|c| c.record.converged()).collect();
@@ -150,16 +150,17 @@ pub fn warnings_of_steps(study: &StudyRecord, stored: &[StoredCase], estimated: 
     out
 }
 
-/// Time by the clock over CPU time from which on something else has used the machine.
+/// Ratio of wall time to CPU time above which a run counts as disturbed by other programs \[–\].
 const DISTURBED: f64 = 1.1;
 
-/// Times by the clock over CPU time of the cases that something else disturbed.
+/// Ratios of wall time to CPU time of the disturbed cases.
 pub fn disturbed<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Vec<f64> {
     let timed = records.filter(|r| r.cpu_s > 0.0);
     timed.map(|r| r.wall_s / r.cpu_s).filter(|x| *x > DISTURBED).collect()
 }
 
-/// Warnings about costs, which are CPU seconds in every kind of study that compares them: other programs do not lengthen those, but they share caches and memory.
+/// Warnings about costs. These are CPU seconds in every kind of study that compares them: other programs do not add to them directly, but share caches
+/// and memory with the run.
 pub fn warnings_of_costs(stored: &[StoredCase]) -> Vec<String> {
     let records = || stored.iter().map(|c| &c.record);
     let mut out = vec![];
@@ -179,7 +180,7 @@ pub fn warnings_of_costs(stored: &[StoredCase]) -> Vec<String> {
     out
 }
 
-/// A warning for each case without a usable result; one for all cases that were not run, where they are many.
+/// Returns one warning for each case without a usable result, or a single one for all cases that were not run if there are many.
 pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
     let (not_run, failed): (Vec<_>, Vec<_>) = incomplete.iter().partition(|(_, what)| what == NOT_RUN);
     let each = |(id, what): &(String, String)| format!("Case {id}: {what}.");
@@ -193,7 +194,7 @@ pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
     out
 }
 
-/// Adds the notes of the cases, each once.
+/// Adds the notes of the cases, without repetition.
 pub fn add_notes(warnings: &mut Vec<String>, stored: &[StoredCase]) {
     for note in notes(stored) {
         if !warnings.contains(&note) {
@@ -202,7 +203,7 @@ pub fn add_notes(warnings: &mut Vec<String>, stored: &[StoredCase]) {
     }
 }
 
-/// The end of a verdict where cases have no usable result.
+/// End of a verdict if some cases have no usable result; otherwise empty.
 pub fn without_result(cases: usize) -> String {
     match cases {
         0 => String::new(),
@@ -230,7 +231,7 @@ mod tests {
         assert_eq!(warnings(&cases), ["Case f: Singular.", "4 cases have no result yet: a, b, c and 1 more."]);
     }
 
-    /// A case that took half as long again by the clock as it computed is told, one of a twentieth more and one without a measured CPU time are not.
+    /// A case whose wall time is half as long again as its CPU time is reported; one with 5 % more, and one without a measured CPU time, are not.
     #[test]
     fn a_busy_machine_is_told_by_the_cases_that_waited() {
         let case = |(wall_s, cpu_s): (f64, f64)| {

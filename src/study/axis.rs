@@ -1,8 +1,8 @@
-//! Axes of a sweep: which keys of the scene take which values, and the points that follow.
+//! Axes of a sweep: which keys of the scene take which values, and the resulting points.
 //!
-//! A grid has a point for every combination of values, the first axis slowest. A list goes along all axes together: its
-//! k-th point takes the k-th value of each. Values of a grid rise or fall, those of a list may be in any order and occur again: a Latin hypercube, a
-//! random or a Sobol' sequence, one key at a time.
+//! A grid has a point for every combination of values; the first axis varies slowest. A list advances along all axes together: its k-th point takes the
+//! k-th value of each. Values of a grid must rise or fall. Those of a list may be in any order and may repeat, as in a Latin hypercube, a random or
+//! Sobol' sequence, or changes of one key at a time.
 
 use crate::math::units;
 use crate::scene::{overrides, read_table};
@@ -26,13 +26,13 @@ pub struct AxisSpec {
     pub label: String,
     /// Letter in tables and on axes
     pub symbol: String,
-    /// Unit of the numbers in tables and figures, absent where they have none
+    /// Unit of the numbers in tables and figures; absent if they have none
     #[serde(default)]
     pub unit: String,
     /// Values in their order, with their unit, or tables of changes
     #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
-    /// Where values are tables of changes: what they are called
+    /// Names of the values if these are tables of changes
     #[serde(skip)]
     pub names: Option<Vec<String>>,
 }
@@ -50,19 +50,19 @@ pub struct AxisRecord {
     pub unit: String,
     /// The values in their order, as written in the study
     pub values: Vec<String>,
-    /// The same as numbers of `unit`; empty where the values are words
+    /// The values as numbers in `unit`; empty if they are words
     pub numbers: Vec<f64>,
 }
 
 impl AxisRecord {
-    /// Whether the values are numbers that rise, or fall: words and the scattered values of a list have no order.
+    /// Whether the values are numbers that only rise or only fall; words and the scattered values of a list have no order.
     pub fn is_ordered(&self) -> bool {
         let all = |holds: fn(&[f64]) -> bool| self.numbers.windows(2).all(holds);
         !self.numbers.is_empty() && (all(|w| w[0] < w[1]) || all(|w| w[0] > w[1]))
     }
 }
 
-/// How several axes go together.
+/// How several axes are combined.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Combine {
@@ -81,7 +81,7 @@ pub struct Expanded {
     pub points: BTreeMap<String, Vec<usize>>,
 }
 
-/// The points of the axes as members of one family.
+/// Expands the axes into points, as members of one family.
 pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake> {
     let axes: Vec<AxisRecord> = specs.iter().map(|spec| spec.record(combine)).collect::<Result<_, _>>()?;
     let (mut members, mut points) = (toml::Table::new(), BTreeMap::new());
@@ -109,10 +109,10 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
     Ok(Expanded { family, axes, points })
 }
 
-/// Refuses axes of which one undoes what another one sets, or one of the `sets`, changes with their owner that are made before those of the axes: points
-/// would not be those that they are called.
+/// Refuses axes that overwrite each other or one of the `sets` (changes made before those of the axes, each with its owner): the points would not have
+/// the values that name them.
 pub fn check_apart(specs: &[AxisSpec], sets: &[(String, &toml::Table)], scene: &Path) -> Result<(), Mistake> {
-    // A scene that cannot be read, and a change that leads nowhere, are refused with their own reason
+    // A scene that cannot be read and a change to an unknown key are refused elsewhere, with their own reason
     let Ok((_, mut table)) = read_table(scene) else { return Ok(()) };
     let mut before: Vec<(&str, String)> = vec![];
     for (owner, set) in sets {
@@ -134,7 +134,7 @@ pub fn check_apart(specs: &[AxisSpec], sets: &[(String, &toml::Table)], scene: &
     Ok(())
 }
 
-/// Index of the value on every axis, point after point; too many are refused before there is one.
+/// Index of the value on every axis, for each point; too many points are refused before any is made.
 fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>, Mistake> {
     let count = |s: &AxisSpec| s.values.len();
     if combine == Combine::List {
@@ -183,7 +183,7 @@ impl AxisSpec {
         if let Some(k) = (0..values.len()).find(|&k| is_grid && !seen.insert(&values[k])) {
             return refuse(format!("the value {} is given twice", values[k]), "remove one");
         }
-        // One quantity among them: the others may have a mistake in their unit
+        // One physical quantity is enough: the other values may have a mistake in their unit
         let numeric = !self.unit.is_empty() || values.iter().any(|v| units::quantity(v).is_ok());
         let mut numbers = vec![];
         if numeric {
@@ -213,8 +213,8 @@ fn as_text(value: &toml::Value) -> String {
 }
 
 impl AxisRecord {
-    /// The part of a value that may appear in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`. The dot of a word, `load.csv`, is no decimal
-    /// point and would begin the ending of another file: `load-csv`.
+    /// The part of a value that is used in file names: `1.07 g/cm^3` → `1.07g-cm3`. The dot of a word such as `load.csv` is not a decimal point and
+    /// would start a file extension, so that it becomes a hyphen: `load-csv`.
     pub fn file_name(&self, k: usize) -> String {
         let kept = |c: char| match c {
             ' ' | '^' | '"' => None,

@@ -1,4 +1,4 @@
-//! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
+//! The task that a calibration study gives to a case, read from `[calibration]` and from `measured` of its variant.
 
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
 use crate::calibrate::{Loss, Weighting};
@@ -16,13 +16,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// `[calibration]`
+/// The table `[calibration]` of a study
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSpec {
-    /// Numbers to be found, as in the scene: `laws.rubber.mu`, `effect.inertia.density`. They start at its values.
+    /// Numbers to find, as keys of the scene: `laws.rubber.mu`, `effect.inertia.density`. The search starts from the values of the scene
     pub unknown: Vec<String>,
-    /// Smallest and largest value of a number; where its law is defined, or it has a meaning, if absent
+    /// Smallest and largest value of a number; if absent, the range in which its law is defined or the number is meaningful
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, [serde_json::Value; 2]>")]
     pub bounds: Bounds,
@@ -31,17 +31,17 @@ pub struct CalibrationSpec {
     /// Weight of data points far from the curve
     #[serde(default)]
     pub loss: Loss,
-    /// The homogeneous piece that the usual reading of the test takes for the whole
+    /// The homogeneous piece that the usual evaluation of the test takes for the whole specimen
     pub gauge: Option<GaugeSpec>,
-    /// Intervals by profile likelihood too, for some forward solves more
+    /// Whether profile-likelihood intervals are computed too, at the cost of further forward solves
     #[serde(default)]
     pub profile: bool,
-    /// Accuracy to which a scene can reproduce a curve: directions of the constants that change it less are not searched
+    /// Accuracy to which a scene can reproduce a curve: directions in the space of the constants that change it by less are not searched
     pub accuracy: Option<String>,
-    /// Runs the corners of the dimensions that are known by ranges, too
+    /// Whether the corners of the dimensions known by ranges are run, too
     #[serde(default)]
     pub corners: bool,
-    /// Wall time of the search in one case; the next run goes on from its answer
+    /// Wall time of the search in one case; the next run continues from its answer
     pub time_budget: Option<String>,
 }
 
@@ -51,21 +51,21 @@ pub struct CalibrationSpec {
 pub struct GaugeSpec {
     /// Gauge length, with its unit
     pub length: String,
-    /// Area of its section, with its unit
+    /// Area of its cross-section, with its unit
     pub section: String,
 }
 
-/// `[use]`: a scene that takes the law, to see what its constants leave open there.
+/// `[use]`: a scene that uses the law, to show what its constants leave open there.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UseSpec {
     /// Scene file, relative to the study
     pub scene: PathBuf,
-    /// Its law that is replaced by the one with the constants that were found
+    /// Law of the scene that is replaced by the one with the constants found
     pub law: String,
     /// The quantity that is compared
     pub quantity: StudyQuantity,
-    /// Changes for all members
+    /// Changes of all members
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
@@ -76,7 +76,7 @@ pub struct UseSpec {
 }
 
 impl UseSpec {
-    /// Refuses unknowns none of whose laws is the one that takes the place of its law.
+    /// Refuses unknowns that do not determine which of their laws replaces the law of the scene.
     pub fn check(&self, unknown: &[String]) -> Result<(), Mistake> {
         if used_law(unknown.iter().map(String::as_str), &self.law).is_some() {
             return Ok(());
@@ -89,7 +89,7 @@ impl UseSpec {
     }
 }
 
-/// The law of these constants (`laws.rubber.mu`) that takes the place of `law` in another scene: the one of this name, or the only one.
+/// The law among these constants (`laws.rubber.mu`) that replaces `law` in another scene: the one of the same name, or the only one.
 pub fn used_law<'a>(constants: impl IntoIterator<Item = &'a str>, law: &str) -> Option<&'a str> {
     let laws = constants.into_iter().filter_map(|key| Some(key.strip_prefix("laws.")?.split_once('.')?.0));
     let laws: BTreeSet<&str> = laws.collect();
@@ -97,7 +97,7 @@ pub fn used_law<'a>(constants: impl IntoIterator<Item = &'a str>, law: &str) -> 
     laws.get(law).or(only).copied()
 }
 
-/// One more curve that the same constants are to reproduce, of a scene of its own.
+/// A further curve that the same constants must reproduce, from a scene of its own.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurveSpec {
@@ -109,15 +109,16 @@ pub struct CurveSpec {
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
-    /// Label of a member of a family → further changes in the case of that member; a curve of the scene of the study has those of the family if absent
+    /// Label of a member of a family → further changes in the case of that member; if absent, a curve of the scene of the study has the changes of the
+    /// family
     #[serde(default, deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
-    /// Measured curve that the scene is to reproduce
+    /// Measured curve that the scene must reproduce
     pub measured: MeasuredSpec,
 }
 
-/// A measured curve with what it is in its scene.
+/// A measured curve and its counterpart in the scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct MeasuredPlan {
     pub name: String,
@@ -128,7 +129,7 @@ pub struct MeasuredPlan {
     pub offsets: Vec<OffsetAxis>,
 }
 
-/// One more curve of a case.
+/// A further curve of a case.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CurvePlan {
     pub curve: MeasuredPlan,
@@ -142,14 +143,14 @@ pub struct CurvePlan {
     members: BTreeMap<String, Vec<Change>>,
 }
 
-/// A key of a scene with the value that it is set to.
+/// A key of a scene and the value that it is set to.
 type Change = (String, toml::Value);
 
 /// The case that a plan is made for.
 pub struct Member<'a> {
     pub scene_file: &'a Path,
     pub label: &'a str,
-    /// Changes for all members of its family, its own, and those of the command line
+    /// Changes of all members of its family, its own changes, and those of the command line
     pub family: &'a [Change],
     pub own: &'a [Change],
     pub given: &'a [Change],
@@ -164,7 +165,7 @@ pub struct CalibrationPlan {
     pub curve: MeasuredPlan,
     pub more: Vec<CurvePlan>,
     pub settings: Settings,
-    /// SHA-256 of all that is asked, of the tables and of the other scenes; the budget of time is no part of it
+    /// SHA-256 of the task, of the tables and of the other scenes, without the time budget
     pub sha256: String,
 }
 
@@ -203,8 +204,8 @@ impl CurvePlan {
         Ok(Self { curve, scene_file, text, set, members })
     }
 
-    /// This curve in the case of a member. That of the same scene file has the changes of the case unless it names others; a change of the case means nothing to
-    /// another scene, and is refused without its own.
+    /// The plan of this curve in the case of a member. A curve of the same scene file has the changes of the case unless it has its own for the member.
+    /// The changes of the case do not apply to another scene, which is refused unless it has its own.
     fn of(&self, m: &Member) -> Result<Self, InverseError> {
         let is_same = self.scene_file == m.scene_file;
         let given = if is_same { m.given } else { &[] };
@@ -224,7 +225,7 @@ impl CurvePlan {
 }
 
 impl CalibrationPlan {
-    /// `base`: folder of the study.
+    /// Builds the plan of a variant; `base` is the folder of the study.
     pub fn new(
         base: &Path,
         spec: &CalibrationSpec,
@@ -249,11 +250,11 @@ impl CalibrationPlan {
         Ok(Self { constants, bounds: spec.bounds.clone(), curve, more, settings, sha256: storage::sha256(asked) })
     }
 
-    /// The plan of the case of a member: that of all cases where there are no further curves.
+    /// Returns the plan for the case of a member; without further curves it is the same for all cases.
     ///
     /// # Errors
     ///
-    /// A curve whose scene is refused, or whose changes are not known.
+    /// A curve whose scene is refused, or whose changes for the member are not given.
     pub fn of(self: &Arc<Self>, member: &Member) -> Result<Arc<Self>, InverseError> {
         if self.more.is_empty() {
             return Ok(self.clone());
@@ -263,7 +264,7 @@ impl CalibrationPlan {
         Ok(Arc::new(Self { more, sha256, ..(**self).clone() }))
     }
 
-    /// Refuses changes of a curve in the case of a member that is none of these.
+    /// Refuses changes of a curve for a member that is not in `known`.
     pub fn check_members(&self, known: &[&String]) -> Result<(), InverseError> {
         let mut named = self.more.iter().flat_map(|c| c.members.keys().map(|label| (&c.curve.name, label)));
         if let Some((curve, label)) = named.find(|(_, label)| !known.contains(label)) {

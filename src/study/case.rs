@@ -1,4 +1,4 @@
-//! One scene of a study, and how a case that waits takes the constants of a calibration.
+//! One scene of a study, and how a case that waits for a calibration takes its constants.
 
 use crate::calibrate::inverse::Calibration;
 use crate::material::registry::is_of_library;
@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// One scene to be run.
+/// One scene to run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "SentCase")]
 pub struct Case {
@@ -20,30 +20,30 @@ pub struct Case {
     pub variant: String,
     pub member: String,
     pub scene_file: PathBuf,
-    /// The same as `text`, from which it is read again
+    /// The scene parsed from `text`, from which it is read again
     #[serde(skip_serializing)]
     pub spec: SceneSpec,
     /// The scene with all its changes
     pub text: String,
-    /// Constants to be found; without them the scene is run as it is
+    /// Constants to find; without them the scene is run unchanged
     #[serde(serialize_with = "within")]
     pub plan: Option<Arc<CalibrationPlan>>,
-    /// Waits for the constants of a calibration
+    /// The calibration whose constants this case waits for
     pub after: Option<After>,
-    /// Keys that its columns are differentiated by
+    /// Keys with respect to which its columns are differentiated
     pub derivatives: Vec<ParameterKey>,
 }
 
 /// The bodies of the scenes of a case.
 pub struct Bodies {
-    /// Of the scene that is run
+    /// Body of the scene that is run
     pub own: Body,
-    /// Of the further curves of a calibration
+    /// Bodies of the further curves of a calibration
     pub curves: Vec<Body>,
 }
 
 impl Bodies {
-    /// SHA-256 of the meshes, in the order of the scenes.
+    /// SHA-256 digests of the meshes, in the order of the scenes.
     pub fn sha256(&self) -> Vec<String> {
         std::iter::once(&self.own).chain(&self.curves).map(mesh_sha256).collect()
     }
@@ -55,13 +55,13 @@ pub type CaseScene<'a> = (&'a Path, Cow<'a, SceneSpec>, &'a str);
 /// A case that waits for the constants of a calibration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct After {
-    /// Variant whose finest mesh gives them
+    /// Variant whose finest mesh provides them
     pub variant: String,
-    /// Law of this case that is replaced
+    /// Law of this case that they replace
     pub law: String,
 }
 
-/// A case as another process reads it.
+/// A case as it is deserialised in another process.
 #[derive(Deserialize)]
 struct SentCase {
     id: String,
@@ -91,7 +91,7 @@ fn within<S: serde::Serializer>(plan: &Option<Arc<CalibrationPlan>>, serializer:
 }
 
 impl Case {
-    /// The scene that is run, then those of the further curves of a calibration.
+    /// The scene that is run, followed by the scenes of the further curves of a calibration.
     ///
     /// # Errors
     ///
@@ -105,11 +105,11 @@ impl Case {
         Ok(scenes)
     }
 
-    /// The bodies of its scenes. `progress` gets the lines of the mesher.
+    /// Loads the bodies of its scenes. `progress` receives the output lines of the mesher.
     ///
     /// # Errors
     ///
-    /// A scene without a sound mesh.
+    /// A scene without a valid mesh.
     pub fn bodies(&self, progress: &mut dyn FnMut(&str)) -> Result<Bodies, SceneError> {
         let own = Body::load(&self.scene_file, &self.spec.mesh, progress)?;
         let curves = self.scenes()?.into_iter().skip(1);
@@ -117,14 +117,15 @@ impl Case {
         Ok(Bodies { own, curves })
     }
 
-    /// Whether a scene has a law that this process has registered: the identity of the result does not say which law of this name it was.
+    /// Whether a scene uses a law registered in this process: the identity of the result does not tell which law had this name.
     pub fn has_registered_law(&self) -> bool {
         let is_registered =
             |law: &toml::Table| law.get("law").and_then(toml::Value::as_str).is_some_and(|name| !is_of_library(name));
         self.scenes().is_ok_and(|scenes| scenes.iter().any(|(_, spec, _)| spec.laws.values().any(is_registered)))
     }
 
-    /// Identity of the result of this case on meshes of these digests, in the order of its scenes; without them that of a case that has none.
+    /// The identity of the result of this case on meshes with these digests, in the order of its scenes; without digests, the identity of a case
+    /// without a mesh.
     pub fn identity(&self, meshes: &[String]) -> Identity {
         let of_plan = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
         let keys = self.derivatives.iter().map(|key| format!(" {key}"));
@@ -132,7 +133,7 @@ impl Case {
         Identity::of(&self.scene_file, &self.text, &asked, meshes)
     }
 
-    /// The files that its scenes name, with the SHA-256 of what they hold now; without one where a file cannot be read.
+    /// The files that its scenes name, with the SHA-256 of their present content; without a digest for files that cannot be read.
     pub fn files(&self) -> BTreeMap<PathBuf, String> {
         let more = self.plan.iter().flat_map(|plan| &plan.more);
         let scenes = more.map(|curve| (&curve.scene_file, curve.text.as_str()));
@@ -144,8 +145,8 @@ impl Case {
         scenes.chain([(&self.scene_file, self.text.as_str())]).flat_map(named).collect()
     }
 
-    /// This case with the law of `source` and the constants found there, and these constants as they are called in it;
-    /// `None` for a case that does not wait.
+    /// Returns this case with the law of `source` and the constants found there, and the keys of these constants in this case; `None` if the case does
+    /// not wait for any.
     pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<ParameterKey>)> {
         let after = self.after.as_ref()?;
         let plan = source.plan.as_ref()?;

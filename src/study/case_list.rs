@@ -13,24 +13,24 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Keys of a scene with the values that they are set to, in the order of their setting.
+/// Keys of a scene and their values, in the order in which they are set.
 type Pairs = [(String, toml::Value)];
 
-/// Changes of the command line, made before or after those of the study, and the members that were added to it.
+/// Changes from the command line, made before or after those of the study, and members added to the study.
 pub struct Changes<'a> {
     pub given: &'a Pairs,
     pub first: bool,
     pub added: Added,
 }
 
-/// Members that another file has added to the study.
+/// Members that another file adds to the study.
 #[derive(Default)]
 pub struct Added {
     pub file: PathBuf,
     pub lines: AddedLines,
 }
 
-/// The cases of a study as they are found, family after family.
+/// The list of cases while it is being built, family by family.
 pub struct CaseList<'a> {
     file: &'a Path,
     scene: &'a Path,
@@ -38,24 +38,24 @@ pub struct CaseList<'a> {
     changes: &'a Changes<'a>,
     all: Vec<Case>,
     ids: HashSet<String>,
-    /// Variant with what is asked of it, where it counts, the folder of the files that a scene names, and the scene → id of the case that runs it
+    /// Variant with its task, if that matters, folder of the files that a scene names, and the scene → id of the case that runs it
     scenes: HashMap<(String, PathBuf, String), String>,
     differences: Differences,
 }
 
 impl<'a> CaseList<'a> {
-    /// The list without cases yet.
+    /// An empty list.
     pub fn new(file: &'a Path, scene: &'a Path, expansion: &'a StoredExpansion, changes: &'a Changes<'a>) -> Self {
         let (all, ids, scenes) = (vec![], HashSet::new(), HashMap::new());
         Self { file, scene, expansion, changes, all, ids, scenes, differences: Differences::default() }
     }
 
-    /// The cases, and the keys whose differences between them are overridden.
+    /// Returns the cases, and the keys whose differences between cases are overridden.
     pub fn end(self) -> (Vec<Case>, Vec<String>) {
         (self.all, self.differences.overridden())
     }
 
-    /// The file that has a member of a family, and the place of the member there.
+    /// The file that defines a member of a family, and the location of the member in it.
     fn origin(&self, family: &FamilySpec, label: &str, place: &str) -> (&Path, String) {
         let Added { file, lines } = &self.changes.added;
         match lines.get(&(family.name.clone(), label.into())) {
@@ -64,7 +64,7 @@ impl<'a> CaseList<'a> {
         }
     }
 
-    /// A mistake of a member of a family, in the file that has the member.
+    /// An error about a member of a family, located in the file that defines the member.
     fn refuse(&self, (family, label): (&FamilySpec, &str), place: &str, (fact, remedy): (String, &str)) -> SceneError {
         let (file, place) = self.origin(family, label, place);
         refuse(file, (place, fact, remedy.into()))
@@ -86,7 +86,7 @@ impl<'a> CaseList<'a> {
         for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
             let own = variant.scene.as_ref().or(family.scene.as_ref());
             let scene_file = own.map_or_else(|| self.scene.to_path_buf(), |own| base.join(own));
-            // The changes of the members before, where they add up
+            // Changes of the preceding members, if they accumulate
             let mut before: Vec<(String, toml::Value)> = Vec::new();
             let members: Vec<(&String, &toml::Value)> =
                 family.members.iter().chain(family.own.get(&variant.name).into_iter().flatten()).collect();
@@ -114,7 +114,7 @@ impl<'a> CaseList<'a> {
         Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids, members: places })
     }
 
-    /// Refuses a family without a variant, and labels of members that it does not have.
+    /// Refuses a family without a variant, and labels for members that it does not have.
     fn check_family(&self, family: &FamilySpec, wanted: &[String]) -> Result<(), SceneError> {
         let place = format!("family {}", family.name);
         if wanted.is_empty() {
@@ -132,7 +132,7 @@ impl<'a> CaseList<'a> {
         }
     }
 
-    /// Id and formulation of a case, which is a new one unless the same scene is run already.
+    /// Returns the id and formulation of a case, which is new unless the same scene is already run.
     fn case(
         &mut self,
         (family, variant, label): (&FamilySpec, &VariantSpec, &String),
@@ -143,8 +143,8 @@ impl<'a> CaseList<'a> {
         let (given, own) = (self.changes.given, &[others, member].concat()[..]);
         let all = if self.changes.first { [given, own] } else { [own, given] }.concat();
         let (spec, text) = read_scene(scene_file, &all).map_err(|e| {
-            // The fault is that of the study if the scene alone is sound and the changes of the study are not, and that of the file which has the member
-            // if the other changes are sound.
+            // The study is at fault if the scene alone is valid and becomes invalid by the changes of the study; the file that defines the member is at
+            // fault if the scene with the other changes is valid.
             let sound = |changes: &[_]| read_scene(scene_file, changes).is_ok();
             match sound(&[]) && !sound(own) {
                 true if sound(others) => {
@@ -161,7 +161,7 @@ impl<'a> CaseList<'a> {
         let formulation = spec.formulation();
         let expansion = self.expansion;
         let plan = self.plan((family, variant, label), scene_file, member, place)?;
-        // Constants are found, and derivatives are taken, for one variant
+        // Calibrations and derivatives belong to one variant
         let of_variant = plan.as_ref().map(|p| p.sha256.as_str());
         let of_variant = of_variant.or_else(|| expansion.derivatives.contains_key(&variant.name).then_some(""));
         let asked = of_variant.map_or_else(String::new, |sha256| format!("{} {sha256}", variant.name));
@@ -197,7 +197,7 @@ impl<'a> CaseList<'a> {
         Ok((id, formulation))
     }
 
-    /// The constants to be found in the case of a member.
+    /// The constants to find in the case of a member.
     fn plan(
         &self,
         (family, variant, label): (&FamilySpec, &VariantSpec, &String),
@@ -256,10 +256,10 @@ impl<'a> CaseList<'a> {
     }
 }
 
-/// Remedy of a member that is no table.
+/// Remedy for a member that is not a table.
 const AS_TABLE: &str = "write { \"mesh.cells\" = 4500 }";
 
-/// Refuses an id whose files would be taken for those of another case, or whose names no file may have: fact and remedy.
+/// Refuses an id whose files would be mistaken for those of another case, or whose file names are not allowed; returns fact and remedy.
 fn check_id(id: &str) -> Result<(), (String, &'static str)> {
     if id.len() > MOST_BYTES {
         let (begin, bytes): (String, _) = (id.chars().take(40).collect(), id.len());

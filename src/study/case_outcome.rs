@@ -1,31 +1,31 @@
-//! Outcome of a case in a study that judges its cases one by one.
+//! Outcome of a case in a study that judges its cases individually.
 
 use serde::Serialize;
 
-/// Outcome of a case that is judged by itself.
+/// Outcome of a case that is judged individually.
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum CaseOutcome {
-    /// Converged, and every reference is matched
+    /// Converged, and matches every reference
     Pass,
-    /// Converged, and there is nothing to compare it with: no statement about its answer
+    /// Converged, but without anything to compare it with: no statement about its answer
     Unchecked,
-    /// Ended with a stated reason in place of an answer, where the study demands that
+    /// Ended with a stated reason instead of an answer, as the study demands
     Demanded,
-    /// Ended with a stated reason in place of an answer, where the study accepts that
+    /// Ended with a stated reason instead of an answer, which the study accepts
     Stopped,
-    /// A point of a map that converged farther off its reference than the tolerance
+    /// A point of a map that converged, but differs from its reference by more than the tolerance
     Inaccurate,
-    /// A wrong answer, no answer where one is due, or a computation that broke
+    /// A wrong answer, no answer where one is required, or a crash
     Fail,
 }
 
 impl CaseOutcome {
-    /// All of them, as reports list them.
+    /// All outcomes, in the order of reports.
     pub const ALL: [Self; 6] =
         [Self::Pass, Self::Unchecked, Self::Demanded, Self::Stopped, Self::Inaccurate, Self::Fail];
 
-    /// The name as `summary.json` writes it.
+    /// The name used in `summary.json`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",

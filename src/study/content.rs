@@ -14,42 +14,42 @@ use std::collections::BTreeMap;
 /// The part of a report that depends on the kind of the study.
 pub struct Content {
     pub verdict: String,
-    /// The data support a verdict
+    /// Whether the data support a verdict
     pub supported: bool,
-    /// The verdict in numbers, for those who read nothing else: (value, what it is)
+    /// The verdict in numbers, for a quick reader: (value, description)
     pub facts: Vec<(String, String)>,
     /// One sentence per quantity
     pub sentences: Vec<String>,
     pub warnings: Vec<String>,
     /// `analysis` of `summary.json`
     pub analysis: Map<String, Value>,
-    /// The table that answers the question, under a heading of its own
+    /// The table that answers the question, under its own heading
     pub answer: (&'static str, Table),
-    /// Tables that are shown
+    /// Tables that are always shown
     pub tables: Vec<Table>,
-    /// Tables to unfold, with what they hold
+    /// Collapsed tables, with their titles
     pub folded: Vec<(&'static str, Table)>,
     pub figures: Vec<Drawn>,
     /// Values with their error bars
     pub claims: Vec<Claim>,
-    /// Decisions by name: another result of the study that decides otherwise has another verdict, whatever the words and the costs are
+    /// Decisions by name: a result of the study with a different decision has a different verdict, whatever its wording and costs
     pub decisions: BTreeMap<String, String>,
-    /// Files in addition to the page: name and text
+    /// Additional files: name and text
     pub files: Vec<(String, String)>,
-    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
+    /// Sources of the error bars, for the methods section of a paper, with citations as `[@key]`; empty if the kind states none
     pub errors: String,
-    /// How constants were found, for the methods of a paper, where the study searches for them
+    /// How constants were found, for the methods section of a paper, if the study searches for constants
     pub search: Vec<Paragraph>,
-    /// The mesh that would support a verdict where there is none
+    /// The mesh that would support a verdict, if there is no verdict
     pub extension: Option<Extension>,
-    /// Why the study has no result although its cases have theirs
+    /// Why the study has no result although its cases have
     pub without_result: Option<String>,
-    /// Case id → outcome, where cases are judged one by one
+    /// Case id → outcome, if cases are judged individually
     pub outcomes: BTreeMap<String, CaseOutcome>,
 }
 
 impl Content {
-    /// The frame of an analysis, with the table that answers the question; the kind adds its own.
+    /// Builds the common part of a report from an analysis and the table that answers the question; the kind adds the rest.
     pub fn new<T>(analysis: &Analysis<T>, supported: bool, answer: (&'static str, Table)) -> Self {
         Self {
             verdict: analysis.verdict.clone(),
@@ -73,14 +73,15 @@ impl Content {
         }
     }
 
-    /// The same with minus signs in place of the hyphens before numbers, in the verdict and the sentences.
+    /// Replaces the hyphens before numbers by minus signs, in the verdict and the sentences.
     #[must_use]
     pub fn with_minus_signs(self) -> Self {
         let sentences = self.sentences.iter().map(|sentence| minus_signs(sentence)).collect();
         Self { verdict: minus_signs(&self.verdict), sentences, ..self }
     }
 
-    /// The same without what follows from a comparison of its cases: verdict, decisions, headline numbers and error bars.
+    /// Removes everything that follows from a comparison of the cases (verdict, decisions, headline numbers, error bars, the suggested mesh) and gives
+    /// `why` as the verdict.
     #[must_use]
     pub fn without_verdict(self, why: String) -> Self {
         let decisions = BTreeMap::new();

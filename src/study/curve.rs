@@ -1,12 +1,4 @@
-//! A recorded quantity over time, and what two of them have in common.
-//!
-//! ```text
-//! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|
-//! lag τ of (a, τ) = argmin ∫ (f − g − a (g − g₀) + τ ġ)² dt
-//! ```
-//!
-//! The factor a of what g departs from its start g₀ takes a change of amplitude, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
-//! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
+//! A recorded quantity over time, and comparisons of two of them.
 
 use crate::math::statistics::{extent, larger, range};
 use crate::report::numbers::{capital, percent};
@@ -19,14 +11,14 @@ use std::collections::BTreeMap;
 /// One column over time.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Curve {
-    /// \[samples\] time \[s\]
+    /// \[samples\] Time \[s\]
     pub t: Vec<f64>,
-    /// \[samples\] value
+    /// \[samples\] Value
     pub f: Vec<f64>,
 }
 
 impl Curve {
-    /// The column of a stored series; `None` if it is absent, shorter than two samples or not finite.
+    /// Returns the column of a stored series; `None` if it is absent, shorter than two samples or not finite, or if the times do not increase.
     pub fn of(series: &Series, column: &str) -> Option<Self> {
         let f = series.columns.get(column)?;
         let n = f.len().min(series.t_s.len());
@@ -36,7 +28,7 @@ impl Curve {
         ok.then(|| Self { t: series.t_s[..n].to_vec(), f: f[..n].to_vec() })
     }
 
-    /// Linear interpolation, constant outside.
+    /// Interpolates linearly; the value is constant outside the samples.
     pub fn at(&self, t: f64) -> f64 {
         let k = self.t.partition_point(|v| *v < t).clamp(1, self.t.len() - 1);
         let (a, b) = (self.t[k - 1], self.t[k]);
@@ -44,16 +36,16 @@ impl Curve {
         self.f[k - 1] * (1.0 - s) + self.f[k] * s
     }
 
-    /// The samples of `self` over the time that both cover \[s\].
+    /// The sample times of `self` within the time span of `other` \[s\].
     pub fn common(&self, other: &Self) -> Vec<f64> {
         let (Some(first), Some(last)) = (other.t.first(), other.t.last()) else { return vec![] };
         let slack = 1e-9 * last.abs();
         self.t.iter().copied().filter(|t| *t >= first - slack && *t <= last + slack).collect()
     }
 
-    /// ∮ f dx over the last cycle of x, and its share of the box around that cycle. A cycle ends with the curve and
-    /// starts where x was last at the same place (nearest within 1 % of its range: a slack cable does not come back
-    /// exactly), with 90 % of the range of x between. `None` if there is none, or the samples are not those of x.
+    /// Returns ∮ f dx over the last cycle of x, and its ratio to the area of the bounding box of that cycle. A cycle ends with the curve and starts
+    /// where x was last at the same value (the nearest one within 1 % of its range, since a slack cable does not return exactly), and x covers at least
+    /// 90 % of its range in between. `None` if there is no such cycle, or if `x` has different sample times.
     pub fn hysteresis(&self, x: &Self) -> Option<(f64, f64)> {
         if self.t != x.t {
             return None;
@@ -69,30 +61,31 @@ impl Curve {
         (around > 0.0).then_some((area, area.abs() / around))
     }
 
-    /// Value of largest magnitude.
+    /// Value of largest magnitude, with its sign.
     pub fn peak(&self) -> f64 {
         self.f.iter().copied().fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
     }
 
-    /// The value at which it starts, 0 where that is small against the largest one: what does not start at zero, like a position, is judged by its changes.
+    /// The initial value, or 0 if it is small compared with the largest one. A quantity that does not start at zero, such as a position, is judged by
+    /// its changes.
     pub fn start(&self) -> f64 {
         starts_elsewhere(self.f[0], self.peak()).unwrap_or(0.0)
     }
 
-    /// Largest change from the start, with its sign; the value of largest magnitude of what starts at zero.
+    /// Largest change from the start, with its sign; for a curve that starts at zero, the value of largest magnitude.
     pub fn largest_change(&self) -> f64 {
         let start = self.start();
         self.f.iter().map(|v| v - start).fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
     }
 
-    /// ‖f − f₀‖₂ with f₀ of [`Curve::start`]: the size that distances of curves are shares of.
+    /// ‖f − f₀‖₂ with f₀ of [`Curve::start`]: the norm to which distances of curves are relative.
     pub fn size_of_changes(&self) -> f64 {
         let start = self.start();
         let changes: Vec<f64> = self.f.iter().map(|v| v - start).collect();
         l2(&self.t, &changes)
     }
 
-    /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
+    /// Error of linear interpolation between the samples: a quarter of the defect when every second sample is left out.
     pub fn interpolation_error(&self) -> f64 {
         (1..self.t.len().saturating_sub(1))
             .map(|k| {
@@ -102,12 +95,12 @@ impl Curve {
             .fold(0.0, larger)
     }
 
-    /// Largest |f(t + T) − f(t)| over the last two cycles, relative to the range of f. The period T is the distance of
-    /// the last two highest points of separate cycles; `None` with fewer than two cycles.
+    /// Largest |f(t + T) − f(t)| over the last two cycles, relative to the range of f. The period T is the time between the last two maxima of separate
+    /// cycles; `None` with fewer than two cycles.
     pub fn cycle_defect(&self) -> Option<f64> {
         let [lo, hi] = extent(self.f.iter().copied());
         let (low, high) = (lo + 0.3 * (hi - lo), lo + 0.7 * (hi - lo));
-        // One peak per passage above `high`, armed again below `low`
+        // One peak per excursion above `high`; a new one counts only after f has been below `low`
         let (mut peaks, mut armed): (Vec<usize>, bool) = (vec![], true);
         for (k, f) in self.f.iter().enumerate() {
             match (*f > high, armed) {
@@ -137,12 +130,12 @@ pub fn l2(t: &[f64], d: &[f64]) -> f64 {
     (sum / (t[t.len() - 1] - t[0])).sqrt()
 }
 
-/// Largest lag that first order tells, in times in which the curve varies.
+/// Largest lag that the first order can resolve, relative to the time scale of the curve \[–\].
 const FIRST_ORDER: f64 = 0.5;
-/// A slope that is the curve itself up to this share leaves nothing to tell a lag from a change of amplitude.
+/// If the slope is proportional to the curve within this relative tolerance, a lag cannot be told from a change of amplitude \[–\].
 const ALIKE: f64 = 1e-6;
 
-/// Lag of `f` behind `g` \[s\]; `None` where the curves differ by more than a small shift, or a shift is no different from a factor.
+/// Lag of `f` behind `g` \[s\]; `None` if the curves differ by more than a small shift, or if a shift cannot be told from a factor.
 pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> Option<f64> {
     let (mut gg, mut gs, mut ss, mut dg, mut ds, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for k in 1..t.len() {
@@ -162,40 +155,40 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> Option<f64> {
     if determinant.partial_cmp(&(ALIKE * gg * ss)) != Some(Ordering::Greater) {
         return None;
     }
-    // + 0: no negative zero
+    // + 0 avoids a negative zero
     let lag = (gs * dg - gg * ds) / determinant + 0.0;
     let varies = ((gg - sum * sum / (t[t.len() - 1] - t[0])).max(0.0) / ss).sqrt();
     (lag.abs() <= FIRST_ORDER * varies).then_some(lag)
 }
 
-/// Peak of a quantity: its extreme, the value farthest from the first one, of all rows of the run. What does not start at zero, like the length of a
-/// cable, is judged by its largest change.
+/// Peak of a quantity: the value farthest from the first one, over all recorded times of the run. A quantity that does not start at zero, such as the
+/// length of a cable, is judged by its largest change.
 pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
     let farthest = farthest(case, quantity)?;
     Some(farthest - start(case, quantity).unwrap_or(0.0)).filter(|v| v.is_finite())
 }
 
-/// The value farthest from the first one. The rows of a series may be a few of those of the run, whose extreme is in the record.
+/// The value farthest from the first one. A series may hold only some of the recorded times of the run; the extreme over all of them is in the record.
 fn farthest(case: &StoredCase, quantity: &str) -> Option<f64> {
     let recorded = case.record.probes.get(quantity).map(|p| p.peak);
     recorded.or_else(|| Some(extreme(Curve::of(&case.series, quantity)?.f)?.value))
 }
 
-/// The value at which a quantity starts, if that is not zero against its largest one.
+/// The initial value of a quantity, if it is not negligible compared with its largest value.
 pub fn start(case: &StoredCase, quantity: &str) -> Option<f64> {
     let first = *case.series.columns.get(quantity)?.first()?;
     starts_elsewhere(first, farthest(case, quantity)?)
 }
 
-/// The first value, if it is not zero against the largest one.
+/// The first value, if it is not negligible compared with the largest one.
 fn starts_elsewhere(first: f64, largest: f64) -> Option<f64> {
     (first.abs() > 1e-3 * largest.abs().max(first.abs())).then_some(first)
 }
 
-/// Share of its largest change by which the written rows of a quantity may miss its extreme without a warning.
+/// Share of the largest change by which the written rows of a quantity may miss its extreme without a warning \[–\].
 const MISSED: f64 = 0.01;
 
-/// A warning for each quantity whose curves, of the written rows, miss its extreme, which is of all rows.
+/// Returns a warning for each quantity whose written rows miss its extreme over the whole run.
 pub fn missed_extremes(study: &StudyRecord, cases: &[StoredCase]) -> Vec<String> {
     let missed = |case: &StoredCase, name: &str| {
         let written = Curve::of(&case.series, name)?;
@@ -223,10 +216,10 @@ pub fn missed_extremes(study: &StudyRecord, cases: &[StoredCase]) -> Vec<String>
     labels.into_iter().filter_map(warning).collect()
 }
 
-/// Words for a peak that is a change.
+/// Wording for a peak that is a change.
 pub const CHANGE: &str = "largest change of";
 
-/// Words for the peak of a quantity over some cases: [`extreme_word`], or [`CHANGE`] where it is a change.
+/// Wording for the peak of a quantity over some cases: [`extreme_word`], or [`CHANGE`] if it is a change.
 pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
     let cases: Vec<&StoredCase> = cases.into_iter().collect();
     match cases.iter().any(|c| start(c, quantity).is_some()) {
@@ -235,7 +228,7 @@ pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity:
     }
 }
 
-/// Word for the recorded extreme of a quantity over some cases: `maximum`, `minimum`, or `extreme` where these differ.
+/// Word for the recorded extreme of a quantity over some cases: `maximum`, `minimum`, or `extreme` if the cases differ.
 pub fn extreme_word<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
     let kinds = cases.into_iter().filter_map(|c| Some(c.record.probes.get(quantity)?.peak_is));
     let mut kinds = kinds.filter(|kind| *kind != ExtremeKind::Constant);
@@ -249,7 +242,7 @@ pub fn extreme_word<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantit
 mod tests {
     use super::*;
 
-    /// sin(2πt) over one and a quarter periods against the shifted wave, a multiple, and another curve altogether; a ramp against a steeper one.
+    /// sin(2πt) over one and a quarter periods compared with the shifted wave, a multiple of it and an unrelated curve, and a ramp with a steeper one.
     #[test]
     fn a_lag_is_a_small_shift_and_no_factor() {
         let t: Vec<f64> = (0..=1250).map(|k| 1e-3 * f64::from(k)).collect();

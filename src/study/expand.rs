@@ -22,29 +22,29 @@ pub struct Study {
     pub file: PathBuf,
     pub record: StudyRecord,
     pub rules: RunRules,
-    /// Family → columns its cases must record, where they are not those of the quantities of the variant
+    /// Family → columns that its cases must record, if they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
     pub cases: Vec<Case>,
-    /// Case → its places
+    /// Case → its families and variants
     places: HashMap<String, Vec<Place>>,
-    /// Changes that were made to every case
+    /// Changes made to every case
     changes: Vec<(String, toml::Value)>,
-    /// Digest of what cases that the study asks for later depend on
+    /// Digest of the inputs of cases that the study requests later
     pub source_sha256: String,
 }
 
 impl Study {
-    /// The name of the study of a file, that of its folder.
+    /// Name of the study in a file: the name of its folder.
     pub fn name_of(file: &Path) -> String {
         let name = |path: PathBuf| path.parent()?.file_name().map(|n| n.to_string_lossy().into_owned());
         std::path::absolute(file).ok().and_then(name).unwrap_or_else(|| "study".into())
     }
 
-    /// Reads `study.toml` and expands it. `changes` are made to every case, last.
+    /// Reads `study.toml` and expands it. `changes` are applied to every case, last.
     ///
     /// # Errors
     ///
-    /// Where the file, or the scene that it varies, cannot be read, has a mistake, or makes a case that is refused.
+    /// A file, or a scene that it varies, that cannot be read or has a mistake, or a case that is refused.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         Self::read_scope(file, changes, StudyScope::Whole)
     }
@@ -58,8 +58,8 @@ impl Study {
         })
     }
 
-    /// Reads `study.toml` and expands it to the cases of the results in `dir`: with the meshes that were added to them, and the cases that any build
-    /// has asked for.
+    /// Reads `study.toml` and expands it to the cases of the results in `dir`, including the meshes added to them and the cases that any build has
+    /// requested.
     pub fn read_as_stored(file: &Path, dir: &Path) -> Result<Self, SceneError> {
         let (meshes, rounds) = (AddedMeshes::read(dir)?, Rounds::read(dir));
         Self::expand(file, &[], StudyScope::Whole, |expansion, _| {
@@ -68,12 +68,12 @@ impl Study {
         })
     }
 
-    /// The same study, read again with what was added to its results in `dir`.
+    /// Reads this study again, with what was added to its results in `dir`.
     pub fn again(&self, dir: &Path) -> Result<Self, SceneError> {
         Self::read_with_added(&self.file, &self.changes, dir)
     }
 
-    /// Reads as much of `study.toml` as `scope` says, and expands it.
+    /// Reads the part of `study.toml` that `scope` selects, and expands it.
     pub fn read_scope(file: &Path, changes: &[(String, toml::Value)], scope: StudyScope) -> Result<Self, SceneError> {
         Self::expand(file, changes, scope, |_, _| Ok(Added::default()))
     }
@@ -105,9 +105,9 @@ impl Study {
         Ok(Self { source_sha256: source, ..Self::assemble(&name, file, &scene, spec, expansion, &changes)? })
     }
 
-    /// The study around a scene of one's own, of the kind that offers one. It varies the scene with the changes.
+    /// Builds a study around a single scene, of the kind that supports this. It varies the scene with the changes.
     pub fn around(scene: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
-        // A mistake in the scene names the file as it was given
+        // Errors in the scene then name the file as it was given
         read_scene(scene, changes)?;
         let scene = std::path::absolute(scene).unwrap_or_else(|_| scene.into());
         let offers = KINDS.iter().find_map(|kind| Some((kind.name, kind.around?)));
@@ -188,12 +188,12 @@ impl Study {
         storage::sha256(format!("{:?} {cases:?}", self.record))
     }
 
-    /// Runs of a case. What is far finer than needed is a reference, whose cost is not asked for.
+    /// Number of runs of a case. A case that is far finer than needed is a reference, whose cost is not measured.
     pub fn repeats(&self, case: &Case) -> usize {
         if self.is_reference(case) { 1 } else { self.rules.repeats }
     }
 
-    /// Whether a case is of a design, whose derivatives are asked for.
+    /// Whether a case belongs to a design, for which derivatives are computed.
     pub fn is_of_design(&self, case: &Case) -> bool {
         self.record.families.iter().any(|f| f.name == case.family && f.role == Role::Design)
     }
@@ -203,7 +203,7 @@ impl Study {
         self.rules.error_estimates && !self.is_reference(case)
     }
 
-    /// Columns that are judged in a case, in any of its places.
+    /// Columns that are judged in a case, in any family and variant to which it belongs.
     pub fn columns_of(&self, case: &Case) -> Vec<String> {
         let mut all: Vec<String> = vec![];
         for place in self.places_of(case) {
@@ -219,7 +219,7 @@ impl Study {
         self.places.get(&case.id).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether a case is in families of references only.
+    /// Whether a case belongs to families of references only.
     fn is_reference(&self, case: &Case) -> bool {
         let is_one = |p: &Place| self.record.families.iter().any(|f| f.name == p.family && f.role == Role::Reference);
         let places = self.places_of(case);
@@ -227,7 +227,7 @@ impl Study {
     }
 }
 
-/// Refuses a study of too many cases, before they are made.
+/// Refuses a study with too many cases before they are made.
 fn check_number(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneError> {
     let of_family = |family: &FamilySpec| {
         let wanted = |v: &&VariantSpec| family.variants.as_ref().is_none_or(|names| names.contains(&v.name));
@@ -243,7 +243,7 @@ fn check_number(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneErr
     Err(refuse(file, ("study".into(), format!("its variants and families make {number} cases"), remedy)))
 }
 
-/// Refuses changes of a further curve in the case of a member that no family of its variant has.
+/// Refuses changes of a further curve for a member that no family of its variant has.
 fn check_curves(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneError> {
     for (variant, plan) in &expansion.plans {
         let is_run = |f: &&FamilySpec| f.variants.as_ref().is_none_or(|names| names.contains(variant));
@@ -257,8 +257,8 @@ fn check_curves(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneErr
     Ok(())
 }
 
-/// Labels of members: those that are given, and the plain names of members that are named like a law which the scene of a case of theirs has not, or
-/// which every scene of the study has, so that the name is that of something else.
+/// Labels of members: the given labels, and the plain name of a member that is named after a law which one of its scenes lacks, or which every scene of
+/// the study has, because the name then does not refer to that law.
 fn member_labels(given: &[FamilySpec], families: &[FamilyRecord], cases: &[Case]) -> BTreeMap<String, String> {
     let has = |case: &Case, law: &str| {
         case.spec.laws.values().any(|table| table.get("law").and_then(toml::Value::as_str) == Some(law))

@@ -1,6 +1,6 @@
 //! Meshes that `run --extend` has added to a study: `extension.toml` in the folder of its results.
 //!
-//! The file has the form of a study file, `[family.tet10]` with members in place of `[[family]]`. It belongs to the results: a later run
+//! The file has the form of a study file, with `[family.tet10]` and its members in place of `[[family]]`. It belongs to the results: a later run
 //! expands the study with it, and the members may be moved to the study file, which then takes precedence.
 
 use crate::scene::{Line, SceneError, changes, from_text, hint, read_table};
@@ -13,31 +13,31 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
-/// The command that adds the mesh, as texts name it; the command line puts its own study in place of `STUDY`.
+/// The command that adds the mesh, as messages quote it; the command line replaces `STUDY` by its own study.
 pub const ADD: &str = "durometer run STUDY --extend";
 
 /// Name of the file in a folder of results.
 pub const FILE: &str = "extension.toml";
 
-/// A mesh to be added to a family.
+/// A mesh to add to a family.
 #[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Extension {
-    /// Family that takes the new member
+    /// Family of the new member
     pub family: String,
     /// Label of the new member
     pub member: String,
-    /// Its changes by path
+    /// Changes of the new member by path
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
-    /// Cells, about
+    /// Approximate number of cells
     pub cells: usize,
-    /// Mean cost of a case over the variants \[s\], by the law of growth of the family; none where it has no two sizes
+    /// Mean cost of a case over the variants \[s\], from the power law of the family; `None` if the family does not have two sizes
     pub cost_s: Option<Predicted>,
-    /// In words: which mesh, and why
+    /// Which mesh and why, in words
     pub sentence: String,
 }
 
-/// All members that were added to a study.
+/// All members added to a study.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 #[serde(deny_unknown_fields)]
 pub struct AddedMeshes {
@@ -52,16 +52,16 @@ pub struct AddedMeshes {
     member_lines: AddedLines,
 }
 
-/// Family and label of each member that was added to a study → its line in the file of the added meshes.
+/// Family and label of each added member → its line in the file of added meshes.
 pub type AddedLines = BTreeMap<(String, String), usize>;
 
 impl AddedMeshes {
-    /// The file of a folder of results.
+    /// Path of the file in a folder of results.
     pub fn file(dir: &Path) -> PathBuf {
         dir.join(FILE)
     }
 
-    /// The members that were added to the results in `dir`, none where there is no such file.
+    /// Reads the members added to the results in `dir`; empty if there is no such file.
     pub fn read(dir: &Path) -> Result<Self, SceneError> {
         let file = Self::file(dir);
         if !file.exists() {
@@ -72,7 +72,7 @@ impl AddedMeshes {
         Ok(Self { lines, member_lines, ..from_text(&file, &text, "")? })
     }
 
-    /// The meshes with another member.
+    /// Adds a member to the meshes.
     #[must_use]
     pub fn with(mut self, extension: &Extension) -> Self {
         let members = self.families.entry(extension.family.clone()).or_default();
@@ -88,7 +88,8 @@ impl AddedMeshes {
         head + &toml::to_string(self).expect("tables with string keys only")
     }
 
-    /// Adds the members to the families of the study, and says in which lines of the file they are; one that the study has itself stays as it is there.
+    /// Adds the members to the families of the study and returns the lines of the file in which they are. A member that the study itself has keeps its
+    /// definition there.
     pub fn add_to(&self, families: &mut [FamilySpec], dir: &Path) -> Result<AddedLines, SceneError> {
         let mut added = AddedLines::new();
         for (name, members) in &self.families {
@@ -111,12 +112,12 @@ impl AddedMeshes {
     }
 }
 
-/// The place in the file with its line, where that is known.
+/// A location in the file, with its line if that is known.
 pub fn at_line(line: Option<&usize>, place: &str) -> String {
     line.map_or_else(|| place.into(), |line| format!("line {line}: {place}"))
 }
 
-/// The lines of the families, and of their members.
+/// Finds the lines of the families and of their members.
 fn lines(text: &str) -> (BTreeMap<String, usize>, AddedLines) {
     let (mut families, mut members) = (BTreeMap::new(), AddedLines::new());
     let file = DeTable::parse(text).ok();

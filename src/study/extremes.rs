@@ -1,8 +1,9 @@
-//! Which extreme of a quantity is its peak: of cases that are compared, the one on the same side of the first value.
+//! Chooses which extreme of a quantity is its peak, so that compared cases use the extreme on the same side of the first value.
 //!
-//! The extreme of a run is the value farthest from the first one. Of a cycle to and fro the values on both sides are about as far, and the last digits decide which is the
-//! farther one. Where the extremes of a quantity lie on both sides in the cases of a variant, one side is chosen for all of them: the peak of a case whose
-//! farthest value there is at least half as far as its extreme is that value. A case that is far from the start on one side alone keeps its extreme.
+//! The extreme of a run is the value farthest from the first one. In a cycle with motion to both sides, the values on both sides are about equally far,
+//! and the last digits decide which is farther. If the extremes of a quantity in the cases of a variant lie on both sides, one side is chosen for all
+//! of them: a case whose farthest value on that side is at least half as far as its extreme takes that value as its peak. A case that is far from the
+//! start on one side only keeps its extreme.
 //!
 //! ```text
 //! side = argmax Σ s over the cases      s = |farthest value on the side − first|/|extreme − first|, 0 where it is below ½
@@ -13,10 +14,10 @@ use crate::study::curve::Curve;
 use crate::study::store::record::{OppositeRecord, StoredCase, StudyRecord};
 use std::collections::BTreeSet;
 
-/// Least share of the distance of an extreme from the start at which the one on the other side is about as far \[–\]
+/// Smallest distance of the opposite extreme from the start, relative to that of the extreme, at which the two are comparable \[–\]
 const AS_FAR: f64 = 0.5;
 
-/// Gives every quantity one side in the cases of a variant, and of variants that share cases.
+/// Chooses one side for every quantity in the cases of a variant, and of variants that share cases.
 pub fn align(study: &StudyRecord, cases: &mut [StoredCase]) {
     let columns: BTreeSet<&str> = study.quantities.values().flatten().map(|q| q.name.as_str()).collect();
     for column in columns {
@@ -26,7 +27,7 @@ pub fn align(study: &StudyRecord, cases: &mut [StoredCase]) {
     }
 }
 
-/// The converged cases that are compared in a column, by their positions: those of a variant that judges it.
+/// The converged cases that are compared in a column, by index: those of each variant that judges it, merged if variants share cases.
 fn compared(study: &StudyRecord, cases: &[StoredCase], column: &str) -> Vec<BTreeSet<usize>> {
     let judges =
         |variant: &&String| study.quantities.get(*variant).is_some_and(|all| all.iter().any(|q| q.name == column));
@@ -60,7 +61,7 @@ fn extreme_is(case: &StoredCase, column: &str, side: ExtremeKind) -> bool {
     case.record.probes.get(column).is_some_and(|probe| probe.peak_is == side)
 }
 
-/// How far a column goes on a side, as a share of its extreme; 0 where it is not about as far.
+/// Largest distance of a column from the start on a side, relative to its extreme; 0 if it is not comparable.
 fn share(case: &StoredCase, column: &str, side: ExtremeKind) -> f64 {
     match extreme_is(case, column, side) {
         true => 1.0,
@@ -68,7 +69,8 @@ fn share(case: &StoredCase, column: &str, side: ExtremeKind) -> f64 {
     }
 }
 
-/// The farthest value on the other side and its share of the extreme, where it is about as far. In records of earlier versions it is that of the written rows.
+/// The farthest value on the other side and its relative distance, if that is comparable with the extreme. For records of earlier versions it is taken
+/// from the written rows.
 fn opposite(case: &StoredCase, column: &str) -> Option<(OppositeRecord, f64)> {
     let probe = case.record.probes.get(column)?;
     let curve = Curve::of(&case.series, column)?;
@@ -81,8 +83,8 @@ fn opposite(case: &StoredCase, column: &str) -> Option<(OppositeRecord, f64)> {
     (share >= AS_FAR).then_some((other, share))
 }
 
-/// Makes the farthest value on the other side the peak, where it is about as far. What was computed at the extreme of the run, its error from one run and its derivatives, is
-/// not of that value.
+/// Makes the farthest value on the other side the peak, if it is comparable. Results at the former extreme, namely its error from one run and its
+/// derivatives, do not apply to that value and are removed.
 fn turn(case: &mut StoredCase, column: &str) {
     let Some((other, _)) = opposite(case, column) else { return };
     let record = &mut case.record;
@@ -143,7 +145,7 @@ mod tests {
         cases.iter().filter_map(|c| peak(c, "f_N")).collect()
     }
 
-    /// Forces of a bar that is moved to and fro on four meshes; the last digits had made −0.2303 and +0.2216 of a sequence that converges.
+    /// Forces of a bar that is moved back and forth, on four meshes; the last digits would have given −0.2303 and +0.2216 in a converging sequence.
     #[test]
     fn a_cycle_to_and_fro_has_one_peak_on_all_meshes() {
         let rows = [[0.23, -0.2303], [0.22351, -0.2235], [0.221931, -0.22193], [0.2216, -0.22152]];
@@ -163,7 +165,7 @@ mod tests {
         assert_eq!(cases, turned, "what is on one side stays");
     }
 
-    /// All rows of the run count, also where the written ones are a few of them.
+    /// All rows of the run count, even if only a few of them were written.
     #[test]
     fn the_other_extreme_is_that_of_the_record() {
         let mut cases =
@@ -174,7 +176,7 @@ mod tests {
         assert_eq!(peaks(&cases), [0.99, 1.0, 1.0]);
     }
 
-    /// A bar that is pulled and one that is pushed have extremes of their own, and so have variants that share no case.
+    /// A bar that is pulled and one that is pushed keep their own extremes, and so do variants that share no case.
     #[test]
     fn a_case_on_one_side_alone_keeps_its_extreme() {
         let mut cases = [

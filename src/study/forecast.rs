@@ -1,22 +1,24 @@
-//! Expected time and memory of a case before it runs, by the results that are stored.
+//! Expected time and memory of a case before it runs, from the stored results.
 //!
 //! ```text
 //! cost = setup + steps × cost of a step,   steps = Σ over the stages of duration/dt, known before the run
 //! ```
 //!
-//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had, on a mesh of as many nodes. Without such a result they cost what the law of
-//! growth over the nodes says ([`power_law`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
-//! not converge says nothing: it ended early, or late. That longer steps take more iterations is not counted.
+//! The costs of setup and step of a case are those of its own last result, with any inputs and build, on a mesh with the same number of nodes. Without
+//! such a result they follow from the power law of cost versus nodes ([`power_law`]) fitted to the results of its formulation or, if these all have one
+//! size, from the largest of them. Cases that did not converge do not count: they ended early, or late. It is neglected that longer steps take more
+//! iterations.
 //!
 //! ```text
 //! step ∝ Nᑫ, 1 ≤ q ≤ 2;   setup ∝ Nᑫ, 0 ≤ q ≤ 2
-//! memory = the larger one of   c Nᑫ, 0 ≤ q ≤ 4/3, through all results   and   a + b N^4/3  through the smallest and the largest of them
+//! memory = the larger of   c Nᑫ, 0 ≤ q ≤ 4/3, through all results   and   a + b N^4/3  through the smallest and the largest of them
 //! ```
 //!
-//! A step grows at least as the assembly and at most as the factorisation of a body in three dimensions by nested dissection, N², whose factor has of the order of N^4/3 entries
-//! (Lipton, Rose & Tarjan, *SIAM J. Numer. Anal.* 16, 1979); flat bodies and the iterative method take less. a is the process itself, some 20 MB, which hides the
-//! growth of small cases. Sizes within a factor of two say nothing of a power: scatter of a few per cent would be one of any size. Through their mean, a step then
-//! grows by N^4/3, about what is measured for the finger ([performance](../docs/performance.md)), the setup by N, and memory from that of the process on.
+//! The cost of a step grows at least like assembly, N, and at most like factorisation by nested dissection for a body in three dimensions, N², whose
+//! factor has O(N^4/3) entries (Lipton, Rose & Tarjan, *SIAM J. Numer. Anal.* 16, 1979); flat bodies and the iterative method take less. The constant a
+//! is the process itself, about 20 MB, which hides the growth for small cases. Sizes within a factor of two do not determine an exponent: a scatter of
+//! a few per cent could give any value. Through their mean, the cost of a step is then assumed to grow with N^4/3, about what is measured for the
+//! finger ([performance](../docs/performance.md)), setup with N, and memory from that of the process.
 
 use crate::math::statistics::extent;
 use crate::scene::SceneSpec;
@@ -25,19 +27,19 @@ use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
 
-/// Sizes closer than this are one size \[–\].
+/// Relative difference below which two sizes are equal \[–\].
 const ONE_SIZE: f64 = 0.01;
 
-/// Power of the nodes by which L of a body in three dimensions grows \[–\].
+/// Exponent of the number of nodes with which the factor L of a body in three dimensions grows \[–\].
 const OF_FACTOR: f64 = 4.0 / 3.0;
 
-/// Ratio of the largest size to the smallest from which on they show a power \[–\].
+/// Smallest ratio of the largest to the smallest size that determines an exponent \[–\].
 const TELLING: f64 = 2.0;
 
 /// Memory of the process without a case \[B\].
 const PROCESS: f64 = 2e7;
 
-/// Powers of the nodes by which a cost can grow, and the one that is assumed where sizes are too close to show it.
+/// Possible range of the exponent of the number of nodes in a cost, and the exponent assumed if the sizes are too close to determine it.
 struct Powers {
     possible: [f64; 2],
     assumed: f64,
@@ -51,32 +53,32 @@ const OF_MEMORY: Powers = Powers { possible: [0.0, OF_FACTOR], assumed: 0.0 };
 #[derive(Default)]
 pub struct Forecast {
     own: HashMap<String, Own>,
-    /// Formulation → the costs over the size
+    /// Formulation → costs versus size
     by_size: BTreeMap<String, Points>,
 }
 
-/// Costs of a case: seconds of the setup and of a step, and bytes.
+/// Costs of a case: setup \[s\], one step \[s\], and memory \[bytes\].
 type Known = [Option<f64>; 3];
 
 /// Costs of the last result of a case.
 struct Own {
     formulation: String,
-    /// None of a mesh that was adapted in the run: how many it would begin with is not known
+    /// `None` for a mesh that was adapted in the run: its initial number of nodes is unknown
     nodes: Option<usize>,
     known: Known,
 }
 
 impl Own {
-    /// Whether a case of this size has the size of the result, as far as both are known.
+    /// Whether a case of this size matches the size of the result, as far as both are known.
     fn is_of(&self, size: &Size) -> bool {
         self.formulation == size.formulation && self.nodes.zip(size.nodes).is_none_or(|(own, now)| own == now)
     }
 }
 
-/// The same of several cases, each with its nodes.
+/// The three costs of several cases, each with the number of nodes.
 type Points = [Vec<(f64, f64)>; 3];
 
-/// Time and memory of a case, as far as something is known.
+/// Expected time and memory of a case, as far as they are known.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Default)]
 pub struct Expected {
     /// Time on one core \[s\]
@@ -84,11 +86,11 @@ pub struct Expected {
     pub memory_bytes: Option<u64>,
 }
 
-/// Size of a case, as it is known before the run.
+/// Size of a case as known before the run.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Size {
     pub formulation: String,
-    /// None before the mesh exists
+    /// Nodes of the mesh; `None` before it exists
     pub nodes: Option<usize>,
     /// Duration and time step of every stage \[s\]
     pub stages: Vec<[f64; 2]>,
@@ -100,12 +102,12 @@ impl Size {
         Self { formulation: scene.formulation(), nodes, stages }
     }
 
-    /// Time steps of the run, none of which is cut.
+    /// Number of time steps of the run if none is cut.
     fn steps(&self) -> f64 {
         steps(self.stages.iter().copied())
     }
 
-    /// The same with the time steps of a result, where it has as many stages.
+    /// Number of time steps with the step sizes of a result, if it has the same number of stages.
     fn steps_of(&self, record: &CaseRecord) -> f64 {
         match record.stage_dt_s.len() == self.stages.len() {
             true => steps(self.stages.iter().zip(&record.stage_dt_s).map(|([duration, _], dt)| [*duration, *dt])),
@@ -119,7 +121,7 @@ fn steps(stages: impl Iterator<Item = [f64; 2]>) -> f64 {
 }
 
 impl Forecast {
-    /// Takes a stored result of a case of this size into account.
+    /// Includes a stored result of a case of this size.
     pub fn learn(&mut self, record: &CaseRecord, size: &Size) {
         if !record.converged() {
             return;
@@ -133,7 +135,7 @@ impl Forecast {
         points.iter_mut().zip(known).for_each(|(points, cost)| points.extend(cost.map(|cost| (nodes, cost))));
     }
 
-    /// The laws of growth over what was learnt.
+    /// Fits the power laws to the results learnt.
     pub fn fitted(&self) -> Fitted<'_> {
         let laws = |[setup, step, bytes]: &Points| [law(setup, &OF_SETUP), law(step, &OF_STEP), memory_law(bytes)];
         let laws = self.by_size.iter().map(|(name, points)| (name.as_str(), laws(points)));
@@ -143,20 +145,20 @@ impl Forecast {
 
 type Law = Box<dyn Fn(f64) -> Option<f64>>;
 
-/// Costs by their laws of growth.
+/// Costs of cases from their last results and the power laws.
 pub struct Fitted<'a> {
     own: &'a HashMap<String, Own>,
-    /// Formulation → costs over nodes
+    /// Formulation → costs versus nodes
     laws: BTreeMap<&'a str, [Law; 3]>,
 }
 
 impl Fitted<'_> {
-    /// Expected cost of a case.
+    /// Returns the expected cost of a case.
     pub fn of(&self, id: &str, size: &Size) -> Expected {
         let own = self.own.get(id).filter(|own| own.is_of(size)).map_or_else(Known::default, |own| own.known);
         let by_size = |k: usize| self.laws.get(size.formulation.as_str()).and_then(|laws| laws[k](size.nodes? as f64));
         let [setup, step, bytes] = [0, 1, 2].map(|k| own[k].or_else(|| by_size(k)));
-        // A record of an earlier version has no setup
+        // Records of earlier versions have no setup time
         let cost_s = step.map(|step| setup.unwrap_or(0.0) + step * size.steps());
         Expected { cost_s, memory_bytes: bytes.map(|b| b as u64) }
     }
@@ -172,7 +174,8 @@ fn law(points: &[(f64, f64)], powers: &Powers) -> Law {
     }
 }
 
-/// The law of growth, but no less than the memory of the process with a factor that grows from the smallest size to the largest, where the most memory that was seen counts.
+/// The power law, but at least the memory of the process plus a factor that grows from the smallest to the largest size, at which the largest observed
+/// memory counts.
 fn memory_law(points: &[(f64, f64)]) -> Law {
     let by_growth = law(points, &OF_MEMORY);
     let by_size = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
@@ -192,7 +195,7 @@ fn memory_law(points: &[(f64, f64)]) -> Law {
 mod tests {
     use super::*;
 
-    /// A process of 20 MB with a factor of 2 MB at 1000 nodes.
+    /// Memory of a process of 20 MB with a factor of 2 MB at 1000 nodes.
     fn memory(nodes: usize) -> f64 {
         2e7 + 2e6 * (nodes as f64 / 1000.0).powf(4.0 / 3.0)
     }
@@ -226,7 +229,7 @@ mod tests {
         assert_eq!(fitted.of("d", &size("tet10", None)), Expected::default());
     }
 
-    /// The mesh of `a` has become four times finer: it is expected to cost as another case of its new size.
+    /// The mesh of `a` has become four times finer: its expected cost is that of another case of its new size.
     #[test]
     fn a_result_on_another_mesh_is_not_what_a_case_costs_now() {
         let mut forecast = Forecast::default();
@@ -242,7 +245,7 @@ mod tests {
         assert_eq!(fitted.of("a", &size("tet4", Some(1000))), Expected::default());
     }
 
-    /// A bar of tet10, by the program in MiB: most of what its three coarsest meshes take is the process.
+    /// A bar of tet10, as measured with the program in MiB: most of the memory of its three coarsest meshes is the process.
     #[test]
     fn no_less_memory_is_expected_than_large_cases_take() {
         let mut forecast = Forecast::default();
@@ -260,8 +263,9 @@ mod tests {
         }
     }
 
-    /// Seeds of one size, 825 and 850 nodes, whose costs scatter by 20 % and whose memory by 2 MB, either way: 23 409 nodes take N^4/3 times as long, 83.3 times,
-    /// and memory that grows so from the 20 MB of the process, and no less than what was seen.
+    /// Seeds of one size, 825 and 850 nodes, whose costs scatter by 20 % and whose memory by 2 MB, in either direction. A case of 23 409 nodes is
+    /// expected to take longer by the ratio of N^4/3, 83.3, and memory that grows in this way from the 20 MB of the process, but not less than
+    /// observed.
     #[test]
     fn sizes_that_are_almost_one_show_no_power() {
         for [first, second] in [[0, 1], [1, 0]] {
@@ -289,7 +293,8 @@ mod tests {
         assert_eq!(fitted.of("d", &size("tet10", Some(2000))).cost_s, None);
     }
 
-    /// Stages of 1 s and 2 s in steps of 0.25 s are 12 steps; in steps of 0.025 s they are 120, of this case and of another one of its size, after a setup of 1 s.
+    /// Stages of 1 s and 2 s in steps of 0.25 s are 12 steps; in steps of 0.025 s they are 120, for this case and for another one of its size, after a
+    /// setup of 1 s.
     #[test]
     fn ten_times_the_steps_cost_ten_times_as_much_and_failures_say_nothing() {
         let in_steps = |dt: f64| Size { stages: vec![[1.0, dt], [2.0, dt]], ..size("tet10", Some(1000)) };

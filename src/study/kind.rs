@@ -19,34 +19,33 @@ use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A kind of study. The implementing type holds the keys of a study file that only this kind has; keys of other kinds are
-/// unknown keys.
+/// A kind of study. The implementing type holds the keys of a study file that only this kind has; keys of other kinds count as unknown.
 pub trait StudyKind: DeserializeOwned + JsonSchema {
-    /// `kind` of the study file
+    /// Value of `kind` in the study file
     const NAME: &'static str;
-    /// Part of the study file that the analysis needs; `details` of `study.json`
+    /// Part of the study file that the analysis needs, stored as `details` in `study.json`
     type Details: Serialize + DeserializeOwned;
-    /// Findings of this kind alone; the rest of an analysis is the same for every kind
+    /// Findings of this kind only; the rest of an analysis is common to all kinds
     type Findings;
-    /// Roles that families of a study file of this kind can have; none where it has no families
+    /// Roles that families in a study file of this kind can have; empty if it has no families
     const ROLES: &'static [Role] = &[];
-    /// The study of this kind around a scene that has no study file, where there is one
+    /// The study of this kind around a scene without a study file, if there is one
     const AROUND: Option<Around> = None;
 
-    /// The keys of the quick half of the study: all of them, where the kind has none that takes long.
+    /// The keys of the quick subset of the study; all of them if nothing in this kind takes long.
     #[must_use]
     fn quick(self) -> Self {
         self
     }
 
-    /// The variants and families of cases that follow from the keys. `scene` is the scene file of the study, which need not exist.
+    /// Returns the variants and families of cases that follow from the keys. `scene` is the scene file of the study, which need not exist.
     fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<Self::Details>, SceneError>;
 
-    /// Work on the results of all cases that is done once and kept in their folder; its record is [`Results::derived`] of the analysis.
+    /// Work on the results of all cases that is done once and stored in their folder. Its record is [`Results::derived`] in the analysis.
     ///
     /// # Errors
     ///
-    /// What is wrong, in words; the report says so.
+    /// The reason why it could not be done, in words; the report states it.
     fn derive(
         _results: &Results,
         _details: &Self::Details,
@@ -55,39 +54,39 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
         Ok(None)
     }
 
-    /// Cases that follow from the results that are there, with a record of why; a round without members is the end of the search.
+    /// Cases that follow from the existing results, with a record of why; a round without members ends the search.
     ///
     /// # Errors
     ///
-    /// What is wrong, in words.
+    /// The reason why they could not be determined, in words.
     fn grow(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<Round>, String> {
         Ok(None)
     }
 
-    /// Whether [`StudyKind::grow`] is to be asked for cases.
+    /// Whether [`StudyKind::grow`] may add cases.
     fn grows(_details: &Self::Details) -> bool {
         false
     }
 
-    /// Value of a quantity by which the study judges a case: its peak, or its largest change where it does not start at zero.
+    /// Value of a quantity by which the study judges a case: its peak, or its largest change if it does not start at zero.
     fn judged(case: &StoredCase, quantity: &str, _details: &Self::Details) -> Option<f64> {
         curve::peak(case, quantity)
     }
 
-    /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
+    /// Analyses the cases that have a result. Cases that are missing or did not converge are listed, not guessed.
     fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
 
-    /// Words, tables and figures of the analysis.
+    /// Text, tables and figures of the analysis.
     fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
 }
 
-/// Why [`StudyKind::derive`] could not be done.
+/// Reason why [`StudyKind::derive`] could not be done.
 #[derive(Debug, thiserror::Error)]
 pub enum Underived {
-    /// The files or the mesh of the scene are others now: what was made of the same results before stays
+    /// The files or the mesh of the scene have changed: what was derived from the same results before is kept
     #[error("{0}")]
     NotAsComputed(String),
-    /// The results themselves do not serve: nothing that was made of them stays
+    /// The results themselves are unsuitable: nothing that was derived from them is kept
     #[error("{0}")]
     Refused(String),
 }
@@ -98,18 +97,18 @@ impl From<String> for Underived {
     }
 }
 
-/// How much of a study is asked for.
+/// How much of a study is requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StudyScope {
     Whole,
-    /// See [`StudyKind::quick`]
+    /// The quick subset, see [`StudyKind::quick`]
     Quick,
 }
 
-/// The cases that follow from a scene with its changes.
+/// Returns the cases that follow from a scene with its changes.
 pub type ExpandScene = fn(&Path, &[(String, toml::Value)]) -> Result<StoredExpansion, SceneError>;
 
-/// A study around a scene of one's own.
+/// A study around a single scene.
 #[derive(Clone, Copy)]
 pub struct Around {
     pub question: &'static str,
@@ -118,23 +117,23 @@ pub struct Around {
     pub expand: ExpandScene,
 }
 
-/// The cases and details that a study file of some kind asks for.
+/// The cases and details that a study file requests.
 pub struct Expansion<D> {
     pub variants: Vec<VariantSpec>,
     pub families: Vec<FamilySpec>,
     pub rules: RunRules,
-    /// Family → columns its cases must record, where they are not those of the quantities of the variant
+    /// Family → columns that its cases must record, if they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
-    /// Variant → constants to be found in its cases
+    /// Variant → constants to find in its cases
     pub plans: BTreeMap<String, Arc<CalibrationPlan>>,
-    /// Scene that takes the constants found
+    /// Scene that uses the constants found
     pub usage: Option<UseSpec>,
-    /// Variant → keys that the cases of its design have derivatives by
+    /// Variant → keys with respect to which the cases of its design have derivatives
     pub derivatives: BTreeMap<String, Vec<ParameterKey>>,
     pub details: D,
 }
 
-/// An expansion with the details as `study.json` holds them.
+/// An expansion with its details in the form of `study.json`.
 pub type StoredExpansion = Expansion<serde_json::Value>;
 
 impl<D> Expansion<D> {
@@ -155,26 +154,26 @@ impl<D> Expansion<D> {
 /// How the cases of a study are run.
 #[derive(Clone, Debug)]
 pub struct RunRules {
-    /// Runs of every case but those of a reference; the one of median CPU time is kept
+    /// Number of runs of every case except references; the run with the median CPU time is kept
     pub repeats: usize,
-    /// Smallest case first, so that memory left with the allocator by a large case does not count as that of a small one
+    /// Whether the smallest case runs first, so that memory which the allocator keeps after a large case is not attributed to a small one
     pub smallest_first: bool,
-    /// A scene that is refused is a result, and the other cases go on
+    /// Whether a refused scene is a result, and the other cases continue
     pub keep_refusals: bool,
-    /// Cases of the same scene are run once
+    /// Whether cases with the same scene are run only once
     pub share_cases: bool,
-    /// Errors of every case are estimated from its run alone
+    /// Whether errors of every case are estimated from its run alone
     pub error_estimates: bool,
-    /// Derivatives by the constants whose law file gives an interval are computed with every case
+    /// Whether derivatives with respect to constants with an interval in the law file are computed in every case
     pub input_uncertainty: bool,
-    /// These derivatives are known along the curves, not at their extremes only, and in cases of a design alone
+    /// Whether these derivatives are known along the curves instead of at their extremes only, and only in cases of a design
     pub along_curves: bool,
-    /// The states of every case at the points of its time grid are kept
+    /// Whether the states of every case at the points of its time grid are kept
     pub keep_states: bool,
 }
 
 impl RunRules {
-    /// The request for more than the curves of the cases.
+    /// The results requested in addition to the curves of the cases.
     pub fn asks(&self) -> Asks {
         Asks { error_estimates: self.error_estimates, input_uncertainty: self.input_uncertainty }
     }
@@ -198,10 +197,10 @@ impl Default for RunRules {
 /// Work on the results of all cases in a folder.
 pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, Underived>;
 
-/// Cases that follow from the results in a folder.
+/// Determines cases that follow from the results in a folder.
 pub type Grow = fn(&Results, &Path) -> Result<Option<Round>, String>;
 
-/// Values of each case that its study judges it by, by quantity; none where `details` of `study.json` cannot be read.
+/// Values by which the study judges each case, by quantity; empty if `details` of `study.json` cannot be read.
 pub type JudgedValues = fn(&StudyRecord, &[StoredCase]) -> Vec<BTreeMap<String, f64>>;
 
 /// An entry of the registry of kinds.
@@ -213,15 +212,15 @@ pub struct Kind {
     /// Reads the keys of this kind from the text of a study file.
     pub expand: fn(&Path, &str, StudyScope) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
-    /// See [`StudyKind::derive`]
+    /// Implements [`StudyKind::derive`]
     pub derive: Derive,
-    /// See [`StudyKind::grow`]
+    /// Implements [`StudyKind::grow`]
     pub grow: Grow,
-    /// See [`StudyKind::grows`]
+    /// Implements [`StudyKind::grows`]
     pub grows: fn(&StudyRecord) -> bool,
-    /// See [`StudyKind::judged`]
+    /// Implements [`StudyKind::judged`]
     pub judged: JudgedValues,
-    /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
+    /// Analyses and reports stored cases; the error tells what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
@@ -241,7 +240,7 @@ struct SceneName {
 }
 
 fn expand<K: StudyKind>(file: &Path, text: &str, scope: StudyScope) -> Result<StoredExpansion, SceneError> {
-    // Roles that only other kinds have are known to the reader of the keys. A text that cannot be read so has its refusal from there
+    // The reader of the keys knows the roles that only other kinds have. A text that cannot be read here is refused there
     if let (false, Ok(written)) = (K::ROLES.is_empty(), from_text::<WrittenFamilies>(file, text, "")) {
         written.check(K::NAME, K::ROLES).map_err(|mistake| refuse(file, mistake))?;
     }
@@ -251,7 +250,7 @@ fn expand<K: StudyKind>(file: &Path, text: &str, scope: StudyScope) -> Result<St
     Ok(stored(kind.expand(file, &file.parent().unwrap_or(Path::new("")).join(scene))?))
 }
 
-/// The expansion with its details as `study.json` holds them.
+/// Converts an expansion to one with its details in the form of `study.json`.
 pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
     let Expansion { variants, families, rules, columns, plans, usage, derivatives, .. } = e;
@@ -286,10 +285,10 @@ fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error>
     Ok(K::report(results, &K::analyse(results, &details)).with_minus_signs())
 }
 
-/// Keys of a study file that every kind has.
+/// Keys of a study file that all kinds share.
 pub const COMMON_KEYS: [&str; 5] = ["kind", "question", "expectation", "scene", "tolerance"];
 
-/// A value read from a table without [`COMMON_KEYS`]; mistakes keep their place in the text.
+/// A value read from a table without [`COMMON_KEYS`]; errors keep their location in the text.
 struct OwnKeys<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for OwnKeys<T> {
@@ -333,7 +332,7 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for WithoutCommon<A> {
     }
 }
 
-/// Gives a key to the seed, unless it is a common one.
+/// Passes a key to the seed, unless it is a common one.
 struct KeySeed<'a, K>(&'a mut Option<K>);
 
 impl<'de, K: DeserializeSeed<'de>> DeserializeSeed<'de> for KeySeed<'_, K> {

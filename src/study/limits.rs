@@ -1,11 +1,11 @@
-//! Facts about a run that limit what its numbers say, in words: commands print them, and the Python package warns of them.
+//! Facts about a run that limit how its numbers may be used, in words: commands print them, and the Python package issues them as warnings.
 
 use super::locking::{self, REMEDY};
 use super::store::record::CaseRecord;
 use crate::report::numbers::percent;
 use crate::wording::few;
 
-/// Kind of a fact that is no other.
+/// Kind of a fact without a more specific kind.
 pub const WARNING: &str = "warning";
 
 /// The limits of a run in words, each with its kind: `warning` or `locking alarm`.
@@ -21,7 +21,7 @@ pub fn limits_of_run(record: &CaseRecord) -> Vec<(&'static str, String)> {
     energy.chain(cavities).chain(sunken).chain(locked).chain(steps).collect()
 }
 
-/// The columns whose motion the time steps do not resolve; none where they resolve all.
+/// The columns whose motion the time steps do not resolve; `None` if they resolve all.
 fn unresolved(record: &CaseRecord) -> Option<String> {
     let of = |probe: &String| Some(format!("{probe} ({})", percent(record.unresolved(probe, 0.0)?)));
     let unresolved: Vec<String> = record.probes.keys().filter_map(of).collect();

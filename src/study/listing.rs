@@ -1,4 +1,4 @@
-//! The cases of a study with what is stored of them and what they are expected to cost.
+//! The cases of a study, with their stored results and expected costs.
 
 use crate::mesh::generate::MeshStore;
 use crate::scene::{self, Body, MadeMesh, MeshSpec, SceneError, mesh_sha256};
@@ -22,12 +22,12 @@ pub struct Listed {
     pub variant: String,
     pub member: String,
     pub state: State,
-    /// SHA-256 of the scene, its files and its mesh; none where the mesh, or a constant it waits for, does not exist yet
+    /// SHA-256 of the scene, its files and its mesh; `None` if the mesh, or a constant that it waits for, does not exist yet
     pub identity: Option<String>,
-    /// Variant whose constants it waits for
+    /// Variant for whose constants it waits
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waits_for: Option<String>,
-    /// Nodes of its mesh; none before that exists
+    /// Number of nodes of its mesh; `None` before the mesh exists
     pub nodes: Option<usize>,
     #[serde(flatten)]
     pub expected: Expected,
@@ -37,23 +37,23 @@ pub struct Listed {
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// It counts: `run` keeps it
+    /// Up to date: `run` keeps it
     Stored,
-    /// It is of the same inputs by another build of this program
+    /// Same inputs, but from another build of this program
     OtherBuild,
-    /// It is of the same inputs, without something that the study asks for now, or of a search that had no time left: `run` goes on
+    /// Same inputs, but lacks something that the study requests now, or belongs to a search that ran out of time: `run` continues
     Partial,
-    /// It is of other inputs
+    /// Other inputs
     Outdated,
-    /// Its files are not those that were stored
+    /// Its files differ from those that were stored
     Damaged,
     Missing,
-    /// Whether the result counts is not known before the mesh is made
+    /// Unknown until the mesh has been made
     Unmeshed,
 }
 
 impl State {
-    /// The state as a list of cases shows it.
+    /// The name of the state in a list of cases.
     pub fn words(self) -> &'static str {
         match self {
             Self::Stored => "stored",
@@ -67,7 +67,7 @@ impl State {
     }
 }
 
-/// Makes the meshes of all cases, each once. `progress` gets the id of a case and a line of the mesher.
+/// Makes the meshes of all cases, each once. `progress` receives the id of a case and a line of the mesher.
 pub fn prepare(study: &Study, progress: &mut dyn FnMut(&str, &str)) -> Result<(), SceneError> {
     let mut made = HashSet::new();
     for case in &study.cases {
@@ -84,11 +84,11 @@ pub fn prepare(study: &Study, progress: &mut dyn FnMut(&str, &str)) -> Result<()
     Ok(())
 }
 
-/// The meshes that are made for the cases, each once.
+/// Lists the meshes that are made for the cases, each once.
 ///
 /// # Errors
 ///
-/// A scene without a sound mesh, unless refusals are kept: there a bad mesh is a case.
+/// A scene without a valid mesh, unless refusals are kept: then a bad mesh is a case.
 pub fn made_meshes(study: &Study, store: &MeshStore) -> Result<Vec<MadeMesh>, SceneError> {
     let (mut seen, mut made) = (HashSet::new(), vec![]);
     for case in &study.cases {
@@ -108,7 +108,7 @@ fn key(file: &Path, mesh: &MeshSpec) -> String {
     format!("{:?}", (file, mesh))
 }
 
-/// Lists the cases. No mesh is made, and nothing is written.
+/// Lists the cases, without making meshes or writing files.
 pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
     let store = Store::at(dir);
     let meshes = MeshStore::find().ok().map(MeshStore::stored_only);
@@ -148,7 +148,7 @@ fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Opti
         (None, _) if store.has(&case.id) => State::Damaged,
         (None, _) => State::Missing,
         (Some(r), None) if case.after.is_none() => {
-            // On the meshes of the result, everything else must be the same
+            // On the meshes of the result, all other inputs must be the same
             let stored = &r.provenance.identity;
             let same = case.identity(&stored.meshes()) == *stored;
             if same { State::Unmeshed } else { State::Outdated }
@@ -160,12 +160,13 @@ fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Opti
     }
 }
 
-/// Whether a stored result is without what the study asks for, or of a search that goes on. What a case that waits for constants is asked for is not known before they are.
+/// Whether a stored result lacks what the study requests, or belongs to an unfinished search. The requests of a case that waits for constants are not
+/// known before these are.
 fn lacks(study: &Study, case: &Case, record: &CaseRecord) -> bool {
     record.status == OUT_OF_TIME || case.after.is_none() && !record.has(&Task::of(study, case, false).asked())
 }
 
-/// The stored meshes of a study, each of which is read once.
+/// The stored meshes of a study, each read once.
 struct Meshes {
     store: Option<MeshStore>,
     /// Scene file and `[mesh]` → digest and nodes
@@ -181,7 +182,7 @@ impl Meshes {
         self.known.entry(key(file, mesh)).or_insert_with(read).clone()
     }
 
-    /// Digests of the meshes of a case; none where one of them is not stored.
+    /// Digests of the meshes of a case; `None` if one of them is not stored.
     fn of_case(&mut self, case: &Case) -> Option<Vec<String>> {
         case.scenes().ok()?.iter().map(|(file, spec, _)| Some(self.of(file, &spec.mesh)?.0)).collect()
     }

@@ -1,4 +1,4 @@
-//! Cases whose pressures look locked: a sentence for every report, and one for a verdict that recommends such a case.
+//! Cases whose pressures indicate locking: a sentence for every report, and one for a verdict that recommends such a case.
 
 use crate::effect::pressure_scatter::ALARM;
 use crate::report::names::title;
@@ -9,12 +9,12 @@ use crate::wording::count;
 /// Remedy for the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";
 
-/// Pressure scatter \[–\] of a case that raises the alarm.
+/// Pressure scatter \[–\] of a case that raises the alarm; otherwise `None`.
 pub fn alarm(c: &CaseRecord) -> Option<f64> {
     c.locking.filter(|l| l.alarm).map(|l| l.pressure_scatter)
 }
 
-/// Which cases raise the alarm, per formulation; None if none does.
+/// Reports which cases raise the alarm, by formulation; `None` if no case does.
 pub fn sentence(stored: &[StoredCase]) -> Option<String> {
     let raised: Vec<(&CaseRecord, f64)> = stored.iter().filter_map(|c| Some((&c.record, alarm(&c.record)?))).collect();
     let mut formulations: Vec<&str> = raised.iter().map(|(c, _)| c.formulation.as_str()).collect();

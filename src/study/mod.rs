@@ -3,23 +3,23 @@
 //! | Step | File |
 //! |---|---|
 //! | From a study file to its cases | [`study_file`], the kind of the study in [`kinds`] with what kinds share in [`spec`] and [`axis`], [`expand`], [`case_list`] |
-//! | One case, and what a calibration asks of it | [`case`], [`calibration_plan`] |
-//! | Differences between cases that changes of all of them override | [`overridden`] |
-//! | Added to a study that has results: meshes by the user, cases by a search | [`extension`], [`rounds`] |
-//! | The cases with what is stored of them, and what they are expected to cost | [`listing`], [`forecast`], [`time_left`] |
-//! | Cases are computed | [`run`] |
-//! | Results are kept, verified and moved | [`store`] |
-//! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
-//! | Mesh, element and time step for a tolerance within a time, from coarse pilots | [`plan`] |
+//! | One case, and its calibration task | [`case`], [`calibration_plan`] |
+//! | Differences between cases that are overridden by changes of all cases | [`overridden`] |
+//! | Additions to a study that has results: meshes by the user, cases by a search | [`extension`], [`rounds`] |
+//! | The cases with their stored results and expected costs | [`listing`], [`forecast`], [`time_left`] |
+//! | Computing cases | [`run`] |
+//! | Storing, verifying and moving results | [`store`] |
+//! | Packing cases for a scheduler, and the files for it | [`engine`] |
+//! | Mesh, element and time step for a tolerance and a time budget, from coarse pilots | [`plan`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`] by the trait in [`kind`], on [`analysis`], [`estimate`], [`curve`], [`extremes`], [`case_outcome`] |
-//! | What reports of several kinds have in common | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
-//! | A measured curve or markers laid over a run | [`overlay`] |
-//! | Facts that limit what the numbers of one run say | [`limits`] |
+//! | Common parts of the reports of several kinds | [`content`], [`tables`], [`figures`], [`notes`], [`locking`] |
+//! | Measured curves or markers laid over a run | [`overlay`] |
+//! | Facts that limit how the numbers of one run may be used | [`limits`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 //! | The motion in three dimensions | [`view`] |
-//! | Published with its inputs, and run again | [`bundle`] |
-//! | Two results compared | [`changes`], by what they [claim] |
-//! | Methods and references of a paper | [`paper`] |
+//! | Publishing a study with its inputs, and running it again | [`bundle`] |
+//! | Comparing two results | [`changes`], by what they [claim] |
+//! | Methods and references for a paper | [`paper`] |
 //! | The studies of the catalogue, and new projects | [`shipped`], [`starters`] |
 //! | The schemas of all files | [`schema`] |
 

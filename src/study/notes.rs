@@ -1,20 +1,20 @@
-//! Notes of the cases of a study. Those that differ from case to case in numbers alone, such as the place of a point of the mesh, are one note
-//! with the ranges of these numbers.
+//! Notes of the cases of a study. Notes that differ between cases only in numbers, such as the position of a mesh point, are merged into one note with
+//! the ranges of these numbers.
 
 use crate::study::store::record::StoredCase;
 
-/// The notes of the cases in the order in which they appear first.
+/// The notes of the cases, in the order of first appearance.
 pub fn notes(stored: &[StoredCase]) -> Vec<String> {
     merged(stored.iter().map(|c| c.record.notes.as_slice()))
 }
 
-/// Notes of the same words, with the range of each number in them.
+/// Notes with the same wording, and the range of each number in them.
 struct Group<'a> {
     /// The texts around the numbers
     words: Vec<&'a str>,
-    /// Notes of these words before it in its case, which are of other things
+    /// Number of preceding notes with this wording in the same case, which are about other things
     before: usize,
-    /// The least and the largest of each number, as they are written
+    /// The smallest and largest value of each number, as written
     ranges: Vec<[&'a str; 2]>,
 }
 
@@ -60,7 +60,7 @@ fn merged<'a>(cases: impl Iterator<Item = &'a [String]>) -> Vec<String> {
     out
 }
 
-/// The texts around the numbers of a note, and the numbers. Digits within names are text.
+/// Splits a note into the texts around its numbers, and the numbers. Digits within names are text.
 fn parts(note: &str) -> (Vec<&str>, Vec<&str>) {
     let is_of_name = |c: char| c.is_alphanumeric() || "_.+-−".contains(c);
     let (mut words, mut numbers, mut from, mut end) = (vec![], vec![], 0, 0);
@@ -78,7 +78,7 @@ fn parts(note: &str) -> (Vec<&str>, Vec<&str>) {
     (words, numbers)
 }
 
-/// The value of a number; none of a name.
+/// The value of a number; `None` for a name.
 fn value(token: &str) -> Option<f64> {
     let plain = token.replace('−', "-");
     let is_number = plain.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(of(&[&["least −2e-3."], &["least −4e-3."]]), ["least −4e-3 to −2e-3."]);
     }
 
-    /// Two stages of one case are two things, and so are regions of other names.
+    /// Two stages of one case are different things, and so are regions with other names.
     #[test]
     fn notes_of_other_things_stay_apart() {
         let stages: &[&str] = &["stage 1 is slow", "stage 2 is slow"];

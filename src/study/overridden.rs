@@ -1,11 +1,12 @@
-//! Differences between the cases of a study that changes of all of them override: their results compare nothing, whatever the names of the cases say.
+//! Differences between the cases of a study that are overridden by changes of all cases: their results then compare nothing, whatever the names of the
+//! cases say.
 
 use crate::scene::value_in;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
-/// The values that the study itself gives to the keys of changes, case after case.
+/// The values that the study itself gives to the keys of changes, case by case.
 #[derive(Default)]
 pub struct Differences {
     /// Scene file and key → value in the first of its cases
@@ -14,7 +15,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// Adds a case: the scene with the changes of its `own` has other values than after those that are made to every case, `given`.
+    /// Adds a case with its `own` changes; `given` are the changes that override the study in every case.
     pub fn add(&mut self, scene: &Path, own: &[(String, Value)], given: &[(String, Value)]) {
         for (key, _) in given.iter().filter(|(key, _)| !key.ends_with(".+")) {
             let value = value_in(scene, own, key);
@@ -25,7 +26,7 @@ impl Differences {
         }
     }
 
-    /// Keys by which cases of one scene differ.
+    /// Keys in which cases of one scene would differ without the overriding changes.
     pub fn overridden(self) -> Vec<String> {
         self.overridden
     }

@@ -1,4 +1,4 @@
-//! `index.html` of a study.
+//! Writes `index.html` of a study.
 
 use crate::report::figure::Figure;
 use crate::report::names::title;
@@ -14,10 +14,10 @@ use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
 use crate::wording::{self, distinct};
 
-/// The page next to this one that shows the cases in three dimensions.
+/// Name of the page next to this one that shows the cases in three dimensions.
 pub const VIEW: &str = "view.html";
 
-/// The whole page with the figures that could be drawn; `shown`: the cases of the page in three dimensions.
+/// Writes the whole page with the figures that could be drawn; `shown` are the cases on the page in three dimensions.
 pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: &[Packed]) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
@@ -60,7 +60,7 @@ pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: &[Pac
     document(&s.study, &h)
 }
 
-/// The tables that have rows, those to unfold below the others.
+/// The tables that have rows, with the collapsed ones below the others.
 fn tables(content: &Content) -> String {
     let with_rows = |t: &&Table| !t.rows.is_empty();
     let shown = content.tables.iter().filter(with_rows).map(Table::html);
@@ -80,7 +80,7 @@ fn facts(facts: &[(String, String)]) -> String {
     format!("<div class=\"facts\">\n{}</div>\n", facts.iter().map(fact).collect::<String>())
 }
 
-/// The laws of all cases, with the ranges of constants in which they differ.
+/// The laws of all cases, with the ranges of those constants that differ.
 fn laws(store: &Results) -> String {
     let records: Vec<&CaseRecord> = store.cases.iter().map(|c| &c.record).collect();
     let tables = law_tables(&records, &scenes(&records));
@@ -96,7 +96,7 @@ fn laws(store: &Results) -> String {
     if all.is_empty() { "No law: springs".into() } else { format!("Law: {}", all.join("; ")) }
 }
 
-/// The effects of the cases, and whether all of them have the same.
+/// The effects of the cases, with a note if not all cases have the same.
 fn effects(store: &Results) -> String {
     let lists = distinct(store.cases.iter().map(|c| c.record.effects.iter().map(|e| &e.name).collect::<Vec<_>>()));
     let names = distinct(lists.iter().flatten().map(|name| name.as_str()));

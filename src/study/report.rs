@@ -1,6 +1,6 @@
-//! The report of a study: reads what a run has stored, analyses it, writes `summary.json`, figures, tables and `index.html`.
+//! The report of a study: reads the stored results, analyses them, and writes `summary.json`, figures, tables and `index.html`.
 //!
-//! Nothing is solved here; [`write_report()`] may be called again on a folder to redraw it.
+//! Nothing is solved here; [`write_report()`] can be called again on a folder to redraw the report.
 
 use crate::report::export::Pictures;
 use crate::report::figure::Figure;
@@ -26,11 +26,12 @@ use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
 ///
-/// A figure that cannot be drawn costs neither the numbers nor the page, which names it. `summary.json` comes first, for a disk that is full.
+/// If a figure cannot be drawn, the numbers and the page are still written, and the page reports the missing figure. `summary.json` is written first,
+/// in case the disk is full.
 ///
 /// # Errors
 ///
-/// Where the results cannot be read or are those of other inputs, or a file cannot be written.
+/// Results that cannot be read or belong to other inputs, or a file that cannot be written.
 pub fn write_report(dir: &Path) -> Result<Summary, ReportError> {
     let mut results = results::read(dir)?;
     let kind = kinds::find(&results.study.kind).ok_or_else(|| ReportError::Kind {
@@ -91,7 +92,7 @@ pub fn write_report(dir: &Path) -> Result<Summary, ReportError> {
     Ok(summary)
 }
 
-/// The work of a kind on the results of all cases, with the files that it has made or that stay; why it could not be done.
+/// Performs the work of a kind on the results of all cases and records the files that it made or kept; returns the reason if it could not be done.
 fn derive(
     kind: &Kind,
     results: &mut Results,
@@ -101,7 +102,7 @@ fn derive(
     let writing = Writing::begin();
     let derived = (kind.derive)(results, dir);
     own.derived = report_files::names(writing.files(), dir);
-    // Files that are not made anew stay as long as the results that they were made of, unless these are refused
+    // Files that are not made again are kept as long as the results that they derive from, unless these are refused
     let stays = |earlier: &&ReportFiles| {
         own.derived.is_empty()
             && !matches!(derived, Err(Underived::Refused(_)))
@@ -120,7 +121,7 @@ fn derive(
     }
 }
 
-/// A warning where stored results are of other inputs than the study has now.
+/// A warning if stored results belong to inputs other than the present ones of the study.
 fn outdated(cases: &[String]) -> Option<String> {
     let few = few(cases);
     let words = match cases.len() {
@@ -138,7 +139,7 @@ fn parts<'a>(title: &'a str, content: &'a Content, figures: &'a [Figure]) -> Par
     Parts { title, tables_in: "tables", tables, figures: figures.iter().map(|f| f.name.as_str()).collect() }
 }
 
-/// The figures that could be drawn, each with its formats; the others become warnings.
+/// The figures that could be drawn, each in its formats; the others become warnings.
 fn pictures(content: &mut Content) -> (Vec<Figure>, Vec<Pictures>) {
     let (mut figures, mut all) = (vec![], vec![]);
     for drawn in std::mem::take(&mut content.figures) {
@@ -159,7 +160,7 @@ mod tests {
     use crate::study::kind::Derive;
     use std::collections::BTreeMap;
 
-    /// Models of these results stay where a run is missing or a file of the scene is another one now, and not where the results are refused.
+    /// Models derived from these results are kept if a run is missing or a file of the scene has changed, but not if the results are refused.
     #[test]
     fn what_was_made_of_refused_results_does_not_stay() {
         let study = serde_json::json!({

@@ -1,7 +1,7 @@
-//! Cases that a study asks for when it has the results of others: `growth.json` in the folder of its results.
+//! Cases that a study requests once it has the results of others: `growth.json` in the folder of its results.
 //!
-//! Each round adds members to a family, with a record of why. The file belongs to the results: a later run expands the study with it and goes on from there. It counts for one
-//! study file, scene and build of the program; for others it is left aside, and the search begins again.
+//! Each round adds members to a family, with a record of why. The file belongs to the results: a later run expands the study with it and continues from
+//! there. It is valid for one study file, scene and build of the program; for others it is ignored, and the search starts again.
 
 use crate::report::files;
 use crate::scene::{SceneError, named_files, read_scene, read_table};
@@ -16,12 +16,12 @@ use std::path::{Path, PathBuf};
 /// Name of the file in a folder of results.
 pub const FILE: &str = "growth.json";
 
-/// Members that were asked for at once.
+/// Members that were requested together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Family that takes them
+    /// Family of the new members
     pub family: String,
-    /// Label → changes by path; none where the search has ended
+    /// Label → changes by path; empty if the search has ended
     pub members: BTreeMap<String, toml::Table>,
     /// The findings at this point, for the report
     pub record: Value,
@@ -30,7 +30,7 @@ pub struct Round {
 /// All rounds of a study.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rounds {
-    /// Digest of what they belong to
+    /// Digest of the inputs to which they belong
     pub of: String,
     pub rounds: Vec<Round>,
 }
@@ -40,12 +40,12 @@ impl Rounds {
         dir.join(FILE)
     }
 
-    /// The rounds of the results in `dir`; none where there is no file, or one that cannot be read.
+    /// Reads the rounds of the results in `dir`; empty if there is no file, or one that cannot be read.
     pub fn read(dir: &Path) -> Self {
         files::json(&Self::file(dir)).ok().flatten().unwrap_or_default()
     }
 
-    /// Writes the rounds with one more.
+    /// Adds a round and writes the file.
     ///
     /// # Errors
     ///
@@ -59,7 +59,7 @@ impl Rounds {
         files::write(&Self::file(dir), text.as_bytes()).map_err(|e| e.to_string())
     }
 
-    /// Whether the last round asked for nothing more.
+    /// Whether the last round requested no further case.
     pub fn has_ended(&self) -> bool {
         self.rounds.last().is_some_and(|round| round.members.is_empty())
     }
@@ -69,17 +69,17 @@ impl Rounds {
         self.rounds.iter().filter(|round| round.family == family).find_map(|round| round.members.get(label))
     }
 
-    /// Takes the rounds of another study, scene or program away.
+    /// Removes the rounds of another study, scene or program.
     pub fn keep_only(self, of: &str, dir: &Path) -> Self {
         if self.of == of || self.rounds.is_empty() {
             return self;
         }
-        // Where it cannot be removed it is left aside, and written over
+        // A file that cannot be removed is ignored, and overwritten later
         std::fs::remove_file(Self::file(dir)).ok();
         Self::default()
     }
 
-    /// Adds the members to the families of a study of this digest.
+    /// Adds the members to the families of a study with this digest.
     pub fn add_to(&self, families: &mut [FamilySpec], of: &str) {
         for round in self.rounds.iter().filter(|_| self.of == of) {
             for family in families.iter_mut().filter(|family| family.name == round.family) {
@@ -90,7 +90,7 @@ impl Rounds {
     }
 }
 
-/// Digest of what a search depends on: the details of the study, the columns that it asks for, its scene with everything that this includes and names,
+/// Digest of the inputs of a search: the details of the study, the columns that it requests, its scene with everything that this includes and names,
 /// the changes to it, and the program.
 pub fn digest(
     details: &Value,
@@ -98,7 +98,7 @@ pub fn digest(
     scene: &Path,
     changes: &[(String, toml::Value)],
 ) -> Result<String, SceneError> {
-    // A scene that its study completes is no whole scene yet
+    // A scene that its study completes is not yet complete itself
     let text = match read_scene(scene, changes) {
         Ok((_, text)) => text,
         Err(_) => read_table(scene)?.0,

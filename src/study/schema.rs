@@ -1,4 +1,4 @@
-//! JSON Schemas of the files of a scene and a study, and of `summary.json`.
+//! JSON Schemas of scene files, study files and `summary.json`.
 
 use super::kinds::KINDS;
 use super::study_file::StudySpec;
@@ -14,7 +14,7 @@ pub struct Described {
     pub schema: fn() -> Schema,
 }
 
-/// Every file that has a schema.
+/// All files that have a schema.
 pub const SCHEMAS: [Described; 3] = [
     Described { name: "scene", schema: scene },
     Described { name: "study", schema: study },
@@ -34,7 +34,7 @@ pub fn scene() -> Schema {
     whole("Scene of Durometer", schema, &mut generator)
 }
 
-/// The schema of `study.toml`: the keys of one of the kinds, with those that every study has.
+/// The schema of `study.toml`: the keys of one kind of study, and those that all kinds share.
 pub fn study() -> Schema {
     let mut generator = reader();
     let common = StudySpec::json_schema(&mut generator);

@@ -7,7 +7,7 @@ use crate::scene::{MadeMesh, SceneError, made_meshes, read_scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A folder of `studies` with a study, or with a scene alone.
+/// A folder of `studies` with a study, or with only a scene.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Shipped {
     pub name: String,
@@ -15,14 +15,14 @@ pub struct Shipped {
     pub kind: String,
     /// Question of the study, or title of the scene
     pub about: String,
-    /// Cases of the study
+    /// Number of cases of the study
     pub cases: usize,
     /// Whether it runs without the mesher
     pub has_meshes: bool,
     pub file: PathBuf,
 }
 
-/// All of them, sorted by name; of one that cannot be read, its folder and the reason.
+/// All of them, sorted by name; for a folder that cannot be read, its name and the reason.
 pub fn shipped(store: &MeshStore) -> Vec<Result<Shipped, (String, SceneError)>> {
     let entries = std::fs::read_dir(store.home.studies()).into_iter().flatten().flatten();
     let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();

@@ -1,4 +1,4 @@
-//! Parts of a study file that several kinds have: variants, families, and checks of their names and roles.
+//! Parts of a study file that several kinds share: variants, families, and checks of their names and roles.
 
 use crate::math::units;
 use crate::scene::name::{self, is_name};
@@ -10,29 +10,29 @@ use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
-/// The scene driven in one manner, and the quantities judged there.
+/// One way of driving the scene, and the quantities judged there.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariantSpec {
     /// Part of the case ids
     pub name: String,
-    /// In words, for sentences and figures; the name if absent
+    /// Label for sentences and figures; the name if absent
     pub label: Option<String>,
-    /// Heading over its columns in a matrix, `laws`
+    /// Heading over its columns in a matrix: `laws`
     pub group: Option<String>,
     /// Changes by path
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
-    /// Quantities that are judged
+    /// Judged quantities
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<StudyQuantity>,
-    /// Another scene than the study's, relative to it
+    /// A scene different from that of the study, relative to it
     #[serde(skip)]
     pub scene: Option<PathBuf>,
 }
 
-/// Cases that differ in one thing only.
+/// Cases that differ in one respect only.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FamilySpec {
@@ -40,9 +40,9 @@ pub struct FamilySpec {
     pub name: String,
     /// Purpose of the family
     pub role: Role,
-    /// Variants it is run in, all if absent
+    /// Variants in which it is run; all if absent
     pub variants: Option<Vec<String>>,
-    /// Changes for all members
+    /// Changes of all members
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
@@ -50,31 +50,31 @@ pub struct FamilySpec {
     #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
-    /// Name of a member → what it is called in figures and tables; the title of the law or the name itself if absent
+    /// Name of a member → its label in figures and tables; the title of the law or the name itself if absent
     #[serde(default)]
     pub labels: BTreeMap<String, String>,
-    /// Variant → further members that it alone has
+    /// Variant → additional members in this variant only
     #[serde(skip)]
     pub own: BTreeMap<String, toml::Table>,
-    /// Another scene than the study's
+    /// A scene different from that of the study
     #[serde(skip)]
     pub scene: Option<PathBuf>,
 }
 
-/// Replaced by the experiment of a record of the study.
+/// Placeholder for the experiment of a record of the study.
 pub const EXPERIMENT: &str = "{experiment}";
-/// Most cases of a study. Each takes some 10 kB and 0.2 ms before anything runs, in every command that reads the study.
+/// Largest number of cases of a study. Each takes about 10 kB and 0.2 ms before anything runs, in every command that reads the study.
 pub const MOST_CASES: usize = 20_000;
 
-/// Place, fact and remedy of a mistake in a study file that is no matter of syntax.
+/// Place, fact and remedy of a mistake in a study file that is not a syntax error.
 pub type Mistake = (String, String, String);
 
-/// The mistake as an error of the file.
+/// Reports the mistake as an error in the file.
 pub fn refuse(file: &Path, (place, fact, remedy): Mistake) -> SceneError {
     SceneError::Content { file: file.into(), place, fact, remedy }
 }
 
-/// The families of a study file as they are written.
+/// The families of a study file as written.
 #[derive(Deserialize)]
 pub struct WrittenFamilies {
     #[serde(rename = "family", default)]
@@ -82,7 +82,8 @@ pub struct WrittenFamilies {
 }
 
 impl WrittenFamilies {
-    /// Every family has a role that the kind knows. Of a family with a key that none has, the reader of the keys tells that one, which may be the role.
+    /// Checks that every family has a role that the kind knows. If a family has an unknown key, which may be a misspelt `role`, the reader of the keys
+    /// reports that key instead.
     pub fn check(&self, kind: &str, known: &[Role]) -> Result<(), Mistake> {
         let known: Vec<String> = known.iter().map(|role| role.words().replace(' ', "_")).collect();
         let keys = schemars::schema_for!(FamilySpec);
@@ -102,8 +103,8 @@ impl WrittenFamilies {
     }
 }
 
-/// The unit of a quantity is that at the end of the name of its column, in any spelling: fact and remedy where it is another one. A name without one
-/// says nothing.
+/// Checks that the unit of a quantity is that at the end of its column name, in any spelling. Returns fact and remedy if it differs; a name without a
+/// unit is accepted.
 pub fn check_unit(q: &StudyQuantity) -> Result<(), (String, String)> {
     let (own, (dimension, si)) = (unit_of_column(&q.name), column::dimension(&q.name));
     let is_own = |one: f64| (one / si - 1.0).abs() < 1e-12;
@@ -114,7 +115,7 @@ pub fn check_unit(q: &StudyQuantity) -> Result<(), (String, String)> {
     Err((fact, format!("write unit = \"{own}\": figures choose prefixes such as milli themselves")))
 }
 
-/// Every variant lists a quantity, units are those of the columns, and absolute tolerances are positive.
+/// Checks that every variant lists a quantity, that units are those of the columns, and that absolute tolerances are positive.
 pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
     if let Some(variant) = variants.iter().find(|v| v.quantities.is_empty()) {
         let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
@@ -135,7 +136,7 @@ pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
     Ok(())
 }
 
-/// Families of these roles have two members or more.
+/// Checks that families with these roles have at least two members.
 pub fn check_members(families: &[FamilySpec], compared: &[Role]) -> Result<(), Mistake> {
     let is_alone = |f: &&FamilySpec| compared.contains(&f.role) && f.members.len() == 1;
     let Some(family) = families.iter().find(is_alone) else { return Ok(()) };
@@ -144,7 +145,7 @@ pub fn check_members(families: &[FamilySpec], compared: &[Role]) -> Result<(), M
     Err((format!("family {}", family.name), fact, remedy.into()))
 }
 
-/// Names become parts of file names and are told apart: index, fact and remedy of the first that cannot be used.
+/// Checks names that become parts of file names and must be distinct; returns index, fact and remedy of the first that cannot be used.
 pub fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)> {
     let mut seen = HashSet::new();
     for (k, name) in names.iter().enumerate() {

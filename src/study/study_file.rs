@@ -1,4 +1,4 @@
-//! The keys of a study file that every kind has.
+//! The keys of a study file that all kinds of study share.
 
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text};
@@ -11,7 +11,7 @@ use serde::de::{Deserializer, Error};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// The keys of `studies/<name>/study.toml` that every kind has.
+/// The keys of `studies/<name>/study.toml` that all kinds of study share.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct StudySpec {
     /// Kind of the study
@@ -22,12 +22,12 @@ pub struct StudySpec {
     pub expectation: String,
     /// Scene file, relative to the study
     pub scene: PathBuf,
-    /// Largest error bar that is accepted, as a fraction or in %
+    /// Largest accepted error bar, as a fraction or in %
     pub tolerance: String,
 }
 
 impl StudySpec {
-    /// The tolerance as a number.
+    /// Parses the tolerance.
     pub fn tolerance(&self) -> Result<f64, Mistake> {
         let mistake = |fact: String, remedy: &str| -> Mistake { ("tolerance".into(), fact, remedy.into()) };
         let tolerance = units::parse(&self.tolerance, Dimension::NONE)
@@ -39,7 +39,7 @@ impl StudySpec {
     }
 }
 
-/// A name in the registry of kinds.
+/// The name of a kind in the registry of kinds.
 #[derive(Clone, Debug)]
 pub struct KindName(pub String);
 
@@ -69,7 +69,7 @@ impl<'de> Deserialize<'de> for KindName {
     }
 }
 
-/// The text of a study file as its common keys and what its kind makes of the others.
+/// Reads a study file: its common keys, and the expansion that its kind makes of the other keys.
 pub fn parse(file: &Path, text: &str, scope: StudyScope) -> Result<(StudySpec, StoredExpansion), SceneError> {
     let spec: StudySpec = from_text(file, text, "")?;
     let kind = kinds::find(&spec.kind.0).expect("the name was read from the registry");

@@ -1,4 +1,4 @@
-//! `summary.json`: the results that other programs read, so that its keys and units stay as they are; see `docs/explanation/convergence.md`.
+//! `summary.json`: the results for other programs, so that its keys and units do not change; see `docs/explanation/convergence.md`.
 
 use crate::study::case_outcome::CaseOutcome;
 use crate::study::claim::Claim;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// The result of a study for other programs
+/// The result of a study for other programs.
 #[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Name of the study
@@ -21,13 +21,13 @@ pub struct Summary {
     pub kind: String,
     /// The question that the study answers
     pub question: String,
-    /// Largest accepted error bar, as a share of the value \[–\]
+    /// Largest accepted error bar, relative to the value \[–\]
     pub tolerance: f64,
     /// Cases in the order of the study
     pub cases: Vec<CaseSummary>,
     /// Part of the summary that depends on the kind of the study
     pub analysis: Map<String, Value>,
-    /// Values with their error bars, where the kind of the study states some
+    /// Values with their error bars, if the kind of the study states any
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub claims: Vec<Claim>,
     /// Limits on how the numbers may be used, in words
@@ -37,24 +37,24 @@ pub struct Summary {
     /// Whether the data support a verdict; absent in results of earlier versions
     #[serde(skip_serializing_if = "Option::is_none")]
     pub supported: Option<bool>,
-    /// Decisions of the study that depend on results alone and not on costs, by name: whether a member can replace the reference, whether a measured
+    /// Decisions of the study, by name, that depend only on results and not on costs: whether a member can replace the reference, whether a measured
     /// value is inside its interval, the outcome of a case; absent in results of earlier versions
     #[serde(skip_serializing_if = "Option::is_none")]
     pub decisions: Option<BTreeMap<String, String>>,
-    /// Stored files that are missing or not those that were stored, in sentences; a case whose numbers they are does not count
+    /// Stored files that are missing or differ from those that were stored, as sentences; a case does not count if its numbers are in such a file
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub damaged: Vec<String>,
-    /// Cases whose stored results are of other inputs than the study has now; they do not count
+    /// Cases that do not count because their stored results have other inputs than the study has now
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outdated: Vec<String>,
-    /// The mesh that would support a verdict where there is none, as `run --extend` adds it
+    /// The mesh that would support a verdict if there is none, as `run --extend` adds it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extension: Option<Extension>,
-    /// Why the study has no result although its cases have theirs; absent where it has one
+    /// Why the study has no result although its cases have; absent if it has one
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_result: Option<String>,
-    /// Why the verdict is not that of the study as it is now: a run has found other inputs and did not come to its end; absent in a summary that was
-    /// just written
+    /// Why the verdict is not that of the present study: a run has found other inputs and did not complete; absent in a summary that has just been
+    /// written
     #[serde(skip_serializing_if = "Option::is_none")]
     pub superseded: Option<String>,
     /// Version of the program
@@ -74,14 +74,14 @@ pub struct CaseSummary {
     pub mesh: MeshRecord,
     /// Element and formulation, or `mass_spring`
     pub formulation: String,
-    /// Name of the law; absent where springs are all that is elastic
+    /// Name of the law; absent if springs are the only elastic part
     #[serde(skip_serializing_if = "Option::is_none")]
     pub law: Option<String>,
     /// Largest time step \[s\]
     pub dt_s: f64,
     /// End of the run: `Converged`, or the reason why it stopped
     pub status: String,
-    /// `pass`, `unchecked`, `demanded`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
+    /// `pass`, `unchecked`, `demanded`, `stopped`, `inaccurate` or `fail`, if cases are judged individually
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<String>")]
     pub outcome: Option<CaseOutcome>,
@@ -91,27 +91,27 @@ pub struct CaseSummary {
     pub wall_s: f64,
     /// CPU time of the solution \[s\]
     pub cpu_s: f64,
-    /// Whether another case ran at the same time, so that `wall_s` is no measure of the cost
+    /// Whether another case ran at the same time, so that `wall_s` is not a measure of the cost
     pub shared: bool,
     /// Number of accepted steps
     pub steps: usize,
-    /// Iterations of Newton's method in all steps
+    /// Newton iterations in all steps
     pub newton_iterations: usize,
     /// Free degrees of freedom
     pub dofs: usize,
-    /// Entries of the Cholesky factor
+    /// Number of entries of the Cholesky factor
     pub factor_nnz: usize,
-    /// Names of the effects and constraints that were assembled
+    /// Names of the assembled effects and constraints
     pub effects: Vec<String>,
-    /// Signs of volumetric locking; absent where nothing was moved
+    /// Signs of volumetric locking; absent if nothing moved
     pub locking: Option<LockingRecord>,
-    /// Digest of the record of the case that the summary was made of; absent in results of earlier versions
+    /// Digest of the record of the case from which the summary was made; absent in results of earlier versions
     #[serde(skip_serializing_if = "String::is_empty")]
     #[schemars(default)]
     pub record_sha256: String,
     /// Peak and last value of every recorded column
     pub probes: BTreeMap<String, ProbeRecord>,
-    /// Value of each quantity by which the study judges the case: its peak, its largest change where it does not start at zero, or its last value
+    /// Value of each quantity by which the study judges the case: its peak, its largest change if it does not start at zero, or its last value
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub judged: BTreeMap<String, f64>,
 }
@@ -147,8 +147,8 @@ impl CaseSummary {
 }
 
 impl Summary {
-    /// The cases of a run that failed, or broke and left an earlier result in its place. Where the study judges its cases one by one, a status other than
-    /// `Converged` may be the right end of a case.
+    /// The cases of a run that failed, or that crashed, in which case an earlier result may have been kept. If the study judges its cases individually,
+    /// a status other than `Converged` may be the right outcome of a case.
     pub fn failed<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
         let judged = self.cases.iter().filter_map(|c| Some((c.id.as_str(), c.outcome?)));
         let outcomes: BTreeMap<&str, CaseOutcome> = judged.collect();
@@ -160,8 +160,8 @@ impl Summary {
         records.iter().filter(has_failed).collect()
     }
 
-    /// The parts of the study that a run with these records has left undone: cases that failed, those whose results are others than the summary was
-    /// made of, and a result of the study that is lacking. Stored files that are not sound are named by `damaged`.
+    /// The parts of the study that a run with these records has left incomplete: cases that failed, cases whose results differ from those in the
+    /// summary, and a missing result of the study. Damaged stored files are listed in `damaged`.
     pub fn incomplete(&self, records: &[CaseRecord]) -> Vec<String> {
         let failed = self.failed(records).into_iter().map(CaseRecord::end);
         let other =
@@ -169,7 +169,7 @@ impl Summary {
         failed.chain(self.others(records).into_iter().map(other)).chain(self.without_result.clone()).collect()
     }
 
-    /// The cases of a run whose results are not those that the summary was made of, although they have an end of their own.
+    /// The cases of a run that did not crash and whose results are not those from which the summary was made.
     fn others<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
         let used: BTreeMap<&str, &str> = self.cases.iter().map(|c| (c.id.as_str(), c.record_sha256.as_str())).collect();
         let is_other = |r: &&CaseRecord| {
@@ -179,7 +179,7 @@ impl Summary {
     }
 }
 
-/// The summary of results whose cases are judged by these values, in their order.
+/// Builds the summary of results; `judged` holds the values by which the cases are judged, in the same order.
 pub fn summarise(store: &Results, content: &Content, judged: Vec<BTreeMap<String, f64>>) -> Summary {
     let study = &store.study;
     let case = |(c, judged): (&StoredCase, _)| CaseSummary::new(c, content.outcomes.get(&c.record.id).copied(), judged);

@@ -1,4 +1,4 @@
-//! Tables that every kind of study shows: all cases, and the time of their effects.
+//! Tables that every kind of study shows: all cases, and the times of their effects.
 
 use crate::report::names::title;
 use crate::report::numbers::{capital, digits, measured, percent_cell, readable};
@@ -7,17 +7,17 @@ use crate::study::curve::extreme_word;
 use crate::study::store::record::{CaseRecord, StudyQuantity};
 use crate::study::store::results::Results;
 
-/// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
+/// Memory for the values of the factor, with 8 bytes per entry \[10⁶ bytes\].
 pub fn factor_mb(r: &CaseRecord) -> f64 {
     8e-6 * r.factor_nnz as f64
 }
 
-/// A time of a curve \[s\]: milliseconds, and finer where it is shorter.
+/// Formats a time of a curve \[s\]: in milliseconds, or finer for shorter times.
 fn time_of(t: f64) -> String {
     format!("{t:.*}", if t == 0.0 { 3 } else { digits(0.1 * t).max(3) })
 }
 
-/// The quantities that some variant judges, once each.
+/// The quantities that any variant judges, without repetition.
 fn quantities(store: &Results) -> Vec<&StudyQuantity> {
     let mut out: Vec<&StudyQuantity> = vec![];
     for q in store.study.variants.iter().filter_map(|v| store.study.quantities.get(v)).flatten() {
@@ -28,21 +28,21 @@ fn quantities(store: &Results) -> Vec<&StudyQuantity> {
     out
 }
 
-/// The name of each quantity in headings: its label, with its name where another one has the same label.
+/// The name of each quantity in headings: its label, followed by its name if another quantity has the same label.
 fn headings_of(quantities: &[&StudyQuantity]) -> Vec<String> {
     let is_shared = |q: &StudyQuantity| quantities.iter().filter(|other| other.label == q.label).count() > 1;
     let of = |q: &&StudyQuantity| if is_shared(q) { format!("{} ({})", q.label, q.name) } else { q.label.clone() };
     quantities.iter().map(of).collect()
 }
 
-/// The time steps of the stages, each once where the next one has the same.
+/// The time steps of the stages, without immediate repetitions.
 fn steps(r: &CaseRecord) -> String {
     let mut steps = r.steps_s().to_vec();
     steps.dedup();
     steps.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// Every case of a study: mesh, outcome, extremes, cost.
+/// Table of all cases of a study: mesh, outcome, extremes, cost.
 pub fn cases(store: &Results) -> Table {
     let judged = quantities(store);
     let rows = (store.cases.iter().map(|c| &c.record))
@@ -105,7 +105,7 @@ pub fn cases(store: &Results) -> Table {
     }
 }
 
-/// Cost of every effect and constraint of every case. An effect that is not declared has no row.
+/// Table of the cost of every effect and constraint in every case. An effect that is not declared has no row.
 pub fn effects(store: &Results) -> Table {
     let mut rows = vec![];
     for r in store.cases.iter().map(|c| &c.record) {

@@ -1,4 +1,4 @@
-//! Time that the cases of a run still take, by what they are expected to cost and by what those that have finished did cost.
+//! Time that the cases of a run still need, from their expected costs and from the actual costs of those that have finished.
 
 use crate::study::case::Case;
 use crate::study::expand::Study;
@@ -17,14 +17,14 @@ pub struct TimeLeft {
 
 struct Open {
     size: Size,
-    /// By earlier results \[s\]
+    /// Expected from earlier results \[s\]
     expected: Option<f64>,
-    /// Part that is done \[–\]
+    /// Completed part \[–\]
     done: f64,
 }
 
 impl TimeLeft {
-    /// The wanted cases of a study with results in `dir`, of which `jobs` run side by side. Meshes that exist by now are counted.
+    /// Collects the wanted cases of a study with results in `dir`, of which `jobs` run side by side. Meshes that already exist are taken into account.
     pub fn of(study: &Study, dir: &Path, wants: &dyn Fn(&str) -> bool, jobs: usize) -> Self {
         let listed = list(study, dir).into_iter().zip(&study.cases).filter(|(listed, _)| wants(&listed.id));
         let open = |(listed, case): (Listed, &Case)| {
@@ -34,21 +34,21 @@ impl TimeLeft {
         Self { cases: listed.map(open).collect(), finished: Forecast::default(), jobs: jobs.max(1) }
     }
 
-    /// A part of a case is done.
+    /// Records that a part of a case is done.
     pub fn progress(&mut self, case: &str, part: f64) {
         if let Some(open) = self.cases.get_mut(case) {
             open.done = part.clamp(0.0, 1.0);
         }
     }
 
-    /// A case has ended. One that was `kept` says nothing of this machine.
+    /// Records that a case has ended. A result that was `kept` says nothing about this machine.
     pub fn finish(&mut self, record: &CaseRecord, kept: bool) {
         if let Some(open) = self.cases.remove(&record.id).filter(|_| !kept) {
             self.finished.learn(record, &open.size);
         }
     }
 
-    /// Seconds, not less than the longest case; none while the cost of some case is not known.
+    /// Seconds, at least those of the longest case; `None` while the cost of some case is unknown.
     pub fn seconds(&self) -> Option<f64> {
         let fitted = self.finished.fitted();
         let cost = |(id, open): (&String, &Open)| {
@@ -82,7 +82,7 @@ mod tests {
             (record.status, record.mesh.nodes) = ("Converged".into(), nodes);
             left.finish(&record, false);
         }
-        // 16 s by the square of the nodes, and 3 s side by side; rounding of a few logarithms
+        // 16 s from the square of the number of nodes, and 3 s side by side; rounding of a few logarithms
         assert!((left.seconds().expect("known") / 16.0 - 1.0).abs() < 1e-9, "{:?}", left.seconds());
         left.progress("c", 0.875);
         assert!((left.seconds().expect("known") / 3.0 - 1.0).abs() < 1e-9, "{:?}", left.seconds());

@@ -1,4 +1,4 @@
-//! Cases for the page that shows them in three dimensions: a run with its motion, and the stored cases of a study.
+//! Cases for the page that shows them in three dimensions: a single run with its motion, and the stored cases of a study.
 
 use crate::report::numbers::seconds;
 use crate::report::viewer::footage::{About, FieldHistory, Footage, hollow};
@@ -18,7 +18,7 @@ pub fn about(scene: &Scene, run: &Run, record: &CaseRecord) -> About {
     About { title: if scene.title.is_empty() { about.title } else { scene.title.clone() }, ..about }
 }
 
-/// The same under the id of the case: those of a study may have one title.
+/// Title, facts, limits and curves of a run, with the id of the case as title, since all cases of a study may have the same title.
 pub fn about_case(run: &Run, record: &CaseRecord) -> About {
     About { curves: Curves { columns: run.columns.clone(), rows: run.rows.clone() }, ..facts(record) }
 }
@@ -64,7 +64,7 @@ fn facts(record: &CaseRecord) -> About {
     }
 }
 
-/// A case of a page of a study: its motion, or the state farthest from rest.
+/// A case on the page of a study: its motion, or the state farthest from rest.
 struct Shown<'a> {
     case: &'a StoredCase,
     skin: Option<&'a Skin>,
@@ -87,8 +87,8 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// The cases of a study, as far as they fit into one page: with their motion where it is recorded, or at the peaks of their protocols. Where they are too
-/// large, the largest ones lose their inside first, and then their motion; a note says so.
+/// The cases of a study, as far as they fit into one page, with their motion if it is recorded, or at the peaks of their protocols. If they are too
+/// large, the largest ones lose first their interior and then their motion; a note says so.
 pub fn cases(results: &Results) -> Vec<Packed> {
     let mut all: Vec<Shown> = results.cases.iter().filter_map(|case| Shown::of(results, case)).collect();
     let size = |all: &[Shown]| all.iter().map(|s| s.packed.data.len()).sum::<usize>();
@@ -123,12 +123,12 @@ pub fn cases(results: &Results) -> Vec<Packed> {
     kept
 }
 
-/// Why a case does not move.
+/// Note on why a case does not move.
 const STILL: &str = "The results hold only the state farthest from rest. With `[output] fields = { what = [\"displacement\"] }` in the scene, a run of the study \
      records the motion.";
 const TOO_LARGE: &str = "The motion is left out to keep the page small; `cases/<id>.view.html` shows it.";
 
-/// A stored case at the state farthest from rest.
+/// A stored case in the state farthest from rest.
 fn at_peak(case: &StoredCase, skin: &Skin, why: &str) -> Packed {
     let count = skin.points.len() as u32;
     let numbers: Vec<u32> = (0..skin.triangles.len() as u32).collect();
@@ -143,7 +143,7 @@ fn at_peak(case: &StoredCase, skin: &Skin, why: &str) -> Packed {
         facet_numbers: numbers,
         ..Shape::default()
     };
-    // Cables and bodies are known at this state alone, so that they do not move from it
+    // Cables and bodies are known in this state only, so that they do not move from it
     let mut motion: Vec<f32> = skin.displacement.iter().flatten().map(|v| *v as f32).collect();
     for (k, cable) in skin.cables.iter().enumerate() {
         shape.add_part(&format!("cable {}", k + 1), PartKind::Cable, cable, vec![]);

@@ -116,7 +116,7 @@ fn levels(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit], answer:
     sums.iter().all(|[_, square]| *square > 0.0).then(|| sums.iter().map(|[along, square]| along / square).collect())
 }
 
-/// What these data points of all specimens have in common; `None` where that is nothing.
+/// The range that these data points of all specimens share; `None` if they share none.
 fn shared(groups: &[Vec<Sample>], has: impl Fn(&Sample) -> bool, at: impl Fn(&Sample) -> f64) -> Option<[f64; 2]> {
     let ends = groups.iter().map(|rows| extent(rows.iter().filter(|s| has(s)).map(&at)));
     let [low, high] = ends.fold([0.0_f64, f64::INFINITY], |[a, b], [low, high]| [a.max(low), b.min(high)]);

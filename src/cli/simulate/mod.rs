@@ -113,9 +113,8 @@ fn simulate(args: Args) -> CommandResult {
     let (mut drawn, film) = drawing.finish();
     let elsewhere = Spent { wall_s: waited, cpu_s: 0.0 } + drawn.spent;
     let mut record = finished_run::record(&scene, &run, run.own_time(spent, elsewhere));
-    record.id.clone_from(&name);
     record.notes.extend(note.map(|note| controls::since(&run.controllers, note)));
-    record.phases.build_s = build_s;
+    (record.id, record.phases.build_s) = (name.clone(), build_s);
     let (json, full) = replace((&mut partial, earlier), &args.out, &scene, &run, &mut record)?;
     states.end(&run);
     let errors =

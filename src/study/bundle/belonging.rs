@@ -1,4 +1,4 @@
-//! Whether results are those of the study that they are bundled with.
+//! Checks that results belong to the study that they are bundled with.
 
 use super::error::BundleError;
 use crate::study::expand::Study;
@@ -8,12 +8,13 @@ use crate::wording::few;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Refuses results of other inputs, such as those of changes by `--set` or of a scene that was edited after the run: a rerun would have others.
+/// Refuses results of other inputs, for example from changes by `--set` or from a scene that was edited after the run: a rerun would give different
+/// results.
 pub fn check(file: &Path, dir: &Path, stored: &StudyRecord) -> Result<(), BundleError> {
     let mut study = Study::read_with_added(file, &[], dir)?;
     let mut unknown = others(&study, stored);
     if !unknown.is_empty() {
-        // Another build may have asked for them
+        // Another build may have requested them
         study = Study::read_as_stored(file, dir)?;
         unknown = others(&study, stored);
     }
@@ -26,7 +27,7 @@ pub fn check(file: &Path, dir: &Path, stored: &StudyRecord) -> Result<(), Bundle
     ];
     let fact = |(cases, fact): &(Vec<String>, &str)| format!("{}: {fact}", few(cases));
     let mut facts: Vec<String> = found.iter().filter(|(cases, _)| !cases.is_empty()).map(fact).collect();
-    // The version is that of the program, which the environment of the bundle names; the inputs were compared case by case
+    // The version is that of the program, which the environment of the bundle records; the inputs were compared case by case
     let (schema, version, inputs_sha256) = (stored.schema, stored.version.clone(), stored.inputs_sha256.clone());
     let asks = stored.asks.and(study.record.asks);
     if facts.is_empty() && *stored != (StudyRecord { schema, version, asks, inputs_sha256, ..study.record }) {

@@ -1,4 +1,4 @@
-//! Reasons for which a bundle is not written or not taken.
+//! Reasons why a bundle is not written or not accepted.
 
 use crate::mesh::generate::GenerateError;
 use crate::report::ReportError;
@@ -6,7 +6,7 @@ use crate::scene::SceneError;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A bundle that cannot be written, or whose files are not those that were written.
+/// A bundle that cannot be written, or whose files differ from those that were written.
 #[derive(Debug, thiserror::Error)]
 pub enum BundleError {
     #[error(transparent)]

@@ -1,4 +1,4 @@
-//! The files that a study reads: its own, those that they name, and the meshes that were made of bodies and files.
+//! The files that a study reads: its own, the files that they name, and the meshes made from bodies and files.
 
 use super::error::BundleError;
 use crate::mesh::format::{Format, Reader, recognise};
@@ -13,19 +13,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use toml::Value;
 
-/// Files of a bundle: place in the bundle → where it is now.
+/// Files of a bundle: path in the bundle → present path.
 pub type Files = BTreeMap<String, PathBuf>;
 
-/// Inputs of a study, with the place of its file in the bundle.
+/// Inputs of a study, with the path of its file in the bundle.
 pub struct Inputs {
     pub files: Files,
     pub study: String,
     pub expanded: Study,
-    /// Meshes of refinements that are no longer stored: a rerun makes them again
+    /// Meshes of refinements that are no longer stored; a rerun makes them again
     pub missing: Vec<String>,
 }
 
-/// Gathers everything that a run of the study reads. Places keep the folders as they are below the home of the project, or below what all files share.
+/// Gathers everything that a run of the study reads. The folder structure is kept, relative to the home of the project or to the deepest folder that
+/// contains all files.
 pub fn gather(
     study: &Path,
     dir: &Path,
@@ -51,7 +52,7 @@ pub fn gather(
     let home = store.map(|s| real(&s.home.path)).transpose()?;
     let root = match &home {
         Some(home) if file.parent() != Some(home) && found.iter().all(|f| f.starts_with(home)) => home.clone(),
-        // The folder of a study is its name
+        // The study is named after its folder
         _ => match shared(&found) {
             root if file.parent() == Some(&root) => root.parent().unwrap_or(&root).to_path_buf(),
             root => root,
@@ -67,7 +68,7 @@ pub fn gather(
     Ok(inputs)
 }
 
-/// The format by which the mesher converts a mesh file; none of other files.
+/// The format from which the mesher converts a mesh file; `None` for other files.
 fn converter(file: &Path) -> Option<&'static str> {
     match recognise(file) {
         Ok(Format { reader: Reader::Mesher(name), .. }) => Some(name),
@@ -75,12 +76,12 @@ fn converter(file: &Path) -> Option<&'static str> {
     }
 }
 
-/// A path with slashes.
+/// Writes a path with slashes.
 pub fn name(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Adds a file and what it names: the texts of a TOML file, and the files that a mesh file refers to.
+/// Adds a file and the files that it names: strings of a TOML file, and the files that a mesh file refers to.
 fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<String>) -> Result<(), BundleError> {
     if !found.insert(file.into()) {
         return Ok(());
@@ -89,7 +90,7 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
         return refer(file, found, absolute);
     }
     let text = storage::read_text(file, TEXT_LIMIT).map_err(|e| BundleError::unreadable(file, &e))?;
-    // A file that is not TOML names nothing; the run says what is wrong with it
+    // A file that is not TOML names no files; the run reports what is wrong with it
     let Ok(table) = text.parse::<toml::Table>() else { return Ok(()) };
     let mut named = vec![];
     table.values().for_each(|value| texts(value, &mut named));
@@ -115,7 +116,7 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
     Ok(())
 }
 
-/// The experiments of the records of a study, by which files of measured fields are named.
+/// The experiments of the records of a study, after which files of measured fields are named.
 fn experiments(table: &toml::Table) -> Vec<&str> {
     let records = table.get("record").and_then(Value::as_array).into_iter().flatten();
     records.filter_map(|record| record.get("experiment").or(record.get("name"))?.as_str()).collect()
@@ -135,8 +136,8 @@ fn refer(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<Str
     Ok(())
 }
 
-/// The path of a file by the names that lead to it: a link keeps its own name, which is the one that the study uses. Where `..` leads out of a linked
-/// folder, the path is that of the file itself.
+/// The path of a file by the names that lead to it: a symbolic link keeps its own name, which is the one that the study uses. If `..` leads out of a
+/// linked folder, the path is the canonical one.
 fn as_named(path: &Path) -> Result<PathBuf, BundleError> {
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
     let mut plain = PathBuf::new();
@@ -160,7 +161,7 @@ fn texts(value: &Value, out: &mut Vec<String>) {
     }
 }
 
-/// The folder that all files share.
+/// The deepest folder that contains all files.
 fn shared(files: &BTreeSet<PathBuf>) -> PathBuf {
     let mut folders = files.iter().filter_map(|f| f.parent());
     let first = folders.next().unwrap_or(Path::new("")).to_path_buf();
@@ -169,7 +170,7 @@ fn shared(files: &BTreeSet<PathBuf>) -> PathBuf {
     })
 }
 
-/// Bodies with the mesher, and the meshes that it made for the scenes and their refinements, where they are stored.
+/// Adds the bodies with the mesher, and the meshes that it made for the scenes and their refinements, if they are stored.
 fn meshes(
     store: &MeshStore,
     made: Vec<MadeMesh>,
@@ -187,7 +188,7 @@ fn meshes(
     for case in cases {
         let steps = &case.record.refinement;
         for step in steps {
-            // A committed one of another geometry may lie next to the one that was made anew
+            // A committed mesh of another geometry may lie next to the new one
             let places = folders.iter().map(|folder| folder.join(&step.mesh));
             let kept: Vec<PathBuf> = places.filter(|path| path.is_file()).collect();
             match &step.mesh {
@@ -199,7 +200,7 @@ fn meshes(
         }
     }
     let manifests: Vec<PathBuf> = stored.iter().map(|mesh| manifest_path(mesh)).filter(|path| path.is_file()).collect();
-    // A folder without the mesher is no home of meshes
+    // A folder without the mesher is not a home of meshes
     let of_mesher = list(&folder.join("meshgen"))?.into_iter();
     let of_mesher = of_mesher.filter(|f| f.extension().is_some_and(|e| e == "py" || e == "txt"));
     let of_bodies = bodies.iter().flat_map(|body| {
@@ -215,7 +216,7 @@ fn meshes(
     Ok(())
 }
 
-/// The files of a folder, without those of folders in it.
+/// The files of a folder, without those in its subfolders.
 pub fn list(dir: &Path) -> Result<Vec<PathBuf>, BundleError> {
     let entries = std::fs::read_dir(dir).map_err(|e| BundleError::unreadable(dir, &e))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_file()).collect();

@@ -1,10 +1,10 @@
-//! `ro-crate-metadata.json` after the specification of RO-Crate 1.1: the root, every file with its digest, the program, and the run.
+//! `ro-crate-metadata.json` according to the RO-Crate 1.1 specification: the root, every file with its digest, the program, and the run.
 
 use crate::study::store::identity::Build;
 use crate::study::store::record::StudyRecord;
 use serde_json::{Value, json};
 
-/// A file of a bundle by its contents.
+/// A file of a bundle and its digest.
 pub struct Stored {
     /// Path from the root of the bundle
     pub name: String,
@@ -16,12 +16,12 @@ pub struct Stored {
 pub struct About<'a> {
     pub study: &'a StudyRecord,
     pub license: &'a str,
-    /// End of the last run, in seconds since 1970 UTC
+    /// End of the last run \[s since 1970-01-01 UTC\]
     pub run_unix_s: u64,
     pub builds: &'a [Build],
 }
 
-/// The metadata, which the specification wants as one flat list of entities.
+/// Builds the metadata, which the specification requires as one flat list of entities.
 pub fn metadata(about: &About, files: &[Stored]) -> Value {
     let refer = |name: &str| json!({ "@id": encoded(name) });
     let date = iso_date(about.run_unix_s);
@@ -83,17 +83,17 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
     if is_address {
         graph.push(json!({ "@id": about.license, "@type": "CreativeWork", "name": about.license }));
     }
-    // The context of RO-Crate 1.1 has no term for digests: without its own one a reader of JSON-LD passes over them
+    // The context of RO-Crate 1.1 has no term for digests: without a definition here, readers of JSON-LD ignore them
     let context = json!(["https://w3id.org/ro/crate/1.1/context", { "sha256": "http://schema.org/sha256" }]);
     json!({ "@context": context, "@graph": graph })
 }
 
-/// One value by itself, as the specification recommends.
+/// A single value instead of a list of one, as the specification recommends.
 fn single_or_list(mut values: Vec<Value>) -> Value {
     if values.len() == 1 { values.remove(0) } else { Value::Array(values) }
 }
 
-/// A path as part of a URI: all but unreserved characters as their bytes in UTF-8.
+/// Percent-encodes a path as part of a URI: all characters except unreserved ones and `/` become their UTF-8 bytes.
 fn encoded(name: &str) -> String {
     let one = |b: u8| match b {
         b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => char::from(b).to_string(),
@@ -120,7 +120,7 @@ fn format_of(name: &str) -> &'static str {
     }
 }
 
-/// `2026-03-01`, the day of a time since 1970 in the Gregorian calendar (Hinnant, *chrono-compatible low-level date algorithms*, 2013).
+/// The date of a Unix time in the Gregorian calendar, such as `2026-03-01` (Hinnant, *chrono-compatible low-level date algorithms*, 2013).
 fn iso_date(unix_s: u64) -> String {
     let days = (unix_s / 86_400) as i64 + 719_468;
     let era = days / 146_097;

@@ -1,7 +1,7 @@
 //! A study with its inputs, results, environment and checksums in one folder, as an RO-Crate 1.1, from which it can be run again.
 //!
 //! ```text
-//! ro-crate-metadata.json   what is in it
+//! ro-crate-metadata.json   description of the contents
 //! manifest-sha256.txt      SHA-256 and path of every other file
 //! environment.json         builds that computed the results
 //! home/                    everything that the run reads: study, scenes, data, bodies, meshes
@@ -31,23 +31,23 @@ use std::path::{Path, PathBuf};
 
 const MANIFEST: &str = "manifest-sha256.txt";
 const ENVIRONMENT: &str = "environment.json";
-/// Folders of a result that belong to it, and the ends of the files that its folder itself has.
+/// Subfolders that belong to a result, and the file extensions kept from the result folder itself.
 const FOLDERS: [&str; 4] = ["cases", "figures", "tables", PAPER];
 const ENDS: [&str; 3] = ["json", "html", "toml"];
-/// Folder whose texts LaTeX is run on, and the ends of the files that it leaves there.
+/// Folder of the LaTeX sources, and the extensions of files that LaTeX leaves there.
 const PAPER: &str = "paper";
 const LEFT_BY_LATEX: [&str; 8] = ["aux", "bbl", "bcf", "blg", "fdb_latexmk", "fls", "log", "out"];
 
-/// Contents of a bundle that was written.
+/// Contents of a bundle that has been written.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Bundled {
     pub files: usize,
     pub bytes: u64,
-    /// Meshes that are not stored: a rerun needs the mesher for them
+    /// Meshes that are not stored; a rerun needs the mesher for them
     pub without_mesh: Vec<String>,
 }
 
-/// `environment.json`
+/// Contents of `environment.json`
 #[derive(Serialize, Deserialize)]
 struct Environment {
     /// Path of the study file in the bundle
@@ -56,10 +56,11 @@ struct Environment {
     operating_system: String,
 }
 
-/// Writes the study of a file with its results into a folder that does not exist yet.
+/// Writes the study in a file, with its results, into a folder that is new or empty.
 ///
 /// # Errors
-/// Results or inputs that cannot be read, results of another study or of other inputs, a report that is older than they are, names of files that another machine does not have, and a folder that cannot be written.
+/// Results or inputs that cannot be read; results of another study or of other inputs; a report that is older than the results; file names that are not
+/// valid on other machines; and a folder that is not empty or cannot be written.
 pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -> Result<Bundled, BundleError> {
     if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BundleError::NotEmpty { path: out.into() });
@@ -77,12 +78,12 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
     let written = put_all(out, (&files, study), &stored, license);
     let done = written.and_then(|done| match (missing_meshes(out, &expanded, missing), store) {
         (Ok(without_mesh), Err(_)) if without_mesh.is_empty() => Ok(done),
-        // The folder of the bodies is not known
+        // The folder of the bodies is unknown
         (_, Err(e)) => Err(e.into()),
         (found, Ok(_)) => Ok(Bundled { without_mesh: found?, ..done }),
     });
     if done.is_err() {
-        // The folder was not there, or empty
+        // The folder did not exist, or was empty
         std::fs::remove_dir_all(out).ok();
     }
     done
@@ -112,12 +113,12 @@ fn put_all(
     Ok(Bundled { files: all.len() + 1, bytes: all.iter().map(|f| f.bytes).sum(), without_mesh: vec![] })
 }
 
-/// Reads the study of a bundle as a rerun does, and names the meshes that it would make, with the `missing` ones of refinements.
+/// Reads the study of a bundle as a rerun does, and lists the meshes that it would make, together with the `missing` ones of refinements.
 fn missing_meshes(dir: &Path, original: &Study, mut missing: Vec<String>) -> Result<Vec<String>, BundleError> {
     let bundle = open(dir)?;
     let incomplete = |reason: String| BundleError::Incomplete { path: dir.into(), reason };
     let study = Study::read_as_stored(&bundle.study, &bundle.results).map_err(|e| incomplete(e.to_string()))?;
-    // With the contents of all files that the scenes name
+    // Identities include the contents of all files that the scenes name
     let inputs =
         |study: &Study| study.cases.iter().map(|case| (case.id.clone(), case.identity(&[]))).collect::<Vec<_>>();
     if inputs(&study) != inputs(original) {
@@ -140,7 +141,7 @@ fn of_results(dir: &Path) -> Result<Files, BundleError> {
     let mut files = Files::new();
     let ends = |file: &Path, ends: &[&str]| ends.iter().any(|end| file.extension().is_some_and(|e| e == *end));
     let place = |file: &Path| format!("results/{}", name(file.strip_prefix(dir).unwrap_or(file)));
-    // Where the study lies is for this machine only
+    // The path of the study is meaningful on this machine only
     let is_told = |file: &PathBuf| ends(file, &ENDS) && file.file_name().is_none_or(|name| name != origin::FILE);
     files.extend(list(dir)?.into_iter().filter(is_told).map(|f| (place(&f), f)));
     for folder in FOLDERS.iter().map(|f| dir.join(f)).filter(|f| f.is_dir()) {
@@ -158,22 +159,22 @@ fn put(out: &Path, place: &str, bytes: &[u8]) -> Result<Stored, BundleError> {
     Ok(Stored { name: place.into(), bytes: bytes.len() as u64, sha256: sha256(bytes) })
 }
 
-/// A bundle whose files are those that were written.
+/// A bundle whose files have been verified.
 pub struct Bundle {
-    /// Everything that the run reads
+    /// Folder of everything that the run reads
     pub home: PathBuf,
     pub study: PathBuf,
     pub results: PathBuf,
-    /// The meshes that were added to the study, where some were
+    /// The meshes that were added to the study, if any
     pub extension: Option<PathBuf>,
-    /// It brings meshes, and the mesher with the bodies, which are programs
+    /// Whether it contains meshes, or the mesher with its bodies, which are programs
     pub has_bodies: bool,
 }
 
-/// Verifies every digest of a bundle.
+/// Opens a bundle and verifies every digest.
 ///
 /// # Errors
-/// A folder that is no bundle, and files that are missing, changed, or lead out of the bundle.
+/// A folder that is not a bundle, and files that are missing, changed, or lead out of the bundle.
 pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
     let refuse = |reason: String| BundleError::NoBundle { path: dir.into(), reason };
     let read = |file: &str| storage::read(&dir.join(file), DATA_LIMIT);
@@ -205,7 +206,7 @@ pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
         return Err(refuse(format!("{MANIFEST} does not list the study")));
     }
     let (home, results) = (dir.join("home"), dir.join("results"));
-    // One that nobody has written into the bundle is left aside
+    // An extension that the manifest does not list is ignored
     let is_extended = is_listed("results/extension.toml");
     Ok(Bundle {
         study: dir.join(&environment.study),
@@ -220,7 +221,7 @@ impl Bundle {
     /// Adds the meshes of the bundle to the folder of a rerun.
     ///
     /// # Errors
-    /// A folder to which others were added, or that cannot be written.
+    /// A folder to which other meshes have been added, or that cannot be written.
     pub fn extend(&self, out: &Path) -> Result<(), BundleError> {
         let to = AddedMeshes::file(out);
         let read = |file: &Path| storage::read(file, DATA_LIMIT).map_err(|e| BundleError::unreadable(file, &e));

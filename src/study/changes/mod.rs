@@ -4,11 +4,12 @@
 //! E_n = |new − old|/√(h_old² + h_new²)        h: half-width of the error bar on the side of the other value
 //! ```
 //!
-//! A change is beyond the bars where E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without a bar is judged by a tolerance. Values are those that the
-//! study judges, with bars and without: peaks, or largest changes of what does not start at zero.
+//! A change is beyond the error bars if E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without an error bar is judged by a tolerance. Compared are all
+//! values that the study judges, with and without error bars: peaks, or largest changes of quantities that do not start at zero.
 //!
-//! The verdict changed where one result has none, where a decision of the earlier one is another or gone in the later one, or where one recommends a
-//! setting that the other one finds beyond the tolerance. Its words alone do not tell: they name costs, which differ from run to run.
+//! The verdict has changed if only one result has a verdict, if a decision of the earlier result differs or is missing in the later one, or if one
+//! result recommends a setting that the other finds beyond the tolerance. Its wording alone does not decide: it quotes costs, which differ from run to
+//! run.
 
 mod stored;
 
@@ -19,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use stored::{ComparedCase, StoredSummary};
 
-/// Share of a value below which a change is rounding, whatever was built or run \[–\].
+/// Relative change below which a difference is rounding, whatever was built or run \[–\].
 const ROUNDING: f64 = 1e-9;
 
 /// How far a value moved.
@@ -28,7 +29,7 @@ const ROUNDING: f64 = 1e-9;
 pub enum Judgement {
     /// It did not move beyond rounding
     Same,
-    /// It moved within the error bars, or within the tolerance where there is none
+    /// It moved within the error bars, or within the tolerance if there are none
     Within,
     Beyond,
 }
@@ -40,14 +41,14 @@ pub struct Change {
     pub unit: String,
     pub old: f64,
     pub new: f64,
-    /// (new − old)/old \[–\], positive where the value grows away from zero; none of zero
+    /// (new − old)/old \[–\], positive if the value moves away from zero; `None` if the old value is zero
     pub relative: Option<f64>,
-    /// E_n; none where a result states no bar
+    /// E_n; `None` if a result states no error bar
     pub normalised: Option<f64>,
     pub judgement: Judgement,
 }
 
-/// A decision that is not the same in both results, or gone.
+/// A decision that differs or is missing in the later result.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Decision {
     pub what: String,
@@ -55,7 +56,7 @@ pub struct Decision {
     pub new: Option<String>,
 }
 
-/// Something that decides how values are judged, and is not the same in both studies.
+/// A setting that affects how values are judged and differs between the two studies.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct ChangedSetting {
     pub what: String,
@@ -69,17 +70,17 @@ pub struct Changes {
     pub study: [String; 2],
     pub version: [String; 2],
     pub tolerance: [f64; 2],
-    /// Other settings by which values are judged: the value of a run that counts, the reference, absolute tolerances
+    /// Settings that affect how values are judged and that differ: the value of a run that counts, the reference, absolute tolerances
     pub settings: Vec<ChangedSetting>,
     pub verdict: [String; 2],
-    /// Whether they differ in more than numbers
+    /// Whether the verdicts differ in more than numbers
     pub verdict_changed: bool,
     pub decisions: Vec<Decision>,
-    /// Whether a result does not state its decisions, as an earlier version has written it; then none are compared
+    /// Whether a result lacks decisions because an earlier version wrote it; then decisions are not compared
     pub undecided: [bool; 2],
-    /// Common cases that were computed from other inputs: scene, files or mesh
+    /// Common cases that were computed from different inputs: scene, files or mesh
     pub inputs: Vec<String>,
-    /// Cases of one result only
+    /// Cases that only the earlier result has
     pub missing: Vec<String>,
     pub added: Vec<String>,
     /// Case, old status, new status
@@ -89,17 +90,17 @@ pub struct Changes {
     /// CPU time of the common cases \[s\]
     pub cpu_s: [f64; 2],
     pub values: Vec<Change>,
-    /// Compared values with an error bar in one result only
+    /// Compared values that have an error bar in one result only
     pub unmatched: Vec<String>,
-    /// Values that only the earlier result judges, those of missing cases apart
+    /// Values that only the earlier result judges, except those of missing cases
     pub gone: Vec<String>,
-    /// Values that only the later result judges, those of added cases apart
+    /// Values that only the later result judges, except those of added cases
     pub new: Vec<String>,
 }
 
 impl Changes {
-    /// Whether something changed for the worse or beyond what is known: the verdict, a value beyond its bar, a case or a value
-    /// that is gone, a case that converges no longer.
+    /// Whether something became worse or changed by more than its uncertainty: the verdict, a value beyond its error bar, a case or value that is gone,
+    /// or a case that no longer converges.
     pub fn is_beyond(&self) -> bool {
         let lost = |(_, old, new): &(String, String, String)| old == CONVERGED && new != CONVERGED;
         self.verdict_changed
@@ -112,7 +113,7 @@ impl Changes {
 
 const CONVERGED: &str = "Converged";
 
-/// Reason for which two results are not compared.
+/// Reason why two results are not compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
     #[error(transparent)]
@@ -125,10 +126,10 @@ pub enum CompareError {
     NothingInCommon { old: String, new: String },
 }
 
-/// Compares the results in two folders. `tolerance` is the relative change that is accepted of a value without an error bar.
+/// Compares the results in two folders. `tolerance` is the accepted relative change of a value without an error bar.
 ///
 /// # Errors
-/// Folders without a result, or with results of different studies.
+/// Folders without a result, or with results that cannot be compared.
 pub fn compare(old: &Path, new: &Path, tolerance: f64) -> Result<Changes, CompareError> {
     let (a, b) = (StoredSummary::read(old)?, StoredSummary::read(new)?);
     let name = |path: &Path| path.display().to_string();
@@ -188,7 +189,7 @@ fn cases_of_one(from: &StoredSummary, of: &StoredSummary) -> Vec<String> {
     from.cases.iter().filter(|c| !known.contains(c.id.as_str())).map(|c| c.id.clone()).collect()
 }
 
-/// The values that both results judge: those with a bar in both by their bars, the others by the tolerance.
+/// Compares the values that both results judge: by their error bars if both have one, otherwise by the tolerance.
 fn values_between(
     a: &StoredSummary,
     b: &StoredSummary,
@@ -213,7 +214,7 @@ fn values_between(
     values
 }
 
-/// The decisions of the earlier result that the later one does not share.
+/// The decisions of the earlier result that differ or are missing in the later one.
 fn decisions_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Decision> {
     let Some((old, new)) = a.decisions.as_ref().zip(b.decisions.as_ref()) else { return vec![] };
     let changed = old.iter().filter(|(what, decision)| new.get(*what) != Some(*decision));
@@ -225,7 +226,7 @@ fn decisions_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Decision> {
     changed.map(of).collect()
 }
 
-/// Settings by which both studies judge values, and that differ.
+/// Settings that affect how both studies judge values, and that differ.
 fn settings_between(a: &StoredSummary, b: &StoredSummary) -> Vec<ChangedSetting> {
     let both = a.settings.iter().filter_map(|(what, old)| Some((what, old, b.settings.get(what)?)));
     both.filter(|(_, old, new)| old != new)
@@ -238,8 +239,8 @@ fn differ_in_setting(one: &StoredSummary, other: &StoredSummary) -> bool {
     one.recommended().is_some_and(|case| other.recommended().is_some() && !other.accepts(case))
 }
 
-/// The values of a column that two results are judged by, and what is added to its name. Where one of them does not know them, its curves are not
-/// stored and an earlier version has written it, they are the recorded extremes of both.
+/// The values of a column by which two results are compared, and a suffix for its name. If one of the results lacks judged values, because an earlier
+/// version wrote it and its curves are not stored, the recorded extremes of both are used.
 fn values_of(old: &ComparedCase, new: &ComparedCase, column: &str) -> Option<(f64, f64, &'static str)> {
     let judged = old.judged.get(column).zip(new.judged.get(column));
     let recorded = || Some((old.probes.get(column)?.peak, new.probes.get(column)?.peak, ", recorded extreme"));
@@ -251,7 +252,7 @@ fn of_claims(old: &Claim, new: &Claim) -> Change {
     let up = change > 0.0;
     let half = |c: &Claim, upwards: bool| if upwards { c.interval[1] - c.value } else { c.value - c.interval[0] };
     let bars = half(old, up).hypot(half(new, !up));
-    // Two exact values that differ are beyond every bar
+    // Two exact values that differ are beyond any error bar
     let normalised = if change == 0.0 { 0.0 } else { change.abs() / bars };
     let judgement = if is_rounding(old.value, new.value) {
         Judgement::Same

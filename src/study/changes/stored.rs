@@ -1,4 +1,4 @@
-//! The part of a stored result that two results are compared by.
+//! The part of a stored result that is used to compare two results.
 
 use crate::report::numbers::space;
 use crate::report::{ReportError, files};
@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// A result as it was stored.
+/// A stored result.
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredSummary {
     pub study: String,
@@ -32,10 +32,10 @@ pub struct StoredSummary {
     /// Absent in results of earlier versions
     #[serde(default)]
     pub claims: Vec<Claim>,
-    /// Variant → judged quantities, of `study.json`
+    /// Variant → judged quantities, from `study.json`
     #[serde(skip)]
     pub quantities: BTreeMap<String, Vec<StudyQuantity>>,
-    /// Settings by which values are judged, the tolerance apart: name → setting, of `study.json`
+    /// Settings that affect how values are judged, except the tolerance: name → setting, from `study.json`
     #[serde(skip)]
     pub settings: BTreeMap<String, String>,
 }
@@ -51,10 +51,10 @@ pub struct ComparedCase {
     pub cpu_s: f64,
     #[serde(default)]
     pub probes: BTreeMap<String, StoredPeak>,
-    /// Quantity → value that it is judged by; absent in results of earlier versions
+    /// Quantity → value by which it is judged; absent in results of earlier versions
     #[serde(default)]
     pub judged: BTreeMap<String, f64>,
-    /// Digest of what it was computed from, of its record
+    /// Digest of its inputs, from its record
     #[serde(skip)]
     pub identity: Option<String>,
 }
@@ -77,7 +77,7 @@ impl ComparedCase {
     }
 }
 
-/// Settings by which a study judges values, its tolerance apart: single values among its details, and absolute tolerances of quantities.
+/// The settings that affect how a study judges values, except its tolerance: scalar values among its details, and absolute tolerances of quantities.
 fn settings(study: &StudyRecord) -> BTreeMap<String, String> {
     let words = |value: &Value| match value {
         Value::String(words) => Some(words.clone()),
@@ -96,10 +96,10 @@ fn settings(study: &StudyRecord) -> BTreeMap<String, String> {
 }
 
 impl StoredSummary {
-    /// Reads `summary.json` and the quantities of `study.json` in a folder, and of its records what they were computed from.
+    /// Reads `summary.json`, the quantities of `study.json` and the identities in the records of a folder.
     ///
     /// # Errors
-    /// Files that are missing, cannot be read, or are no results of a study, and a summary that is older than the results.
+    /// Files that are missing, cannot be read or are not results of a study, and a summary that is older than the results.
     pub fn read(dir: &Path) -> Result<Self, ReportError> {
         let path = dir.join("summary.json");
         let mut summary: Self = files::json(&path)?.ok_or(ReportError::NoSummary { path })?;
@@ -116,7 +116,7 @@ impl StoredSummary {
         Ok(summary)
     }
 
-    /// Finds the judged values where an earlier version has written the summary, from the curves where they are stored.
+    /// Computes the judged values of a summary that an earlier version wrote, from the stored curves.
     fn judge(&mut self, dir: &Path, study: &StudyRecord) {
         let Some(kind) = kinds::find(&study.kind) else { return };
         let without = self.cases.iter_mut().filter(|case| case.judged.is_empty());
@@ -131,7 +131,7 @@ impl StoredSummary {
         }
     }
 
-    /// The quantity in a column of a case, where the study judges it.
+    /// The quantity in a column of a case, if the study judges it.
     pub fn judged(&self, case: &ComparedCase, column: &str) -> Option<&StudyQuantity> {
         self.quantities.get(&case.variant)?.iter().find(|q| q.name == column)
     }
@@ -141,38 +141,38 @@ impl StoredSummary {
         self.claims.iter().any(|c| c.what == what)
     }
 
-    /// The names of all values, with error bars and without.
+    /// The names of all values, with and without error bars.
     fn names(&self) -> BTreeSet<String> {
         let of_cases = self.cases.iter().flat_map(|c| c.values(self).map(|(_, what)| what));
         self.claims.iter().map(|c| c.what.clone()).chain(of_cases).collect()
     }
 
-    /// The values of both results.
+    /// The values that both results have.
     pub fn in_both(&self, other: &Self) -> BTreeSet<String> {
         let (own, others) = (self.names(), other.names());
         own.intersection(&others).cloned().collect()
     }
 
-    /// The values that the other result has not, those of some cases apart.
+    /// The values that the other result lacks, except those of the given cases.
     pub fn values_without(&self, other: &Self, cases: &[String]) -> Vec<String> {
         let is_of = |what: &String, case: &String| what.strip_prefix(case).is_some_and(|rest| rest.starts_with(':'));
         let (own, others) = (self.names(), other.names());
         own.difference(&others).filter(|what| !cases.iter().any(|case| is_of(what, case))).cloned().collect()
     }
 
-    /// Whether only one of the two has a verdict. Earlier versions say it in words only.
+    /// Whether only one of the two results has a verdict. Earlier versions say so only in the text of the verdict.
     pub fn differs_in_support(&self, other: &Self) -> bool {
         let refuses = |s: &Self| s.verdict.starts_with("No verdict");
         let stated = self.supported.zip(other.supported);
         stated.map_or_else(|| refuses(self) != refuses(other), |(own, other)| own != other)
     }
 
-    /// A case of the setting that is recommended, where the study recommends one.
+    /// A case of the recommended setting, if the study recommends one.
     pub fn recommended(&self) -> Option<&str> {
         self.analysis["recommended_case"].as_str()
     }
 
-    /// Whether the setting of a case is within the tolerance, in a study that recommends settings. Nothing is held against one that was not run.
+    /// Whether the setting of a case is within the tolerance, in a study that recommends settings; true for a setting that was not run.
     pub fn accepts(&self, case: &str) -> bool {
         let is_of = |setting: &&Value| setting["cases"].as_array().is_some_and(|ids| ids.iter().any(|id| id == case));
         let setting = self.analysis["settings"].as_array().and_then(|all| all.iter().find(is_of));

@@ -1,13 +1,14 @@
-//! Cases packed into batches, each of which is one task of a scheduler: few tasks, few files, and requests that hold.
+//! Packs cases into batches, each of which is one task of a scheduler. This keeps the number of tasks and files small and makes resource requests
+//! reliable.
 //!
-//! Cases of like memory are packed together, the longest first, until a batch is expected to take the wanted time. A case that waits for
-//! the results of others comes in a batch of a later phase. Packing is deterministic, and n log n in the number of cases.
+//! Cases with similar memory are packed together, the longest first, until a batch is expected to take the wanted time. Cases that wait for results of
+//! others go into batches of a later phase. Packing is deterministic and takes O(n log n) for n cases.
 
 use crate::study::listing::Listed;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Smallest class of memory that is told apart \[bytes\].
+/// Smallest size class of memory \[bytes\].
 const SMALLEST: u64 = 256 << 20;
 
 /// How cases are packed.
@@ -17,9 +18,9 @@ pub struct Packing {
     pub batch_s: f64,
     /// Largest number of batches
     pub most: usize,
-    /// Time of a case of which nothing is known \[s\]
+    /// Assumed time of a case without an estimate \[s\]
     pub unknown_s: f64,
-    /// Memory of a case of which nothing is known \[bytes\]
+    /// Assumed memory of a case without an estimate \[bytes\]
     pub unknown_bytes: u64,
 }
 
@@ -27,14 +28,14 @@ pub struct Packing {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
     pub cases: Vec<String>,
-    /// Expected \[s\]
+    /// Expected time \[s\]
     pub seconds: f64,
 }
 
-/// Batches that ask for the same.
+/// Batches with the same resource request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// 0, or 1 for cases that wait for the results of others
+    /// 0, or 1 for cases that wait for results of others
     pub phase: usize,
     /// Expected memory of the largest case \[bytes\]
     pub bytes: u64,
@@ -48,7 +49,7 @@ impl Group {
     }
 }
 
-/// Packs cases. The groups are sorted by phase and memory.
+/// Packs cases into groups, sorted by phase and memory.
 pub fn pack<'a>(cases: impl Iterator<Item = &'a Listed>, packing: Packing) -> Vec<Group> {
     let need = |c: &'a Listed| {
         let (seconds, bytes) = (c.expected.cost_s, c.expected.memory_bytes);
@@ -63,7 +64,7 @@ pub fn pack<'a>(cases: impl Iterator<Item = &'a Listed>, packing: Packing) -> Ve
     loop {
         let groups = packed(&needs, batch_s);
         let count: usize = groups.iter().map(|g| g.batches.len()).sum();
-        // A group has one batch at least, whatever the limit is
+        // Every group has at least one batch, whatever the limit
         if count <= packing.most.max(groups.len()) {
             return groups;
         }
@@ -91,12 +92,12 @@ fn packed(needs: &[(usize, u64, f64, u64, &str)], batch_s: f64) -> Vec<Group> {
     groups
 }
 
-/// The text of a file of batches: one a line, ids with spaces between them.
+/// The text of a batch file: one batch per line, ids separated by spaces.
 pub fn text(groups: &[Group]) -> String {
     groups.iter().flat_map(|g| &g.batches).map(|b| b.cases.join(" ") + "\n").collect()
 }
 
-/// A batch that cannot be found.
+/// An error in locating or reading a batch.
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError {
     #[error(
@@ -111,7 +112,7 @@ pub enum BatchError {
     NoSuchCase { file: PathBuf, k: usize, ids: Vec<String> },
 }
 
-/// The ids of the batch `FILE:K`, all of which `known` must have.
+/// Returns the ids of the batch `FILE:K`; all of them must be in `known`.
 pub fn read(text: &str, known: &BTreeSet<&str>) -> Result<BTreeSet<String>, BatchError> {
     let parts = text.rsplit_once(':').and_then(|(file, k)| Some((file, k.parse::<usize>().ok()?)));
     let (file, k) = parts.filter(|(file, _)| !file.is_empty()).ok_or_else(|| BatchError::Form(text.into()))?;
@@ -153,7 +154,7 @@ mod tests {
         }
     }
 
-    /// Times and memory of a log-uniform spread over three and two decades, as those of a study over mesh sizes.
+    /// Returns cases with times spread log-uniformly over three decades and memory over two, as in a study over mesh sizes.
     fn cases(n: usize) -> Vec<Listed> {
         let mut random = SplitMix(5);
         let mut spread = |low: f64, decades: f64| low * 10f64.powf(decades * random.unit());
@@ -203,9 +204,9 @@ mod tests {
         assert!(other.expect_err("another study").to_string().contains("no case c000000"));
     }
 
-    /// 100 000 cases in batches on 1000 workers, which lose a task once in ten hours of work and begin it again without the cases that it had
-    /// finished. Every case is finished exactly once, no batch needs more than its request of twice its expected time, and the whole takes
-    /// little more than the work over the workers.
+    /// Runs 100 000 cases in batches on 1000 workers. On average a task is lost once in ten hours of work; it restarts without the cases that it had
+    /// finished. Every case is finished exactly once, no batch exceeds its request of twice its expected time, and the whole takes little longer than
+    /// the work divided by the workers.
     #[test]
     fn many_cases_on_many_workers_that_fail() {
         let cases = cases(100_000);
@@ -213,7 +214,7 @@ mod tests {
         let groups = pack(cases.iter(), Packing { most: 20_000, ..PACKING });
         let packed_s = begin.elapsed().as_secs_f64();
         let mut random = SplitMix(7);
-        // The time of a case differs from what is expected by up to half
+        // The actual time of a case differs from the expected one by up to half
         let takes: Vec<f64> =
             (cases.iter()).map(|c| c.expected.cost_s.unwrap_or(600.0) * (0.5 + random.unit())).collect();
         let index = |id: &str| id[1..].parse::<usize>().expect("a number");

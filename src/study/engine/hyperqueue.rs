@@ -1,7 +1,7 @@
 //! HyperQueue: one job whose tasks are the batches, with resource requests, and a report that depends on them.
 //!
-//! The job is a definition file of HyperQueue (`jobs.toml`). `hq job submit-file` takes it; where there is no `hq`, as after
-//! `pip install hyperqueue`, its Python interface does. A task whose worker is lost is started again by HyperQueue.
+//! The job is a HyperQueue job definition file (`jobs.toml`). It is submitted with `hq job submit-file` or, if there is no `hq`, as after `pip install
+//! hyperqueue`, through the Python interface. HyperQueue restarts a task whose worker is lost.
 
 use super::{EngineError, EngineFile, Submission, output, shell};
 use std::path::Path;
@@ -10,11 +10,11 @@ use toml::{Table, Value};
 
 const REMEDY: &str = "install HyperQueue (its release archive holds the program hq; or pip install hyperqueue, whose Python DUROMETER_PYTHON names) \
 and start a server, hq server start";
-/// Times that a task may be started when its workers are lost.
+/// Number of times that a task may be started if its workers are lost.
 const CRASH_LIMIT: i64 = 20;
 /// Requested time of the report \[s\].
 const REPORT_S: u64 = 3600;
-/// Submits `jobs.toml` through the Python interface: the file, then the folder of the server or nothing.
+/// Submits `jobs.toml` through the Python interface. Arguments: the file, then the server folder or nothing.
 const SUBMIT: &str = r#"
 import sys, tomllib, datetime
 from hyperqueue import Client, Job
@@ -38,7 +38,7 @@ pub fn files(s: &Submission) -> Result<Vec<EngineFile>, EngineError> {
     let (batches, mut tasks, mut first_phase) = (s.batches(), vec![], vec![]);
     let numbered = s.groups.iter().flat_map(|g| g.batches.iter().map(move |_| g)).enumerate();
     for (k, group) in numbered {
-        // A case that does not converge is a result; the others, and the report, go on
+        // A case that does not converge is a result; the remaining cases and the report continue
         let run = format!("{} || [ $? -eq 3 ]", s.run_batch(&batches, &(k + 1).to_string()));
         let deps = if group.phase == 0 { vec![] } else { first_phase.clone() };
         if group.phase == 0 {
@@ -56,7 +56,7 @@ pub fn files(s: &Submission) -> Result<Vec<EngineFile>, EngineError> {
     Ok(vec![batches, EngineFile { name: "jobs.toml".into(), text }])
 }
 
-/// A task that runs a line of shell, with seconds and MiB that it needs.
+/// A task that runs a shell command line, with the time \[s\] and memory \[MiB\] that it requests.
 fn task(s: &Submission, id: usize, line: &str, (seconds, memory): (u64, Option<u64>), deps: &[usize]) -> Value {
     let before: String = s.requests.before.iter().map(|line| format!("{line}\n")).collect();
     let line = format!("{before}{line}");
@@ -82,7 +82,7 @@ fn task(s: &Submission, id: usize, line: &str, (seconds, memory): (u64, Option<u
     task.into()
 }
 
-/// Writes the files and submits the job, by `hq`, or else by the interface of this Python. Returns what the engine says.
+/// Writes the files and submits the job with `hq`, or else through the interface of this Python. Returns the output of the engine.
 pub fn submit(s: &Submission, python: &Path) -> Result<String, EngineError> {
     s.write(&files(s)?)?;
     let jobs = s.place().join("jobs.toml");

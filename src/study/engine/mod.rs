@@ -1,13 +1,13 @@
-//! The files that a scheduler takes to run a study, and their submission. The cases run as with `durometer run --batch`: an engine only
-//! decides where and when.
+//! The files with which a scheduler runs a study, and their submission. The cases run as with `durometer run --batch`; an engine only decides where and
+//! when.
 //!
 //! | File in `<results>/engine/` | Content |
 //! |---|---|
-//! | `batches-<digest>.txt` | the ids of the cases of each task, one task a line ([`batches`]) |
-//! | `*.sbatch`, `jobs.toml` | what [`slurm`] and [`hyperqueue`] take |
+//! | `batches-<digest>.txt` | the ids of the cases of each task, one task per line ([`batches`]) |
+//! | `*.sbatch`, `jobs.toml` | input of [`slurm`] and [`hyperqueue`] |
 //! | `logs/` | the output of the tasks |
 //!
-//! A task that is lost is run again without harm: results that are there are kept. What needs no result is not in a batch.
+//! A lost task can safely be run again: existing results are kept. Cases with an up-to-date result are not in any batch.
 
 pub mod batches;
 pub mod hyperqueue;
@@ -18,7 +18,7 @@ use crate::study::engine::batches::Group;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// An engine that is missing, or does not take the study.
+/// An engine that is missing, or refuses the study.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     #[error("{engine}: the program {program} is not found; {remedy}")]
@@ -31,7 +31,7 @@ pub enum EngineError {
     LineBreak { what: String },
 }
 
-/// A study to be run by an engine.
+/// A study that an engine is to run.
 #[derive(Clone, Debug)]
 pub struct Submission {
     /// Name of the study
@@ -42,10 +42,10 @@ pub struct Submission {
     pub folder: PathBuf,
     /// Program and arguments of a run, to which `--batch FILE:K` is added
     pub run: Vec<String>,
-    /// Program and arguments that draw the report
+    /// Program and arguments that write the report
     pub report: Vec<String>,
     pub groups: Vec<Group>,
-    /// Memory of the list of all cases, which every task reads \[bytes\]
+    /// Memory for the list of all cases, which every task reads \[bytes\]
     pub list_bytes: u64,
     pub requests: Requests,
 }
@@ -53,19 +53,19 @@ pub struct Submission {
 /// Resources that tasks request from a scheduler.
 #[derive(Clone, Debug)]
 pub struct Requests {
-    /// Requested time over expected time
+    /// Ratio of requested to expected time
     pub time_factor: f64,
-    /// Requested memory over expected memory; 0 requests none
+    /// Ratio of requested to expected memory; 0 requests none
     pub memory_factor: f64,
     /// Memory of the report \[bytes\]
     pub report_bytes: u64,
     /// Options of the user: account, partition, quality of service
     pub options: Vec<String>,
-    /// Lines of shell before each task
+    /// Shell lines before each task
     pub before: Vec<String>,
 }
 
-/// A file of an engine.
+/// A file for an engine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EngineFile {
     /// Name of the file in `<results>/engine/`
@@ -73,13 +73,13 @@ pub struct EngineFile {
     pub text: String,
 }
 
-/// Memory of the program itself, added to what a case is expected to take \[bytes\].
+/// Memory of the program itself, added to the expected memory of a case \[bytes\].
 const OWN_BYTES: f64 = 256.0 * 1024.0 * 1024.0;
-/// Time added to every request, for start, meshes and files \[s\].
+/// Time added to every request for start-up, meshes and files \[s\].
 const START_S: f64 = 300.0;
 
 impl Submission {
-    /// `<results>/engine`
+    /// The folder `<results>/engine`.
     pub fn place(&self) -> PathBuf {
         self.dir.join("engine")
     }
@@ -89,25 +89,25 @@ impl Submission {
         (self.requests.time_factor * group.longest_s() + START_S).ceil() as u64
     }
 
-    /// Requested memory of a task \[MiB\].
+    /// Requested memory of a task \[MiB\]; `None` if no memory is requested.
     fn mebibytes(&self, bytes: u64) -> Option<u64> {
         let wanted = self.requests.memory_factor * bytes as f64 + OWN_BYTES + self.list_bytes as f64;
         (self.requests.memory_factor > 0.0).then(|| (wanted / (1 << 20) as f64).ceil() as u64)
     }
 
-    /// Program and arguments of a run of a batch, as a line of shell; `k` is put in as it is.
+    /// The shell command that runs a batch; `k` is inserted unquoted.
     fn run_batch(&self, batches: &EngineFile, k: &str) -> String {
         let file = self.place().join(&batches.name);
         format!("{} --batch {}:{k}", shell(&self.run), shell(&[file.to_string_lossy().into_owned()]))
     }
 
-    /// The batches, as a file that no later submission replaces by other ones: tasks may still wait to read it.
+    /// The batches, as a file that no later submission overwrites: waiting tasks may still have to read it.
     fn batches(&self) -> EngineFile {
         let text = batches::text(&self.groups);
         EngineFile { name: format!("batches-{}.txt", &sha256(&text)[..12]), text }
     }
 
-    /// Refuses a text that would end a line of a file of an engine.
+    /// Refuses text with characters that would break a line of a file for an engine.
     fn check(&self) -> Result<(), EngineError> {
         let own = self.run.iter().chain(&self.report).chain(&self.requests.options).chain(&self.requests.before);
         let paths = [&self.dir, &self.folder].map(|p| p.to_string_lossy().into_owned());
@@ -131,12 +131,12 @@ impl Submission {
     }
 }
 
-/// Words as a line of shell.
+/// Quotes words as a shell command line.
 fn shell(words: &[String]) -> String {
     shlex::try_join(words.iter().map(String::as_str)).expect("no word has a zero byte")
 }
 
-/// Standard output of a program of an engine.
+/// Runs a program of an engine and returns its standard output.
 fn output(engine: &'static str, remedy: &'static str, command: &mut Command) -> Result<String, EngineError> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|_| EngineError::Missing { engine, program: program.clone(), remedy })?;

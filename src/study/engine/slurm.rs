@@ -1,8 +1,8 @@
 //! Slurm: array jobs of packed cases, and a report that depends on them.
 //!
-//! The tasks of a group are the indices of one array, or of several where there are more than `MaxArraySize`. A task that is requeued, because its node
-//! failed or its time is over, goes on from what is stored: Slurm sends SIGUSR1 two minutes before the end of the time, the script passes it on as
-//! SIGTERM, the run keeps what is finished, and the task asks to be queued again.
+//! The tasks of a group are the indices of one array, or of several if there are more than `MaxArraySize`. A task that is requeued, because its node
+//! failed or its time is up, continues from the stored results: Slurm sends SIGUSR1 two minutes before the time limit, the script forwards it as
+//! SIGTERM, the run keeps what is finished, and the task asks to be requeued.
 
 use super::{EngineError, EngineFile, Submission, output, shell};
 use crate::study::engine::batches::Group;
@@ -10,16 +10,16 @@ use std::process::Command;
 
 const REMEDY: &str =
     "submit where the cluster's commands are (a login node), or install them: apt install slurm-client";
-/// `MaxArraySize` where Slurm is not asked: its own default.
+/// `MaxArraySize` if Slurm is not queried: its default.
 pub const MAX_ARRAY_SIZE: usize = 1001;
-/// Seconds before the end of its time at which a task is told.
+/// Time before its limit at which a task is warned \[s\].
 const WARNING_S: u64 = 120;
-/// Times that a task may ask to be queued again.
+/// Number of times that a task may ask to be requeued.
 const RESTARTS: usize = 10;
 /// Requested time of the report \[min\].
 const REPORT_MIN: u64 = 60;
 
-/// Largest number of tasks of an array that this cluster takes.
+/// Queries the largest number of tasks in an array on this cluster.
 pub fn max_array_size() -> Result<usize, EngineError> {
     let config = output("slurm", REMEDY, Command::new("scontrol").args(["show", "config"]))?;
     let value = config.lines().find_map(|l| l.strip_prefix("MaxArraySize")?.trim_start().strip_prefix('='));
@@ -49,7 +49,7 @@ fn arrays(s: &Submission, batches: &EngineFile, max_array_size: usize) -> Vec<(u
     arrays
 }
 
-/// The script of an array of so many tasks that begin with the batch `first`.
+/// The script of an array of `tasks` tasks, beginning with the batch `first`.
 fn array(s: &Submission, batches: &EngineFile, group: &Group, (first, tasks): (usize, usize)) -> String {
     let array = format!("--array=0-{}", tasks - 1);
     let signal = format!("--signal=B:USR1@{WARNING_S}");
@@ -84,7 +84,7 @@ fn report(s: &Submission) -> String {
     head(s, "report", "%j", s.requests.report_bytes, REPORT_MIN) + &format!("\nexec {}\n", shell(&s.report))
 }
 
-/// The requests of a script, and its first lines.
+/// The first lines of a script, with its resource requests.
 fn head(s: &Submission, name: &str, log: &str, bytes: u64, minutes: u64) -> String {
     let logs = s.place().join("logs").join(format!("{log}.txt"));
     let mut requests = vec![
@@ -104,7 +104,7 @@ fn head(s: &Submission, name: &str, log: &str, bytes: u64, minutes: u64) -> Stri
     format!("#!/bin/bash\n{requests}\n{before}")
 }
 
-/// Writes the files and submits them. Returns the ids of the jobs, that of the report last.
+/// Writes the files and submits them. Returns the ids of the jobs; the last one is that of the report.
 pub fn submit(s: &Submission) -> Result<Vec<String>, EngineError> {
     let size = max_array_size()?;
     s.write(&files(s, size)?)?;
@@ -164,7 +164,7 @@ mod tests {
         let batches = submission().batches().name;
         assert_eq!(names, [batches.as_str(), "cases-1.sbatch", "cases-2.sbatch", "report.sbatch"]);
         assert_eq!(files[0].text, "a b\nc\nd\n");
-        // 2 · 1500 s + 300 s = 55 min, and two of warning; 1.5 · 1 GiB + 256 MiB
+        // 2 · 1500 s + 300 s = 55 min, plus two for the warning; 1.5 · 1 GiB + 256 MiB
         let wanted = [
             "#SBATCH --array=0-1\n",
             "#SBATCH --time=57\n",

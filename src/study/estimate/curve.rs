@@ -1,15 +1,15 @@
-//! Curves f(t) of one family: norms of differences, phase lag, cycle defect, and a pointwise Richardson curve.
+//! Curves f(t) of one family: norms of differences, phase lag, cycle defect, and a pointwise Richardson extrapolation.
 //!
 //! ```text
 //! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|        on the common time grid, d between neighbouring meshes
 //! p from ‖f₃ − f₂‖₂/‖f₂ − f₁‖₂ (the fixed point of [`crate::study::estimate::richardson`], one p for the whole curve)
-//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1);   of two curves with p = 1
+//! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1);   for two curves with p = 1
 //! ```
 //!
 //! Nothing is extrapolated from curves whose differences are rounding of the solver.
 //!
-//! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
-//! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
+//! The common grid is that of the finest mesh, over the time that all curves cover. The other curves are interpolated linearly. The error of the
+//! interpolation, a quarter of the defect when every second sample is left out, is reported.
 
 use crate::math::statistics::larger;
 use crate::study::curve::{Curve, l2, lag};
@@ -18,7 +18,7 @@ use crate::study::estimate::richardson::{
 };
 use serde::Serialize;
 
-/// Norms of one curve against the next finer one of its family.
+/// Norms of one curve relative to the next finer one of its family.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CurveNorms {
     pub id: String,
@@ -28,11 +28,11 @@ pub struct CurveNorms {
     pub l2_to_finer: f64,
     /// ‖f − f_finer‖∞ \[unit of f\]
     pub linf_to_finer: f64,
-    /// ‖f − f*‖₂ over that of the changes of f* from its start \[–\], where there is an f*
+    /// ‖f − f*‖₂ relative to the norm of the changes of f* from its start \[–\]; `None` without an f*
     pub l2_error: Option<f64>,
-    /// Against the finest, positive if later \[s\]; none beyond first order
+    /// Lag behind the curve of the finest mesh \[s\], positive if later; `None` beyond the range of the first order
     pub lag_s: Option<f64>,
-    /// Where the curve holds two cycles or more \[–\]
+    /// Cycle defect, if the curve covers at least two cycles \[–\]
     pub cycle_defect: Option<f64>,
 }
 
@@ -40,20 +40,20 @@ pub struct CurveNorms {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CurveStudy {
     pub norms: Vec<CurveNorms>,
-    /// Order from the ratio of the L2 norms; none where the curves go back and forth with the mesh
+    /// Order from the ratio of the L2 norms; `None` if the curves oscillate with the mesh
     pub observed_order: Option<f64>,
-    /// Order that f*(t) was extrapolated with, assumed of two curves
+    /// Order with which f*(t) was extrapolated; assumed for two curves
     pub order_used: Option<f64>,
     pub convergence_ratio: Option<f64>,
     pub fs: f64,
-    /// Largest GCI(t) over the largest change of f* from its start \[%\]
+    /// Largest GCI(t) relative to the largest change of f* from its start \[%\]
     pub gci_percent: Option<f64>,
     /// Largest error of the interpolation onto the common grid \[unit of f\]; 0 if all grids agree
     pub interpolation_error: f64,
-    /// \[samples\] common grid \[s\]
+    /// \[samples\] Common grid \[s\]
     #[serde(skip)]
     pub t: Vec<f64>,
-    /// \[samples\] f*(t), empty where no order could be used
+    /// \[samples\] f*(t); empty if no order could be used
     #[serde(skip)]
     pub star: Vec<f64>,
     /// \[samples\] GCI(t) \[unit of f\]
@@ -61,7 +61,7 @@ pub struct CurveStudy {
     pub gci: Vec<f64>,
 }
 
-/// `members`: (id, h, curve), finest first. `formal`: order of which two curves assume 2 at most.
+/// Compares the curves of a family. `members` are (id, h, curve), finest first; `formal` is the formal order, of which two curves assume at most 2.
 pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStudy> {
     let (_, h1, finest) = members.first()?;
     let end = members.iter().filter_map(|m| m.2.t.last()).copied().fold(f64::INFINITY, f64::min);
@@ -77,7 +77,7 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
     let differences: Vec<Vec<f64>> = on.windows(2).map(|w| difference(&w[1], &w[0])).collect();
     let norm: Vec<f64> = differences.iter().map(|d| l2(&t, d)).collect();
     let differ = norm.iter().take(2).any(|n| *n > ROUNDING * finest.peak().abs());
-    // Curves that go back and forth with the mesh have norms as if they converged
+    // Curves that oscillate with the mesh have norms as if they converged
     let is_monotone =
         differences.windows(2).take(1).all(|d| d[0].iter().zip(&d[1]).map(|(a, b)| a * b).sum::<f64>() >= 0.0);
 

@@ -1,4 +1,4 @@
-//! Evidence of one family of meshes about one scalar: its limit f* and an uncertainty U(f*), with the reasons.
+//! Evidence of one family of meshes for one scalar: its limit f* and an uncertainty U(f*), with the reasons.
 //!
 //! | data | f* | U₁ of the finest | U(f*) |
 //! |---|---|---|---|
@@ -7,18 +7,21 @@
 //! | 2 | Richardson with p = min(formal, 2), 1 where a held face ends at a re-entrant edge | GCI of the first order, Fs = 4 | U₁ |
 //! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, noise) | U₁ |
 //!
-//! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
-//! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). Of an oscillating family ΔM is that of the three finest meshes, and a coarser
-//! mesh j counts with |f₁ − fⱼ| or, where it is less, with the error of f₁ that a first order has, |f₁ − fⱼ|/(hⱼ/h₁ − 1): a finer mesh tells
-//! something new, and one that is far coarser nothing. With three meshes alone |f₁ − f₂|/(h₂/h₁ − 1) is added, because they do not tell an extremum
-//! from noise. Where the sizes of all other families lie closer together than h_n/h₁ = 4/3, the factor 3 of ΔM is that of a first order, 1/(h_n/h₁ − 1): the differences of
-//! meshes that are nearly the same tend to zero, and their error does not. A reference closer to the finest value than that value is to its limit
-//! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Noise is the half width of the 95 % interval of one value of the mesher, t s with s of n seeds: two seeds that
-//! are alike by chance tell little. It enters f* multiplied by √((1 + k)² + k²), k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of
-//! nested meshes has none.
+//! An order p is sane from ½ to 1.05 times the formal order; no other order is used for extrapolation. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ|; the last row
+//! of the table follows Eça & Hoekstra (Int. J. Numer. Meth. Fluids 2009).
 //!
-//! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
-//! another limit, and the difference of the two is added to U(f*).
+//! In an oscillating family, ΔM is that of the three finest meshes. A coarser mesh j counts with |f₁ − fⱼ| or, if this is less, with the error of f₁
+//! for first-order convergence, |f₁ − fⱼ|/(hⱼ/h₁ − 1), so that a far coarser mesh hardly counts. With only three meshes, |f₁ − f₂|/(h₂/h₁ − 1) is
+//! added, because three meshes do not distinguish an extremum from noise. In all other families with h_n/h₁ below 4/3, the factor 3 of ΔM is replaced
+//! by that of first-order convergence, 1/(h_n/h₁ − 1): the differences of nearly equal meshes tend to zero, but their error does not.
+//!
+//! A reference that is closer to the finest value than that value is to its limit would rely on one power of h beyond its evidence; hence U(f*) ≥ δ.
+//! Noise is the half-width of the 95 % interval of one value of the mesher, t s with the standard deviation s of n seeds; two seeds that agree by
+//! chance therefore say little. It enters f* multiplied by √((1 + k)² + k²), k = 1/(r^p − 1), and is added to U(f*) for triples and pairs; in least
+//! squares σ contains it. A family of nested meshes has no noise.
+//!
+//! Meshes that are not similar have no single h: the same estimate with the mean edge length in place of (V/N)^{1/3} gives another limit, and the
+//! difference of the two limits is added to U(f*).
 
 use crate::math::statistics::{larger, range};
 use crate::mesh::wall::{LEAST_CELLS, shows_bending};
@@ -35,7 +38,7 @@ use crate::study::locking;
 use crate::study::store::record::{CaseRecord, Role};
 use serde::Serialize;
 
-/// Columns of the largest or smallest value within the body, by the ends of their names.
+/// Columns of a largest or smallest value within the body, by the ends of their names.
 const LOCAL: [&str; 5] = ["min_j", "stretch_max", "stretch_min", "stress_max_Pa", "thickness_min_m"];
 
 /// One mesh of a family.
@@ -44,27 +47,27 @@ pub struct Level {
     pub id: String,
     /// (V/N)^{1/3} \[m\]
     pub h: f64,
-    /// Mean length of the edges \[m\], where it is known and is a measure of the family
+    /// Mean edge length \[m\], if it is known and is a measure of the family
     pub edge: Option<f64>,
-    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\]; 0 where it is no measure of the mesh
+    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\]; 0 if it is not a measure of the mesh
     pub extents: Option<[f64; 4]>,
     pub f: f64,
-    /// Cells across the thinnest wall, where they were counted
+    /// Cells across the thinnest wall, if they were counted
     pub wall: Option<f64>,
-    /// Its pressures raise the locking alarm.
+    /// Whether its pressures raise the locking alarm
     pub locked: bool,
-    /// Regions whose border, given by place, runs through its cells
+    /// Regions, defined by position, whose border runs through its cells
     pub cut: Vec<String>,
-    /// Its value is a largest or smallest one within the body
+    /// Whether its value is a largest or smallest one within the body
     pub extreme: bool,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
-    /// A held face ends at a re-entrant edge
+    /// Whether a held face ends at a re-entrant edge
     pub glued: bool,
 }
 
 impl Level {
-    /// The mesh of a case, with the value f of a column; without a name where f is none of a column.
+    /// Builds a level from the mesh of a case and the value f of a column; `column` is empty if f does not belong to a column.
     pub fn of(case: &CaseRecord, column: &str, f: f64) -> Self {
         let mesh = &case.mesh;
         Self {
@@ -82,35 +85,35 @@ impl Level {
         }
     }
 
-    /// A case with time steps of `dt` \[s\], in a family whose mesh stays, and with it the cells across its walls and its locking.
+    /// Builds a level from a case with time steps of `dt` \[s\], in a family on one mesh, where the cells across the walls and locking do not change.
     pub fn of_steps(case: &CaseRecord, f: f64, dt: f64) -> Self {
         Self { id: case.id.clone(), h: dt, f, ..Self::default() }
     }
 }
 
-/// The outcome for one family × variant × quantity.
+/// The result for one family × variant × quantity.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Estimate {
     pub family: String,
     pub role: Role,
     pub formulation: String,
-    /// \[meshes\] finest first
+    /// \[meshes\] Case ids, finest first
     pub cases: Vec<String>,
     pub h_m: Vec<f64>,
     pub values: Vec<f64>,
-    /// \[meshes − 1\] r of neighbours, finest first
+    /// \[meshes − 1\] Ratios r of neighbouring sizes, finest first
     pub ratios: Vec<f64>,
     pub formal_order: f64,
     pub class: Convergence,
     pub convergence_ratio: Option<f64>,
     pub ratio_limit: Option<f64>,
-    /// p of the three finest
+    /// p of the three finest meshes
     pub observed_order: Option<f64>,
     /// p of the triple one mesh coarser
     pub observed_order_coarser: Option<f64>,
-    /// The two agree within 25 % and p ≤ formal; `None` with fewer than four meshes
+    /// Whether the two orders agree within 25 % and p ≤ formal; `None` with fewer than four meshes
     pub asymptotic: Option<bool>,
-    /// \[meshes\] Cells across the thinnest wall, finest first; empty where they were not counted
+    /// \[meshes\] Cells across the thinnest wall, finest first; empty if they were not counted
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub wall_cells: Vec<f64>,
     /// Richardson value of the finest triple or pair
@@ -118,7 +121,7 @@ pub struct Estimate {
     pub gci_percent: Option<f64>,
     pub fs: f64,
     pub fit: Option<Fit>,
-    /// Order and limit with the mean length of the edges as h \[–, unit of f\]
+    /// Order and limit with the mean edge length as h \[–, unit of f\]
     pub by_edge: Option<(Option<f64>, f64)>,
     /// f* and U(f*) \[unit of f\]
     pub extrapolated: f64,
@@ -126,24 +129,24 @@ pub struct Estimate {
     /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
     pub method: Method,
-    /// The cells stay as long in a direction
+    /// Whether the cells keep their length in a direction
     #[serde(skip)]
     pub keeps_length: bool,
-    /// No finer mesh removes what speaks against it
+    /// Whether some objection would remain on any finer mesh
     #[serde(skip)]
     pub lasting: bool,
-    /// It diverges, locks, does not resolve the thinnest wall, keeps the cells as long in a direction, has a region whose border runs through
-    /// cells, or may have no limit: f* ± U(f*) is no claim
+    /// Whether f* ± U(f*) is not a claim: the family diverges, locks, does not resolve the thinnest wall, keeps the length of the cells in a direction,
+    /// has a region whose border runs through cells, or may have no limit
     pub refused: bool,
-    /// U(f*) is within the tolerance and nothing speaks against the family, so that f* can be a reference
+    /// Whether f* can be a reference: U(f*) is within the tolerance and there is no objection to the family
     pub defensible: bool,
-    /// Reasons that speak against it or limit it
+    /// Objections to the limit, and what restricts it
     pub reasons: Vec<String>,
 }
 
 impl Estimate {
-    /// Observed order that f* is found with: that of the least squares over all meshes, or that of the three finest. None where the order is assumed, or
-    /// nothing is extrapolated.
+    /// The observed order with which f* is found: that of the least squares over all meshes, or that of the three finest. `None` if the order is
+    /// assumed or nothing is extrapolated.
     pub fn order_of_limit(&self) -> Option<f64> {
         match self.method {
             Method::Richardson => self.observed_order,
@@ -152,7 +155,7 @@ impl Estimate {
         }
     }
 
-    /// φ at size h by the power law with that order, whose limit is f*.
+    /// φ at size h by the power law with the order of the limit, whose limit is f*.
     pub fn power_law(&self, h: f64) -> Option<f64> {
         let p = self.order_of_limit()?;
         let fit = self.fit.as_ref().filter(|_| self.method != Method::Richardson);
@@ -160,7 +163,7 @@ impl Estimate {
         Some(fit.map_or_else(from_finest, |fit| fit.at(h)))
     }
 
-    /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
+    /// Whether the limit is zero within its uncertainty and small compared with the values, so that errors relative to it are meaningless.
     pub fn is_near_zero(&self) -> bool {
         let (limit, largest) = (self.extrapolated, self.values.iter().fold(0.0_f64, |m, f| m.max(f.abs())));
         let is_small = limit.abs() <= 0.1 * largest || self.values.iter().any(|f| f * limit <= 0.0);
@@ -168,12 +171,12 @@ impl Estimate {
     }
 }
 
-/// Formal order of a functional by the short name of element and formulation: twice the degree of the displacement (springs are on linear cells).
+/// Formal order of a functional, from the short name of element and formulation: twice the degree of the displacement (springs use linear cells).
 pub fn formal_order(formulation: &str) -> f64 {
     if formulation.starts_with(ElementSpec::Tet10.name()) { 4.0 } else { 2.0 }
 }
 
-/// [`estimate_of_order`] with the formal order of the formulation.
+/// Estimates the limit as [`estimate_of_order`] does, with the formal order of the formulation.
 pub fn estimate(
     of: (&str, Role, &str),
     levels: Vec<Level>,
@@ -183,7 +186,8 @@ pub fn estimate(
     estimate_of_order(of, formal_order(of.2), levels, noise, tolerance)
 }
 
-/// `q`: formal order; `levels` in any order; `noise`: half width of the 95 % interval of one value by the seeds, where they apply.
+/// Estimates the limit of a family and its uncertainty. `q` is the formal order; `levels` may be in any order; `noise` is the half-width of the 95 %
+/// interval of one value over the seeds, if there are seeds.
 pub fn estimate_of_order(
     (family, role, formulation): (&str, Role, &str),
     q: f64,
@@ -261,9 +265,9 @@ pub fn estimate_of_order(
     Some(e)
 }
 
-/// ΔM of an oscillating family, finest first: that of the three finest meshes, or the difference of a coarser one from the finest, of which no more counts
-/// than the error of the finest by a first order. Three meshes alone do not tell an extremum, beyond which the limit lies, from noise: the error that the
-/// finest has by a first order is added to their ΔM.
+/// ΔM of an oscillating family, finest first: that of the three finest meshes, or a larger difference of a coarser mesh from the finest, which counts
+/// at most as the first-order error of the finest. Three meshes alone do not distinguish an extremum, beyond which the limit lies, from noise: the
+/// first-order error of the finest is added to their ΔM.
 pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     let by_first_order = |hj: f64| h[0] / (hj - h[0]);
     let coarser = h.iter().zip(f).skip(3).map(|(hj, fj)| (fj - f[0]).abs() * by_first_order(*hj).min(1.0));
@@ -271,13 +275,13 @@ pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     coarser.fold(alone + range(f.iter().copied().take(3)), f64::max)
 }
 
-/// Order that two meshes assume where a held face ends at a re-entrant edge: 2λ is 0.6 to 1 there.
+/// Order that two meshes assume if a held face ends at a re-entrant edge, where 2λ is 0.6 to 1.
 const GLUED_ORDER: f64 = 1.0;
 
-/// Diverging differences do not matter where three times their range is below this share of the tolerance.
+/// Diverging differences are ignored if three times their range is below this share of the tolerance.
 const SMALL: f64 = 0.1;
 
-/// Judges whether f* ± U(f*) is a claim, and can be a reference: the reasons against it.
+/// Judges whether f* ± U(f*) is a claim and can be a reference; returns the objections.
 fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
     let lasting = lasting_objections(e, levels);
     e.lasting = !lasting.is_empty();
@@ -290,7 +294,7 @@ fn judge(e: &mut Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) 
     against
 }
 
-/// Reasons for which f* ± U(f*) is no claim, however wide it is, until a finer mesh removes them.
+/// Objections for which f* ± U(f*) is not a claim, however wide, until a finer mesh removes them.
 fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
     let mut out = vec![];
     let allowed = tolerance.allowed(e.extrapolated);
@@ -308,7 +312,7 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
     out
 }
 
-/// Reasons for which f* ± U(f*) is no claim, and that no finer mesh removes. A quantity that no mesh changes has a limit.
+/// Objections for which f* ± U(f*) is not a claim, and that no finer mesh removes. A quantity that is independent of the mesh has a limit.
 fn lasting_objections(e: &Estimate, levels: &[Level]) -> Vec<String> {
     if e.class == Convergence::Exact {
         return vec![];
@@ -317,7 +321,7 @@ fn lasting_objections(e: &Estimate, levels: &[Level]) -> Vec<String> {
     let mut out: Vec<String> =
         no_limit.map(|why| format!("{why}, so the answer has no limit as h → 0")).into_iter().collect();
     out.extend(region_objection(&levels[0].cut));
-    // Three meshes may have an order where there is no limit, too
+    // Three meshes may show an order even if there is no limit
     if levels[0].extreme && e.asymptotic != Some(true) {
         out.push(
             "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
@@ -328,7 +332,7 @@ fn lasting_objections(e: &Estimate, levels: &[Level]) -> Vec<String> {
     out
 }
 
-/// The reason for which U(f*) is too large for a reference.
+/// The reason why U(f*) is too large for a reference, if it is.
 fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
     let (allowed, scale) = (tolerance.allowed(e.extrapolated), tolerance.scale(e.extrapolated));
     if tolerance.absolute == 0.0 && e.is_near_zero() {
@@ -344,15 +348,16 @@ fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
     }
 }
 
-/// The reason why two members alone support nothing: they may differ little next to an extremum, far from their limit, so that fewer than 95 % of the pairs with a
-/// small U(f*) contain it.
+/// The reason why two members alone support nothing: they may differ little next to an extremum, far from their limit, so that fewer than 95 % of the
+/// pairs with a small U(f*) contain it.
 pub fn order_objection(e: &Estimate) -> Option<String> {
     let why = "its two members show no order, and not that there is a limit; add a third";
     (e.class == Convergence::TwoMeshes).then(|| why.into())
 }
 
-/// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_CELLS`] on the
-/// finest mesh, and grow by at least the square root of the size ratio. A quantity that no mesh changes needs no order.
+/// Objects if the walls are not refined: an order says nothing about a wall that every mesh resolves by the same few cells. The count must reach
+/// [`LEAST_CELLS`] on the finest mesh and grow by at least the square root of the size ratio. A quantity that is independent of the mesh needs no
+/// order.
 fn wall_objection(e: &Estimate) -> Option<String> {
     let (finest, coarsest) = (*e.wall_cells.first()?, *e.wall_cells.last()?);
     if e.class == Convergence::Exact {
@@ -373,8 +378,8 @@ fn wall_objection(e: &Estimate) -> Option<String> {
         .then(|| format!("the cells across the thinnest wall hardly change over the family ({}); {refine}", counts()))
 }
 
-/// An order in h says nothing about a direction in which the cells stay as long as they are: their extents along every axis and their longest edges
-/// must shrink by at least the square root of the size ratio.
+/// Objects if cells keep their length in a direction: an order in h says nothing about that direction. The extents of the cells along every axis and
+/// their longest edges must shrink by at least the square root of the size ratio.
 fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
     if class == Convergence::Exact {
         return None;
@@ -383,7 +388,7 @@ fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
     let (finest, coarsest) = (all.first()?, all.last()?);
     let expected = (levels.last()?.h / levels.first()?.h).sqrt();
     let is_in_both = |k: usize| finest[k] > 0.0 && coarsest[k] > 0.0;
-    // Longest edges along other axes are no measure
+    // Longest edges are no measure if other axes apply
     let has_same_axes = (0..3).all(|k| is_in_both(k) || finest[k] == coarsest[k]);
     let counts = |k: &usize| is_in_both(*k) && (*k < 3 || has_same_axes);
     let stays = (0..4).filter(counts).find(|&k| coarsest[k] / finest[k] < expected)?;
@@ -397,7 +402,7 @@ fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
     ))
 }
 
-/// A border that runs through cells moves by up to a cell from mesh to mesh, or stays off by as much on all of them.
+/// Objects if the border of a region runs through cells: it moves by up to a cell from mesh to mesh, or is off by as much on all of them.
 fn region_objection(cut: &[String]) -> Option<String> {
     (!cut.is_empty()).then(|| {
         format!(
@@ -408,7 +413,7 @@ fn region_objection(cut: &[String]) -> Option<String> {
     })
 }
 
-/// The ratios of a family, where one of them is smaller than recommended.
+/// Lists the size ratios of a family if any of them is smaller than recommended.
 fn small_ratios(ratios: &[f64]) -> Option<String> {
     let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
     ratios
@@ -417,7 +422,7 @@ fn small_ratios(ratios: &[f64]) -> Option<String> {
         .then(|| format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")))
 }
 
-/// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).
+/// Finds the limit with the mean edge length as h; its distance from f* is added to U(f*).
 fn add_other_size(e: &mut Estimate, levels: &[Level], noise: Option<f64>, tolerance: Tolerance) {
     let by_edge = |l: &Level| Some(Level { h: l.edge?, edge: None, ..l.clone() });
     let Some(others) = levels.iter().map(by_edge).collect::<Option<Vec<_>>>() else { return };
@@ -427,8 +432,8 @@ fn add_other_size(e: &mut Estimate, levels: &[Level], noise: Option<f64>, tolera
     e.by_edge = Some((other.observed_order, other.extrapolated));
 }
 
-/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order of the limit: of two meshes 2 at most, which clamped edges permit, and
-/// [`GLUED_ORDER`] where a held face ends at a re-entrant edge. Their GCI is that of the first order.
+/// Sets Richardson's limit and the GCI of the finest triple or pair. Returns the order of the limit. For two meshes it is at most 2, which clamped
+/// edges permit, or [`GLUED_ORDER`] if a held face ends at a re-entrant edge; their GCI is that of the first order.
 fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Option<f64> {
     let (q, f1) = (e.formal_order, e.values[0]);
     let assumed = match first {
@@ -454,21 +459,21 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>, glued: bool) -> Optio
     assumed
 }
 
-/// Facts about the values of a family on which its uncertainty depends.
+/// Properties of the values of a family that determine its uncertainty.
 struct Differences {
     /// ΔM
     spread: f64,
-    /// The smaller step between the three finest meshes
+    /// The smaller of the two differences between the three finest meshes
     least: f64,
-    /// Half width of the 95 % interval of one value by the seeds, where they apply
+    /// Half-width of the 95 % interval of one value over the seeds, if there are seeds
     noise: Option<f64>,
-    /// The noise exceeds the smaller step.
+    /// Whether the noise exceeds the smaller difference
     noisy: bool,
     /// Order of Richardson's limit
     assumed: Option<f64>,
 }
 
-/// Sets limit, method and uncertainties.
+/// Sets the limit, its method and the uncertainties.
 fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>) {
     let (q, f1, r21) = (e.formal_order, e.values[0], e.ratios[0]);
     if e.class == Convergence::Exact {
@@ -500,7 +505,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.extrapolated = star;
         let k = 1.0 / (p * r21.ln()).exp_m1();
         let noise = d.noise.unwrap_or(0.0) * ((1.0 + k).powi(2) + k * k).sqrt();
-        // One triple does not show that its p is the asymptotic one: 2 at singular edges, the formal order elsewhere
+        // One triple does not show that its p is the asymptotic one: that is 2 at singular edges, the formal order elsewhere
         let other = |p: f64| (star - f1 - correction(f1 - e.values[1], r21, p)).abs();
         e.uncertainty = noise
             + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };
@@ -515,14 +520,14 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
     }
 }
 
-/// Factor of ΔM: 3, or the one of a first order, 1/(h_n/h₁ − 1), where the sizes lie closer together than 4/3 and their differences say less. Of an oscillating family the first
-/// order is in ΔM.
+/// Factor of ΔM: 3, or that of first-order convergence, 1/(h_n/h₁ − 1), if the sizes lie closer together than 4/3 and their differences say less. In
+/// oscillating families ΔM already contains the first order.
 fn cautious(h: &[f64], class: Convergence) -> f64 {
     let first_order = (h[h.len() - 1] / h[0] - 1.0).recip();
     if class == Convergence::Oscillatory { CAUTIOUS_FACTOR } else { CAUTIOUS_FACTOR.max(first_order) }
 }
 
-/// Appends what limits the estimate: the kind of convergence, the observed orders, the scatter about the fit.
+/// Appends what limits the estimate: the kind of convergence, the observed orders, and the scatter about the fit.
 fn add_limits(e: &Estimate, is_sane: bool, reasons: &mut Vec<String>) {
     let (q, p) = (e.formal_order, e.observed_order);
     match e.class {

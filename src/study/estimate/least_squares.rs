@@ -9,13 +9,13 @@
 //! U = 3(σ/Δφ)(ε + σ + |φ − fit|)       if σ ≥ Δφ
 //! ```
 //!
-//! αh^p is kept while its p is sane. An order above q is replaced by αh^{q/2} or αh^q, one below ½ by any of the three
-//! models with fixed exponents; each is fitted weighted and not, and the smallest σ is taken.
+//! The model αh^p is kept while its p is sane. An order above the sane range is replaced by αh^{q/2} or αh^q, one below ½ by any of the three models
+//! with fixed exponents. Each is fitted with and without weights, and the fit with the smallest σ is taken.
 
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, LEAST_ORDER, ORDER_SLACK, safety_factor};
 use serde::Serialize;
 
-/// The model that was chosen, and its uncertainty per mesh.
+/// The chosen model, and its uncertainty for each mesh.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Fit {
     /// `αh^p`, `αh`, `αh²`, `αh+βh²` (with the formal order in place of 2)
@@ -23,7 +23,7 @@ pub struct Fit {
     pub weighted: bool,
     pub f0: f64,
     pub alpha: f64,
-    /// Coefficient of the second power, 0 for one power
+    /// Coefficient of the second power; 0 if there is only one
     pub beta: f64,
     /// Exponents of α and β
     pub powers: (f64, f64),
@@ -34,19 +34,19 @@ pub struct Fit {
     /// Δφ \[unit of φ\]
     pub range: f64,
     pub fs: f64,
-    /// σ < Δφ and a sane p
+    /// Whether σ < Δφ and p is sane
     pub good: bool,
     /// \[meshes\] U of each value \[unit of φ\]
     pub uncertainty: Vec<f64>,
 }
 
 impl Fit {
-    /// Whether the order of the model is that of the free fit, from ½ to 1.05 times the formal one.
+    /// Whether the order of the model is that of the free fit and lies between ½ and 1.05 times the formal one.
     pub fn has_sane_order(&self) -> bool {
         self.fs < CAUTIOUS_FACTOR
     }
 
-    /// φ at size h, in the unit the fit was made with.
+    /// φ at size h, in the unit of the fit.
     pub fn at(&self, h: f64) -> f64 {
         self.f0
             + self.alpha * h.powf(self.powers.0)
@@ -66,13 +66,13 @@ struct Candidate {
     sigma: f64,
 }
 
-/// Fit of `f` at sizes `h` (any order, at least four), formal order `q`. `None` with fewer meshes or equal sizes.
+/// Fits the values `f` on four or more meshes of sizes `h`, in any order, with the formal order `q`. `None` with fewer meshes or equal sizes.
 pub fn least_squares(h: &[f64], f: &[f64], q: f64) -> Option<Fit> {
     let n = h.len();
     if n < 4 || n != f.len() {
         return None;
     }
-    // Sizes relative to the finest: α and β keep the unit of f and the normal equations their scale.
+    // Sizes relative to the finest keep the unit of f for α and β and the scaling of the normal equations.
     let h1 = h.iter().copied().fold(f64::INFINITY, f64::min);
     let x: Vec<f64> = h.iter().map(|v| v / h1).collect();
     let (lo, hi) = f.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
@@ -142,7 +142,7 @@ fn model_name(powers: &[f64], free: bool, q: f64) -> String {
     }
 }
 
-/// αh^p by scan and golden section over p; φ₀ and α are linear.
+/// Fits αh^p by a scan and golden-section search over p; φ₀ and α are linear.
 fn free_order(x: &[f64], f: &[f64], weighted: bool, q: f64) -> Option<Candidate> {
     let at = |p: f64| linear(x, f, &[p], weighted).map(|c| c.sigma).unwrap_or(f64::INFINITY);
     let (step, top) = (0.05, 2.0 * q + 4.0);
@@ -162,13 +162,13 @@ fn free_order(x: &[f64], f: &[f64], weighted: bool, q: f64) -> Option<Candidate>
         }
     }
     let mut c = linear(x, f, &[0.5 * (a + b)], weighted)?;
-    // three unknowns: φ₀, α, p
+    // Three unknowns: φ₀, α, p
     let n = x.len() as f64;
     c.sigma *= ((n - 2.0) / (n - 3.0)).sqrt();
     Some(c)
 }
 
-/// φ₀ and the coefficients of the given powers, by weighted normal equations of centred columns.
+/// Fits φ₀ and the coefficients of the given powers, by weighted normal equations with centred columns.
 fn linear(x: &[f64], f: &[f64], powers: &[f64], weighted: bool) -> Option<Candidate> {
     let n = x.len();
     let total: f64 = x.iter().map(|v| 1.0 / v).sum();

@@ -1,10 +1,10 @@
-//! Methods by which the limit of a family is found, with the words that files and reports have for them.
+//! Methods of finding the limit of a family, with their wording in files and reports.
 
 use crate::study::estimate::richardson::PAIR_FACTOR;
 use serde::{Serialize, Serializer};
 use std::fmt;
 
-/// Method of a limit.
+/// Method of finding a limit.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// The value that all meshes share
@@ -15,17 +15,17 @@ pub enum Method {
     Richardson,
     /// Richardson extrapolation over two meshes with an assumed order p
     TwoMeshes { p: f64 },
-    /// A model by least squares over four and more meshes
+    /// A model fitted by least squares to four or more meshes
     LeastSquares { model: String, weighted: bool },
 }
 
 impl Method {
-    /// Whether the limit lies beyond the values, by an order of convergence.
+    /// Whether the limit is extrapolated with an order of convergence.
     pub fn is_extrapolation(&self) -> bool {
         !matches!(self, Self::Independent | Self::Spread)
     }
 
-    /// How the limit is found, with its source as `[@key]`.
+    /// Describes how the limit is found, with its source as `[@key]`.
     pub fn cited(&self) -> &'static str {
         match self {
             Self::Independent => "the value that all meshes share",

@@ -6,12 +6,12 @@
 //! | Order, limit and kind of convergence of three meshes; safety factors and thresholds | `richardson` |
 //! | Order and limit of four meshes or more | `least_squares` |
 //! | Accepted errors, relative and absolute | `tolerance` |
-//! | f* ± U(f*) of one family, and what limits it | `family` |
+//! | f* ± U(f*) of one family, and its limitations | `family` |
 //! | The method by which f* is found, in words | `method` |
 //! | The reference among the families | `reference` |
-//! | Curves over time in place of one number | `curve` |
+//! | Curves over time instead of single numbers | `curve` |
 //! | Sizes of time steps | `step_size` |
-//! | Power laws of cost over size | `power_law` |
+//! | Power laws of cost versus size | `power_law` |
 
 pub mod curve;
 pub mod family;

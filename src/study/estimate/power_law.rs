@@ -1,4 +1,4 @@
-//! Power laws y = c xᑫ by least squares in logarithms, with what they do not know.
+//! Power laws y = c xᑫ by least squares in logarithms, with their uncertainty.
 //!
 //! ```text
 //! ln y = ln c + q ln x,   s² = Σ (ln yᵢ − fit)²/(n − 2),   S = Σ (ln xᵢ − mean)²
@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Source: any text on linear regression, for example Montgomery, Peck & Vining, *Introduction to Linear Regression Analysis*, 5th ed.
-//! (2012), equations 2.40 (slope) and 2.54 (new observation). Limits: x without error, scatter the same in every decade; a law that bends is not seen by s
-//! where there are few points, so the last point is predicted from the others as a check.
+//! (2012), equations 2.40 (slope) and 2.54 (new observation). Limits: x is without error and the scatter is the same in every decade. With few points,
+//! s does not reveal a law that bends; as a check, the last point is therefore predicted from the others.
 
 use crate::math::statistics::t_quantile;
 use schemars::JsonSchema;
@@ -17,9 +17,9 @@ use serde::Serialize;
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct PowerLaw {
     pub q: f64,
-    /// Half width of the 95 % interval of q; none with two points
+    /// Half-width of the 95 % interval of q; `None` with two points
     pub half: Option<f64>,
-    /// Standard error of q; none with two points
+    /// Standard error of q; `None` with two points
     pub error: Option<f64>,
     pub points: usize,
     log_c: f64,
@@ -28,24 +28,24 @@ pub struct PowerLaw {
     deviation: f64,
 }
 
-/// A value of the law with its 95 % interval; without one where two points leave no freedom.
+/// A value of the law with its 95 % interval, which two points do not determine.
 #[derive(Serialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     /// Predicted value
     pub value: f64,
-    /// Ends of its 95 % interval
+    /// Ends of its 95 % interval; `None` with two points
     pub interval: Option<[f64; 2]>,
 }
 
 impl Predicted {
-    /// The same with no part below a value that is known to be less.
+    /// Raises the value and its interval to at least `least`, a known lower bound.
     pub fn at_least(self, least: f64) -> Self {
         let more = |value: f64| value.max(least);
         Self { value: more(self.value), interval: self.interval.map(|ends| ends.map(more)) }
     }
 }
 
-/// `None` with fewer than two different x, or where something is not positive.
+/// Fits a power law. Returns `None` with fewer than two different x, or if a coordinate is not positive and finite.
 pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     if points.iter().any(|(x, y)| !(*x > 0.0 && *y > 0.0 && x.is_finite() && y.is_finite())) {
         return None;
@@ -68,7 +68,8 @@ pub fn power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
 }
 
 impl PowerLaw {
-    /// The law through the mean of the points in logarithms whose exponent lies within a range; without intervals, which are those of the free exponent.
+    /// Restricts the exponent to a range, with the law through the mean of the points in logarithms. The result has no intervals, since these apply to
+    /// the free exponent.
     pub fn bounded(self, [least, most]: [f64; 2]) -> Self {
         let q = self.q.clamp(least, most);
         Self { q, log_c: self.log_c + (self.q - q) * self.mean, half: None, error: None, points: 2, ..self }
@@ -106,7 +107,7 @@ mod tests {
         assert!(power_law(&[(1.0, 0.0), (2.0, 1.0)]).is_none(), "no logarithm of nothing");
     }
 
-    /// Noise of 20 % over sizes of 825 and 850 is a power of 6; through their mean, 837.4, the law grows by its bound.
+    /// Noise of 20 % between sizes 825 and 850 gives an exponent of 6; the law through their mean, 837.4, has the exponent of the bound.
     #[test]
     fn an_exponent_within_bounds_keeps_the_mean_of_the_points() {
         let steep = power_law(&[(825.0, 1.0), (850.0, 1.2)]).expect("two sizes").bounded([1.0, 2.0]);

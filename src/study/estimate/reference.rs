@@ -1,14 +1,14 @@
-//! The reference value of a quantity: the limits of all families that can be one, together.
+//! The reference value of a quantity, from the limits of all families that can serve as one.
 //!
 //! ```text
-//! leading     argmin U(f*)/scale · 1, 2, 3      with four meshes or more, three, two; of the defensible families, else of those that are not refused, else of all
+//! leading     argmin U(f*)/scale · 1, 2, 3      with at least four meshes, three, two; among the defensible families, else those not refused, else all
 //! f*, U(f*)   of the leading family;   U² = U(f*)² + max |f* − f*ᵢ|² over every defensible family i
 //! ```
 //!
-//! No fourth mesh has checked the order of three, so the smallest claim is not the best evidence. The limits of all defensible families
-//! (which excludes those that lock, diverge, or do not resolve their walls) enter, whether or not the intervals overlap: two limits of one
-//! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
-//! change it. `tests/estimates/coverage_of_estimates.rs` measures how often the interval holds.
+//! The order of three meshes has not been checked by a fourth, so that the smallest claim is not the best evidence. The limits of all defensible
+//! families (which excludes those that lock, diverge, or do not resolve their walls) enter, whether or not the intervals overlap: two limits of one
+//! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not change it.
+//! `tests/estimates/coverage_of_estimates.rs` measures how often the interval contains the true value.
 
 use crate::math::statistics::larger;
 use crate::report::numbers::{minus_signs, space, within};
@@ -17,18 +17,18 @@ use crate::study::estimate::richardson::ROUNDING;
 use crate::study::estimate::tolerance::Tolerance;
 use serde::Serialize;
 
-/// f* ± U(f*) and who says so.
+/// The reference value f* ± U(f*) and its sources.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Reference {
     pub value: f64,
-    /// U(f*), with the distance to the limits of the envelope \[unit of f\]
+    /// U(f*), including the distance to the limits of the envelope \[unit of f\]
     pub uncertainty: f64,
-    /// Value that errors are related to, |f*| unless the tolerance is absolute \[unit of f\]
+    /// Value relative to which errors are given, |f*| unless the tolerance is absolute \[unit of f\]
     pub scale: f64,
     /// The leading family
     pub family: String,
     pub method: String,
-    /// Defensible families, the leading one first; empty where none is, and the leading one is no more than the best there is
+    /// Defensible families, the leading one first; if empty, the leading family is merely the best available
     pub envelope: Vec<String>,
     pub others: Vec<CrossCheck>,
     /// Largest |f* − f*ᵢ| over the envelope \[unit of f\]
@@ -37,7 +37,7 @@ pub struct Reference {
     pub independent: Option<CrossCheck>,
 }
 
-/// Another family, or the estimate from a single run, against the reference.
+/// Comparison of another family, or of the estimate from a single run, with the reference.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CrossCheck {
     /// The family, or the case of the single run
@@ -45,11 +45,11 @@ pub struct CrossCheck {
     pub of: String,
     pub value: f64,
     pub uncertainty: f64,
-    /// Its own interval and the one of the leading family, or of the reference, overlap.
+    /// Whether its interval overlaps that of the leading family, or of the reference
     pub overlaps: bool,
 }
 
-/// Weight of a claimed uncertainty by the number of meshes behind it.
+/// Factor on a claimed uncertainty by the number of meshes behind it.
 fn caution(meshes: usize) -> f64 {
     match meshes {
         0..=2 => 3.0,
@@ -58,10 +58,10 @@ fn caution(meshes: usize) -> f64 {
     }
 }
 
-/// The reference from the estimates of one quantity, one per family.
+/// Chooses the reference from the estimates of one quantity, one per family.
 pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option<Reference> {
     let tolerance = tolerance.into();
-    // A small U(f*) of a family that is refused is no claim
+    // A small U(f*) of a refused family is not a claim
     let rank = |e: &Estimate| (!e.defensible, e.refused);
     let claim =
         |e: &&Estimate| caution(e.cases.len()) * e.uncertainty / tolerance.scale(e.extrapolated).max(f64::MIN_POSITIVE);
@@ -95,7 +95,7 @@ pub fn choose(estimates: &[Estimate], tolerance: impl Into<Tolerance>) -> Option
 }
 
 impl Reference {
-    /// Compares with an estimate by another method. Where the intervals do not overlap, U(f*) grows to reach it.
+    /// Compares the reference with an estimate by another method. If the intervals do not overlap, U(f*) is increased to reach the estimate.
     pub fn check(&mut self, of: &str, value: f64, uncertainty: f64) {
         let gap = (value - self.value).abs();
         let overlaps = gap <= uncertainty + self.uncertainty;
@@ -105,14 +105,14 @@ impl Reference {
         self.independent = Some(CrossCheck { of: of.into(), value, uncertainty, overlaps });
     }
 
-    /// `−0.00542 m ± 0.00012 m`
+    /// Value and uncertainty in words: `−0.00542 m ± 0.00012 m`.
     pub fn words(&self, unit: &str) -> String {
         let unit = space(unit);
         let [value, half] = [self.value, self.uncertainty].map(|v| minus_signs(&within(v, self.uncertainty)));
         format!("{value}{unit} ± {half}{unit}")
     }
 
-    /// The families behind it: `from family tet10_up` or `from families tet10_up, tet10, nested`.
+    /// The supporting families in words: `from family tet10_up alone` or `from families tet10_up, tet10, nested`.
     pub fn from_words(&self) -> String {
         match self.envelope.len() {
             0 | 1 => format!("from family {} alone", self.family),
@@ -120,7 +120,7 @@ impl Reference {
         }
     }
 
-    /// A defensible family supports it, and its uncertainty is allowed.
+    /// Whether a defensible family supports it and its uncertainty is within the tolerance.
     pub fn is_within(&self, tolerance: Tolerance) -> bool {
         !self.envelope.is_empty() && self.uncertainty <= tolerance.allowed(self.value)
     }

@@ -1,4 +1,4 @@
-//! Observed order, Richardson extrapolation and GCI of three meshes (1 finest) with unequal ratios.
+//! Observed order, Richardson extrapolation and GCI of three meshes (1 is the finest) with unequal ratios.
 //!
 //! With h = (V/N)^{1/3}, r₂₁ = h₂/h₁, ε₂₁ = f₂ − f₁, ε₃₂ = f₃ − f₂ and f = f₀ + αh^p,
 //!
@@ -11,54 +11,54 @@
 //! applications, J. Fluids Eng. 130 (2008) 078001; safety factors after P. J. Roache (1.25 with three meshes and a sane
 //! order, 3 otherwise).
 //!
-//! Limits: one power of h only; the classical check GCI₃₂/(r^p GCI₂₁) ≈ 1 says nothing, p comes from the same triple.
+//! Limits: one power of h only. The classical check GCI₃₂/(r^p GCI₂₁) ≈ 1 says nothing, because p comes from the same triple.
 
 use serde::Serialize;
 
-/// Roache's recommended least ratio of sizes; below it noise in f is amplified too much.
+/// Smallest size ratio recommended by Roache; smaller ones amplify noise in f too much.
 pub const LEAST_RATIO: f64 = 1.3;
-/// Orders below this are no convergence to build an error bar on.
+/// Lowest order that counts as convergence for an error bar.
 pub const LEAST_ORDER: f64 = 0.5;
-/// An observed order may exceed the formal one by this factor (Eça & Hoekstra 2014 accept p < 2.1 for 2).
+/// Factor by which an observed order may exceed the formal one (Eça & Hoekstra 2014 accept p < 2.1 for 2).
 pub const ORDER_SLACK: f64 = 1.05;
-/// Differences below this fraction of the value are rounding of the nonlinear solve (residual tolerance 1e-8).
+/// Differences below this fraction of the value are rounding of the nonlinear solution (residual tolerance 1e-8).
 pub const ROUNDING: f64 = 1e-7;
 
-/// Safety factor Fs of the grid convergence index (Roache 1998): 1.25 where three meshes or more show a sane order, else 3.
+/// Safety factor Fs of the grid convergence index (Roache 1998): 1.25 if three or more meshes show a sane order, otherwise 3.
 pub fn safety_factor(is_sane: bool) -> f64 {
     if is_sane { 1.25 } else { CAUTIOUS_FACTOR }
 }
 
-/// Safety factor where the order is assumed, and of differences where there is none.
+/// Safety factor if the order is assumed, and factor of differences if there is no order.
 pub const CAUTIOUS_FACTOR: f64 = 3.0;
 
-/// Safety factor of two meshes, on their change by a first order: with it 95 % of the limits of drawn pairs are inside
+/// Safety factor of two meshes, applied to their change extrapolated at first order: with it 95 % of the limits of randomly drawn pairs are inside
 /// (`tests/estimates/coverage_of_estimates.rs`).
 pub const PAIR_FACTOR: f64 = 4.0;
 
-/// Uncertainty of the limit of two meshes with this difference, whose order is not known.
+/// Uncertainty of the limit of two meshes with this difference, whose order is unknown.
 pub fn bound_of_pair(difference: f64, r: f64) -> f64 {
     PAIR_FACTOR * correction(difference.abs(), r, 1.0)
 }
 
-/// Whether a ratio of sizes is below the recommended one by the two decimals with which it is shown.
+/// Whether a size ratio, rounded to the two decimals with which it is shown, is below the recommended one.
 pub fn is_small_ratio(ratio: f64) -> bool {
     (100.0 * ratio).round() / 100.0 < LEAST_RATIO
 }
 
-/// How values approach their limit, three of them judged by R = ε₂₁/ε₃₂.
+/// How values approach their limit; three values are judged by R = ε₂₁/ε₃₂.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Convergence {
-    /// 0 < R < ln r₂₁/ln r₃₂: there is a p > 0
+    /// 0 < R < ln r₂₁/ln r₃₂: there is an order p > 0
     Monotone,
-    /// −1 < R ≤ 0: ½(max − min) is all that can be said
+    /// −1 < R ≤ 0: only ½(max − min) is known
     Oscillatory,
     /// R ≥ ln r₂₁/ln r₃₂, or R ≤ −1
     Diverging,
-    /// Two meshes that differ: they do not show how they approach their limit, nor that there is one
+    /// Two different values: they show neither how they approach their limit nor that there is one
     TwoMeshes,
-    /// All differences are rounding: the quantity is imposed, or does not depend on the mesh
+    /// All differences are rounding: the quantity is prescribed, or does not depend on the mesh
     Exact,
 }
 
@@ -74,17 +74,17 @@ impl Convergence {
     }
 }
 
-/// Three meshes of one family and one scalar, 1 finest.
+/// Values of one scalar on three meshes of one family, 1 is the finest.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct Triple {
     pub r21: f64,
     pub r32: f64,
-    /// R = ε₂₁/ε₃₂ \[–\], 0 where ε₃₂ vanishes with ε₂₁
+    /// R = ε₂₁/ε₃₂ \[–\]; 0 if both differences vanish
     pub ratio: f64,
     /// ln r₂₁/ln r₃₂, the value of R at p = 0
     pub ratio_limit: f64,
     pub class: Convergence,
-    /// Observed order, of monotone triples only
+    /// Observed order; only for monotone triples
     pub p: Option<f64>,
     /// Difference ε₂₁ and finest value f₁, in the unit of f
     pub e21: f64,
@@ -92,7 +92,7 @@ pub struct Triple {
 }
 
 impl Triple {
-    /// `h` and `f` of the meshes, finest first.
+    /// Builds a triple from the sizes `h` and values `f` of the meshes, finest first.
     pub fn new(h: [f64; 3], f: [f64; 3]) -> Self {
         let (r21, r32) = (h[1] / h[0], h[2] / h[1]);
         let (e21, e32) = (f[1] - f[0], f[2] - f[1]);
@@ -112,7 +112,7 @@ impl Triple {
         Self { r21, r32, ratio, ratio_limit, class, p, e21, f1: f[0] }
     }
 
-    /// Monotone with ½ ≤ p ≤ 1.05·formal order.
+    /// Whether the triple is monotone with ½ ≤ p ≤ 1.05·formal order.
     pub fn is_sane(&self, formal: f64) -> bool {
         self.p.is_some_and(|p| (LEAST_ORDER..=ORDER_SLACK * formal).contains(&p))
     }
@@ -128,14 +128,14 @@ pub fn correction(difference: f64, r: f64, p: f64) -> f64 {
     difference / (p * r.ln()).exp_m1()
 }
 
-/// The p > 0 of a monotone triple, R = ε₂₁/ε₃₂ in (0, ln r₂₁/ln r₃₂).
+/// The order p > 0 of a monotone triple, with R = ε₂₁/ε₃₂ in (0, ln r₂₁/ln r₃₂).
 ///
-/// Celik's fixed point solves 1/R = r₂₁^p (r₃₂^p − 1)/(r₂₁^p − 1). The right side grows strictly with p, from
-/// ln r₃₂/ln r₂₁, so the root is unique and is bracketed here; the fixed point is the same root but need not be
-/// reached by iteration when the ratios are very unequal. `None` if the order is above 100.
+/// Celik's fixed point solves 1/R = r₂₁^p (r₃₂^p − 1)/(r₂₁^p − 1). The right-hand side increases strictly with p from ln r₃₂/ln r₂₁, so that the root
+/// is unique; it is bracketed here. The fixed-point iteration has the same root but need not converge to it for very unequal ratios. `None` if the
+/// order is above 100.
 pub fn observed_order(ratio: f64, r21: f64, r32: f64) -> Option<f64> {
     let (a, b) = (r21.ln(), r32.ln());
-    // ln of the right side, with r^p − 1 by exp_m1: no cancellation at small p
+    // Logarithm of the right-hand side, with r^p − 1 by exp_m1: no cancellation at small p
     let g = |p: f64| p * a + (p * b).exp_m1().ln() - (p * a).exp_m1().ln() + ratio.ln();
     let (mut lo, mut hi) = (1e-9, 100.0);
     if !(g(lo) < 0.0 && g(hi) > 0.0) {
@@ -152,7 +152,7 @@ pub fn observed_order(ratio: f64, r21: f64, r32: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A sentence that calls a ratio small shows one below the limit. No ratio here lies between two decimals.
+    /// A ratio that is called small also prints as less than the limit. No ratio here lies midway between two decimals.
     #[test]
     fn a_small_ratio_is_shown_below_the_limit() {
         for ratio in (0..1000).map(|k| 1.25005 + 1e-4 * f64::from(k)) {

@@ -1,16 +1,16 @@
-//! Sizes of the time steps of runs that differ in them, and the error of one of these steps.
+//! Time steps of runs that differ only in their steps, and the error of one of these steps.
 //!
-//! A run has one step for each stage, or those that a permitted error sets, of which the mean counts. Runs of a family differ in some stages only: the hold before a movement keeps its step, which says nothing of
-//! their errors.
+//! A run has one step for each stage, or the mean of steps that are chosen from a permitted error. Runs of a family may differ in some stages only: the
+//! hold before a movement keeps its step, which says nothing about the errors.
 
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::store::record::CaseRecord;
 
-/// Relative difference of steps that are the same but for rounding.
+/// Relative difference below which steps are equal except for rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// One size for each run \[s\]: its step in the stage in which the runs differ, the geometric mean where they differ in several stages, and its longest
-/// step where they differ in none.
+/// Returns one size for each run \[s\]: its step in the stage in which the runs differ, the geometric mean if they differ in several stages, and its
+/// longest step if they differ in none.
 pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
     if runs.iter().any(|r| r.time_error_m.is_some()) {
         return runs.iter().map(|r| r.mean_dt_s.unwrap_or(r.dt_s)).collect();
@@ -31,7 +31,7 @@ pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
     runs.iter().map(mean).collect()
 }
 
-/// Whether two runs have the same time step in every stage, and the same permitted error where one sets them.
+/// Whether two runs have the same time step in every stage, and the same permitted error if one sets the steps.
 pub fn has_steps_of(run: &CaseRecord, other: &CaseRecord) -> bool {
     if run.time_error_m != other.time_error_m {
         return false;
@@ -39,7 +39,7 @@ pub fn has_steps_of(run: &CaseRecord, other: &CaseRecord) -> bool {
     let (a, b) = (run.steps_s(), other.steps_s());
     match a.len() == b.len() {
         true => a.iter().zip(b).all(|(a, b)| is_same(*a, *b)),
-        // One of them is of an earlier version
+        // One of them was written by an earlier version
         false => is_same(run.dt_s, other.dt_s),
     }
 }
@@ -48,15 +48,16 @@ fn is_same(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() < ROUNDING
 }
 
-/// A run: its time step \[s\], its value, and whether it has the step that is judged.
+/// A run: its time step \[s\], its value, and whether its step is the judged one.
 pub type Timed = (f64, f64, bool);
 
-/// Error of the step of run `at` by runs with other steps, the shortest first: the difference from the shortest step Δt₁ and the rest s Δt₁ below it. The change per time step s is the mean
-/// of the two steps or that between the two shortest ones; where it has grown towards them by a factor, it may grow by as much again, and a factor of three at most counts: the
-/// error of a damping rule is largest where its steps begin to resolve the motion.
+/// Error of the step of run `at`, from runs with other steps, sorted by step: the difference from the run with the shortest step Δt₁, plus the
+/// remainder s Δt₁. The change per unit of time step, s, is the larger of the mean over these two runs and that between the two shortest steps. If the
+/// latter is larger than that between the next two by some factor, it may grow by this factor again, by at most three: the error of a rule with
+/// numerical damping is largest where its steps begin to resolve the motion.
 pub fn first_order(runs: &[Timed], at: usize) -> Option<f64> {
     let (dt, a, _) = runs[at];
-    // If the study's step is itself the shortest, the difference to the next longer one bounds its error
+    // If the step of the run is itself the shortest, the difference to the next longer one bounds its error
     let (other, b, _) = *runs.iter().find(|run| !is_same(run.0, dt))?;
     let slope = |w: &[Timed]| ((w[1].1 - w[0].1) / (w[1].0 - w[0].0)).abs();
     let slopes: Vec<f64> = runs.windows(2).filter(|w| !is_same(w[0].0, w[1].0)).take(2).map(slope).collect();
@@ -68,7 +69,8 @@ pub fn first_order(runs: &[Timed], at: usize) -> Option<f64> {
     Some(if dt < other { change * dt } else { difference + change * other })
 }
 
-/// Error of the steps of a run in a value, by runs with other steps on one mesh and theirs; none where no run has its steps, or all have.
+/// Error of a value of a run caused by its time steps, from runs on one mesh with other steps and their values; `None` if no run has its steps, or all
+/// have.
 pub fn error_of_steps(run: &CaseRecord, others: &[(&CaseRecord, f64)]) -> Option<f64> {
     let records: Vec<&CaseRecord> = others.iter().map(|(r, _)| *r).collect();
     let timed = |((r, value), dt): (&(&CaseRecord, f64), f64)| (dt, *value, has_steps_of(r, run));
@@ -102,7 +104,7 @@ mod tests {
         assert!((a - 0.2).abs() < 1e-15 && (b - 0.1).abs() < 1e-15, "{a} {b}");
     }
 
-    /// Two runs with steps of 40 ms at most after a static hold of one step, and one with all steps of that length.
+    /// Two runs with steps of at most 40 ms after a static hold of one step, and one in which all steps have that length.
     #[test]
     fn steps_that_an_error_sets_have_their_mean_length() {
         let of = |error: Option<f64>, mean: f64| CaseRecord {
@@ -124,7 +126,7 @@ mod tests {
         assert_eq!(step_sizes(&[&old, &run(&[0.01, 0.025])]), [0.05, 0.025]);
     }
 
-    /// Peak of the oscillator x″ + ω²x = ω² with ω = 1, which starts at rest, by implicit Euler with steps Δt; exactly 2.
+    /// Peak of the oscillator x″ + ω²x = ω² with ω = 1, starting at rest, by implicit Euler with steps Δt; the exact peak is 2.
     fn oscillator(dt: f64) -> f64 {
         let (mut x, mut v, mut peak) = (0.0, 0.0, 0.0_f64);
         for _ in 0..(6.0 / dt).ceil() as usize {
@@ -135,8 +137,9 @@ mod tests {
         peak
     }
 
-    /// Changes of implicit Euler per time step are largest where its steps begin to resolve the motion. A first order through two steps gives down to 0.27 of the error of a step of which no one
-    /// covers a third of the motion; with the growth between three of them the bound is 0.8 of it at least, and 0.95 from ten steps a period on.
+    /// The change of implicit Euler per unit of time step is largest where its steps begin to resolve the motion. For steps that cover less than a
+    /// third of the motion, a first-order estimate from two steps gives as little as 0.27 of the error; with the growth between three of them the bound
+    /// is at least 0.8 of it, and at least 0.95 from ten steps per period on.
     #[test]
     fn steps_that_resolve_a_motion_bound_its_error() {
         let (mut two, mut three, mut ten) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
@@ -156,7 +159,7 @@ mod tests {
         assert!(two < 0.3 && three > 0.8 && ten > 0.95, "{two} {three} {ten}");
     }
 
-    /// Second order in the steps: the differences shrink, and the bound is that of a first order, twice the error or more.
+    /// With second order in the steps the differences shrink, and the first-order bound is at least twice the error.
     #[test]
     fn steps_of_second_order_keep_their_bound() {
         let runs = [0.1, 0.2, 0.4].map(|dt: f64| (dt, 1.0 + dt * dt, false));
@@ -167,7 +170,7 @@ mod tests {
         );
     }
 
-    /// 9 ms in seconds and in milliseconds, which differ by rounding: the two runs are of one step, whichever is judged.
+    /// 9 ms given in seconds and in milliseconds differ by rounding: the two runs have the same step, whichever is judged.
     #[test]
     fn a_step_in_another_unit_is_the_same_step() {
         let (seconds, milliseconds) = (0.009, 9.0 * 1e-3);
@@ -181,7 +184,8 @@ mod tests {
         assert_eq!(first_order(&runs[..2], 0), None);
     }
 
-    /// Implicit Euler has half of the error of twice the step: the bound by two runs is the error, and without a run of its own steps there is none.
+    /// The first-order error of implicit Euler is half of that of twice the step: the bound from two runs is the error, and without a run with its own
+    /// steps there is no bound.
     #[test]
     fn the_error_of_a_run_is_that_of_its_steps() {
         let runs = [run(&[0.004]), run(&[0.002])];

@@ -1,17 +1,17 @@
-//! The tolerance of a quantity: a share of its value, and where the value may be near zero an absolute one.
+//! The tolerance of a quantity: relative to its value, and additionally absolute where the value may be near zero.
 //!
 //! ```text
 //! allowed(f) = max(relative·|f|, absolute),   scale(f) = allowed(f)/relative = max(|f|, absolute/relative)
 //! ```
 //!
-//! Errors in per cent are shares of the scale, so that they meet the relative tolerance exactly where the error is allowed.
+//! Percentage errors are relative to the scale, so that an error meets the relative tolerance exactly if it is allowed.
 
-/// Largest error that is accepted.
+/// Largest accepted error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Share of the value \[–\]
+    /// Error relative to the value \[–\]
     pub relative: f64,
-    /// Accepted whatever the value is \[unit of the quantity\]; 0 for none
+    /// Error accepted whatever the value \[unit of the quantity\]; 0 if there is no absolute tolerance
     pub absolute: f64,
 }
 
@@ -28,12 +28,12 @@ impl Tolerance {
         (self.relative * value.abs()).max(self.absolute)
     }
 
-    /// Value that errors are related to \[unit of the quantity\]; never zero where there is an absolute tolerance.
+    /// Value relative to which errors are given \[unit of the quantity\]; never zero with an absolute tolerance.
     pub fn scale(&self, value: f64) -> f64 {
         value.abs().max(self.absolute / self.relative)
     }
 
-    /// The absolute tolerance decides for this value.
+    /// Whether the absolute tolerance decides for this value.
     pub fn is_absolute(&self, value: f64) -> bool {
         self.absolute > self.relative * value.abs()
     }

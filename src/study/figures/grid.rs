@@ -1,4 +1,4 @@
-//! Maps over two axes: names of the values along both sides, and numbers in the squares that have room there.
+//! Maps over two axes, with the names of the values along both sides and, if there is room, numbers in the squares.
 
 use crate::report::axis::Axis;
 use crate::report::canvas::{Area, At, INK, SMALL, italic, mm, text};
@@ -8,12 +8,12 @@ use crate::report::numbers::fixed;
 use crate::report::unit;
 use crate::study::axis::AxisRecord;
 
-/// Room of a name in its square and of a number in its \[units\].
+/// Margin of a name or a number in its square \[units\].
 const MARGIN: i32 = 16;
 /// Height of a line of numbers \[units\].
 const LINE: i32 = 74;
 
-/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`, `-20 deg` → `−20°`
+/// Formats a value for a figure: `g/cm^3` → `g/cm³`, `40 um` → `40 µm`, `-20 deg` → `−20°`.
 pub fn raised(value: &str) -> String {
     let sign = |text: &str| text.strip_prefix('-').map_or_else(|| text.into(), |size| format!("−{size}"));
     if let Some(number) = value.strip_suffix(" deg") {
@@ -23,7 +23,7 @@ pub fn raised(value: &str) -> String {
     sign(micro.as_deref().unwrap_or(value)).replace("^2", "²").replace("^3", "³")
 }
 
-/// Values of an axis, and its name with the unit where all of them have one: `−0.2` under `traction q [kPa]`.
+/// Values of an axis, and its name with the unit if all of them share one: `−0.2` under `traction q [kPa]`.
 fn named(axis: &AxisRecord) -> (Vec<String>, String) {
     let name = format!("{} {}", axis.label, italic(&axis.symbol));
     let unit_of = |value: &String| value.rsplit_once(' ').map(|(_, unit)| unit.to_string());
@@ -37,13 +37,13 @@ fn named(axis: &AxisRecord) -> (Vec<String>, String) {
     (axis.values.iter().map(bare).collect(), format!("{name} [{unit}]"))
 }
 
-/// Names of the values below a map, and at its left where `left_too`; of names that would lie over each other some are left out.
+/// Draws the names of the values below a map and, with `left_too`, at its left. Where names would overlap, some are left out.
 pub fn sides(area: &Area, (first, second): (&AxisRecord, &AxisRecord), frame: [i32; 4], (left_too, room): (bool, i32)) {
     let [left, top, right, bottom] = frame;
     let (values, name) = named(first);
     let wide = (right - left) / values.len().max(1) as i32;
     let widest = values.iter().map(|v| width(v, SMALL)).max().unwrap_or(0) + MARGIN;
-    // Numbers between two that have a name can be told; words cannot, and are shortened
+    // Numbers between two labelled ones can be inferred; words cannot, and are shortened
     let every = if first.numbers.is_empty() { 1 } else { (widest as usize).div_ceil(wide.max(1) as usize).max(1) };
     for (k, value) in values.iter().enumerate().step_by(every) {
         let shown = shortened(value, SMALL, every as i32 * wide - MARGIN);
@@ -69,7 +69,7 @@ pub fn sides(area: &Area, (first, second): (&AxisRecord, &AxisRecord), frame: [i
     text(area, &name, at, At::Turned, size, INK);
 }
 
-/// Decimals of numbers: those of three digits, but not less and not more than these.
+/// Numbers of decimals: as many as give three digits, within these limits.
 #[derive(Clone, Copy)]
 struct Decimals {
     least: usize,
@@ -83,23 +83,24 @@ impl Decimals {
     }
 }
 
-/// Digits of a size before the decimal point: none of 0.5, and −1 of 0.05.
+/// Number of digits before the decimal point: 0 for 0.5, and −1 for 0.05.
 fn digits_before_point(size: f64) -> i32 {
     if size > 0.0 && size.is_finite() { size.log10().floor() as i32 + 1 } else { 1 }
 }
 
-/// How the numbers of a map are written.
+/// The format of the numbers in a map.
 pub struct MapNumbers {
     power: i32,
-    /// None where a square has no room for a number
+    /// `None` if a square has no room for a number
     decimals: Option<Decimals>,
     /// The unit in the brackets of the title
     pub unit: String,
 }
 
 impl MapNumbers {
-    /// One unit and power of ten for all values. Each has three digits, down to a hundredth of the largest one, where they have room in every square; else all have the decimals with
-    /// which the largest one has three digits, or less: of less than two a power of ten in the unit makes more.
+    /// Chooses one unit and power of ten for all values. Each value down to a hundredth of the largest has three digits, if that fits into every
+    /// square. Otherwise all have the number of decimals that gives the largest one three digits, or fewer; a power of ten in the unit is used where
+    /// this leaves more digits.
     pub fn of(values: impl Iterator<Item = f64>, unit: &str, (wide, tall): (i32, i32)) -> Self {
         let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -120,26 +121,26 @@ impl MapNumbers {
         Self { power, decimals, unit }
     }
 
-    /// The number of a square; `None` where squares have no room for one.
+    /// The number in a square; `None` if the squares have no room for numbers.
     pub fn written(&self, value: f64) -> Option<String> {
         Some(self.decimals?.written(value * 10f64.powi(self.power)))
     }
 
-    /// Whether squares have room for their numbers.
+    /// Whether the squares have room for their numbers.
     pub fn have_room(&self) -> bool {
         self.decimals.is_some()
     }
 
-    /// A colour bar for squares without numbers, from its left edge between two heights \[mm\].
+    /// Draws a colour bar for squares without numbers, from its left edge between two heights \[mm\].
     pub fn color_bar(&self, area: &Area, x: f64, span: (f64, f64), ends: [f64; 2]) {
         let [low, high] = ends.map(|end| end * 10f64.powi(self.power));
-        // A single value has the middle of the colours
+        // A single value gets the middle of the colour scale
         let half = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
         let (low, high) = if low < high { (low, high) } else { (low - half, high + half) };
         color_bar(area, x, span, &Axis::exact(low, high, ""));
     }
 
-    /// ` [kPa]`, or nothing without a unit.
+    /// The unit in brackets, ` [kPa]`, or an empty text without a unit.
     pub fn brackets(&self) -> String {
         if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) }
     }
@@ -171,7 +172,7 @@ mod tests {
         for room in [(20, 100), (400, 20)] {
             assert_eq!(map(&values, "J", room), (" [µJ]".into(), vec![]));
         }
-        // Whole numbers of which none is lost
+        // Whole numbers keep every value visible
         let small = [0.102, 0.0461, 0.0046];
         let ten = |exponent| format!(" [{}]", crate::report::numbers::raised(exponent));
         assert_eq!(map(&small, "1", (400, 100)), (" [–]".into(), words(&["0.102", "0.0461", "0.00460"])));

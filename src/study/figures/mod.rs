@@ -10,15 +10,15 @@ use crate::report::names::with_symbol;
 use crate::report::unit::labelled;
 use crate::study::store::record::StudyQuantity;
 
-/// Quantities or axes that a figure with a panel for each shows.
+/// Largest number of quantities or axes in a figure with one panel for each.
 pub const PANELS: usize = 6;
 
-/// The end of a caption where a figure shows the first of more things: ` Of 9 quantities the first 6.`
+/// End of the caption of a figure that shows only the first of several things: ` Of 9 quantities the first 6.`
 pub fn first_of(count: usize, shown: usize, things: &str) -> String {
     if count > shown { format!(" Of {count} {things} the first {shown}.") } else { String::new() }
 }
 
-/// `bending angle θ [°]`, for an axis.
+/// Label of an axis: `bending angle θ [°]`.
 pub fn axis_label(q: &StudyQuantity, prefix: &str) -> String {
     labelled(&format!("{prefix}{}", with_symbol(&q.label, &q.symbol, &italic(&q.symbol))), &q.unit)
 }

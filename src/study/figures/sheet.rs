@@ -4,32 +4,32 @@ use crate::report::canvas::{Area, figure, mm};
 use crate::report::figure::{LINE, Sample, legend_below, legend_lines};
 use crate::report::panels::{Letter, Panels, letter};
 
-/// At the right of a row, and above the first one \[mm\]
+/// Margin at the right of a row and above the first one \[mm\]
 const RIGHT: f64 = 5.0;
 const TOP: f64 = 6.0;
-/// Between two rows of panels \[mm\]
+/// Distance between two rows of panels \[mm\]
 const BETWEEN: f64 = 19.0;
 /// Largest width of a panel \[mm\]
 const EACH: f64 = 70.0;
 
-/// Places on the sheet \[mm\].
+/// Dimensions of the sheet \[mm\].
 pub struct Sheet {
-    /// At the left of a row
+    /// Margin at the left of a row
     pub left: f64,
-    /// Between two panels of a row
+    /// Distance between two panels of a row
     pub gap: f64,
-    /// Least width of a panel
+    /// Smallest width of a panel
     pub least: f64,
-    /// Height of a panel, which is less where a page would not take all rows
+    /// Height of a panel, which is reduced if a page has no room for all rows
     pub tall: f64,
-    /// From the last row to the first line of the legend
+    /// Distance from the last row to the first line of the legend
     pub legend: f64,
-    /// From the last row to the lower edge, without the lines of the legend
+    /// Distance from the last row to the lower edge, without the lines of the legend
     pub foot: f64,
 }
 
 impl Sheet {
-    /// The figure with a panel for each of `shown`, which `paint` draws into its frame with its letter.
+    /// Draws a panel for each of `shown`; `paint` draws into its frame, with its letter.
     pub fn draw<T>(
         &self,
         shown: &[T],

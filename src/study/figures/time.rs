@@ -1,4 +1,4 @@
-//! Where the time goes: shares of the phases and of the effects, per case.
+//! Where the time is spent: shares of the phases and of the effects, for each case.
 
 use crate::report::canvas::{
     AREAS, Area, At, INK, REMAINDER, RGB, SMALL, block, figure, mm, page_height, page_width, text,
@@ -17,7 +17,7 @@ const PHASES: [&str; 3] = ["assembly", "factorisation", "solve"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
 
-/// The times of the meshes of a variant, on as many sheets as their height needs.
+/// Draws the times of the meshes of a variant, on as many sheets as their height requires.
 pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let of_meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Nested | Role::Remeshed | Role::Element);
     let families: Vec<&FamilyRecord> = store.study.families.iter().filter(of_meshes).collect();
@@ -34,7 +34,7 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
         |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
     let longest = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
-    // A name takes half of the page at most
+    // A name takes at most half of the page
     let room = (longest + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
     let panels = Panels::new(2, (room, 16.0, 14.0), (44.0, 70.0));
     let legends = legends(&effects);
@@ -69,7 +69,7 @@ fn legends(effects: &[&str]) -> [Vec<(String, RGB)>; 2] {
     [of_phases, of_effects]
 }
 
-/// A sentence where cases waited for what else the machine did.
+/// A sentence that the machine was busy, if cases waited for other programs; otherwise empty.
 fn waiting(rows: &[&CaseRecord]) -> String {
     let most = disturbed(rows.iter().copied()).into_iter().reduce(f64::max);
     most.map_or_else(String::new, |most| {
@@ -77,7 +77,7 @@ fn waiting(rows: &[&CaseRecord]) -> String {
     })
 }
 
-/// Panels of the cases, with room for their names at the left and for the legends below \[mm\].
+/// Draws the panels of the cases, with room for their names at the left and for the legends below \[mm\].
 fn sheet(
     rows: &[&CaseRecord],
     effects: &[&str],
@@ -111,7 +111,7 @@ fn sheet(
         for (number, entries) in legends.iter().enumerate() {
             let [x, .., bottom] = place(number);
             for (k, (name, color)) in entries.iter().enumerate() {
-                // From the left edge of the page, so that the second name fits into a narrow one
+                // Measured from the left edge of the page, so that the second name fits into a narrow panel
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
                 let at = (mm(left + 28.0 * (k % 2) as f64), mm(bottom + 13.5 + LINE * (k / 2) as f64));
                 let words = shortened(&name.replace('_', " "), SMALL, mm(20.5));
@@ -126,7 +126,7 @@ fn name_of(r: &CaseRecord) -> String {
     format!("{} {}", family_label(&r.family, &r.formulation), thousands(r.mesh.cells))
 }
 
-/// Each case at the left of its bar, and its time at the right.
+/// Writes the name of each case at the left of its bar, and its time at the right.
 fn names(area: &Area, (left, top, right): (f64, f64, f64), room: f64, rows: &[&CaseRecord]) {
     for (k, r) in rows.iter().enumerate() {
         let y = mm(top + ROW * (k as f64 + 0.5));
@@ -144,11 +144,11 @@ fn bars(
     rows: &[&CaseRecord],
     parts: &dyn Fn(&CaseRecord) -> Vec<(f64, RGB)>,
 ) {
-    // Effects are a small part of the whole: their axis ends at their largest share
+    // Effects are a small part of the whole: their axis ends at the largest share
     let share = |r: &CaseRecord| parts(r).iter().map(|p| p.0).sum::<f64>() / r.wall_s;
     let most = rows.iter().map(|r| 100.0 * share(r)).fold(0.0, f64::max);
     let label = "share of the wall time [%]";
-    // Clocks that are read one after the other add up to a little more than the whole
+    // Clocks that are read one after the other may add up to slightly more than the whole
     let is_whole = (80.0..=100.5).contains(&most);
     let x =
         if is_whole { Axis::exact(0.0, most.max(100.0), label) } else { Axis::linear([0.0, most].into_iter(), label) };
@@ -171,7 +171,7 @@ fn bars(
 mod tests {
     use super::*;
 
-    /// Effects have as many colours as there are; the others are one part, so that what is left of a bar is no effect.
+    /// There is a limited number of colours for effects; all others form one part, so that the rest of a bar is not an effect.
     #[test]
     fn effects_beyond_the_colours_share_one() {
         let names: Vec<String> = (0..AREAS.len() + 2).map(|k| format!("effect {k}")).collect();

@@ -1,4 +1,4 @@
-//! Work and precision: errors of settings over their cost with the Pareto front, and the two levels that errors are compared with.
+//! Work–precision diagrams: errors of settings against their cost with the Pareto front, and two levels for comparison.
 
 use crate::report::canvas::{GREY, INK, Mark, Point, RGB, dashed, fill, italic, line, mark};
 use crate::report::figure::{Sample, UNRESOLVED};
@@ -8,16 +8,16 @@ use plotters::style::Color;
 /// A case with its cost and its error.
 pub struct CostPoint {
     pub cost: f64,
-    /// \[%\]
+    /// Error \[%\]
     pub error: f64,
-    /// The error with U(f*) \[%\]
+    /// The error including U(f*) \[%\]
     pub bar: f64,
     pub look: (Mark, RGB),
     /// Whether it can be on the front
     pub may_be_chosen: bool,
 }
 
-/// Draws the grid and two levels \[%\]: errors below U(f*) are not resolved, errors below the tolerance are good enough.
+/// Draws the grid and two levels \[%\]: errors below U(f*) are not resolved, and errors below the tolerance are acceptable.
 pub fn levels(plot: &Plot, uncertainty: Option<f64>, tolerance: f64) {
     if let Some(u) = uncertainty.filter(|u| *u > plot.y.lo) {
         let (a, b) = (plot.at(plot.x.lo, u.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
@@ -27,12 +27,12 @@ pub fn levels(plot: &Plot, uncertainty: Option<f64>, tolerance: f64) {
     dashed(plot.area, &[plot.at(plot.x.lo, tolerance), plot.at(plot.x.hi, tolerance)], INK, 7, 25.0);
 }
 
-/// Entries of the legend for the two levels.
+/// Legend entries of the two levels.
 pub fn level_entries() -> [(Sample, String); 2] {
     [(Sample::Dashed(INK), "tolerance".into()), (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*")))]
 }
 
-/// The settings that no cheaper one beats in error, cheapest first.
+/// The settings whose error no cheaper one undercuts, cheapest first.
 fn front(settings: &[CostPoint]) -> Vec<&CostPoint> {
     let mut front: Vec<&CostPoint> = settings.iter().filter(|s| s.may_be_chosen).collect();
     front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -45,7 +45,7 @@ fn front(settings: &[CostPoint]) -> Vec<&CostPoint> {
     front
 }
 
-/// The front as stairs, and each setting with the whisker of its bar.
+/// Draws the front as a staircase, and each setting with the whisker of its error bar.
 pub fn draw(plot: &Plot, settings: &[CostPoint]) {
     let area = plot.area;
     let place = |s: &CostPoint| plot.floored(s.cost, s.error);
@@ -56,7 +56,7 @@ pub fn draw(plot: &Plot, settings: &[CostPoint]) {
     }
     stairs.extend(stairs.last().map(|last| (plot.frame[2], last.1)));
     line(area, &stairs, GREY, 8);
-    // A bar below the axis is not drawn
+    // An error bar below the axis is not drawn
     for s in settings.iter().filter(|s| s.bar > plot.y.lo) {
         let (end, color) = (plot.at(s.cost, s.bar), s.look.1);
         line(area, &[place(s), end], color, 4);
@@ -67,7 +67,7 @@ pub fn draw(plot: &Plot, settings: &[CostPoint]) {
     }
 }
 
-/// Entries of the legend for the front and the levels.
+/// Legend entries of the front and the levels.
 pub fn entries() -> impl Iterator<Item = (Sample, String)> {
     std::iter::once((Sample::Line(GREY), "Pareto front".into())).chain(level_entries())
 }
@@ -89,7 +89,7 @@ mod tests {
             (3.0, 4.0, true),
             (4.0, 4.0, true),
             (2.0, 10.0, true),
-            // A lucky seed
+            // A lucky seed, which may not be chosen
             (1.5, 0.5, false),
         ];
         let settings = settings.map(setting);

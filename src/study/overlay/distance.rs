@@ -1,4 +1,4 @@
-//! A measured and a recorded curve, and their distance.
+//! A measured and a recorded curve, and the distance between them.
 
 use crate::report::numbers::significant;
 use crate::scene::Measured;
@@ -15,12 +15,12 @@ pub struct Distance {
     /// Columns of the file, as in [`Measured`]
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub columns: String,
-    /// Measured points in the range of both
+    /// Measured points within the range of both curves
     pub points: usize,
-    /// Measured points of the branch that is compared
+    /// Measured points on the branch that is compared
     #[serde(default)]
     pub on_branch: usize,
-    /// Measured points; 0 in records of earlier states of the program
+    /// All measured points; 0 in records of earlier versions
     #[serde(default)]
     pub in_table: usize,
     /// The common range of `over`, in its unit
@@ -30,12 +30,12 @@ pub struct Distance {
     pub l2: f64,
     /// max |d|/max |m| \[–\]
     pub largest: f64,
-    /// Points with |d| within the uncertainty of the measured value, where that was given
+    /// Points with |d| within the uncertainty of the measured value, if that is given
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inside: Option<usize>,
 }
 
-/// File of a measured curve with its columns where they are known: `two.csv, F over t`
+/// File of a measured curve with its columns if they are known: `two.csv, F over t`
 pub(super) fn origin(file: &str, columns: &str) -> String {
     if columns.is_empty() { file.into() } else { format!("{file}, {columns}") }
 }
@@ -51,7 +51,7 @@ impl Distance {
         origin(&self.file, &self.columns)
     }
 
-    /// Compared points of those of the table, `34 of 600`
+    /// Number of compared points and of all points in the table: `34 of 600`
     pub fn share_words(&self) -> String {
         match self.in_table {
             0 => self.points.to_string(),
@@ -59,13 +59,13 @@ impl Distance {
         }
     }
 
-    /// `0 to 59.0 °`
+    /// The common range in words: `0 to 59.0 °`
     pub fn range_words(&self) -> String {
         let [from, to] = [self.from, self.to].map(|x| significant(x, 3));
         format!("{from} to {to} {}", words(&self.over).1).trim_end().into()
     }
 
-    /// `12 of 15 points within the uncertainty`, where that was given
+    /// Points within the uncertainty, if that is given: `12 of 15 points within the uncertainty`
     pub fn inside_words(&self) -> Option<String> {
         self.inside.map(|inside| format!("{inside} of {} points within the uncertainty", self.points))
     }
@@ -79,18 +79,18 @@ pub struct MarkerDistance {
     pub point: String,
     /// File of the tracks
     pub file: String,
-    /// Rows of the marker within the run
+    /// Number of rows of the marker within the run
     pub rows: usize,
-    /// Time of the run that these cover \[s\]
+    /// Times of the run that these rows cover \[s\]
     pub from_s: f64,
     pub to_s: f64,
     pub rms_m: f64,
     pub largest_m: f64,
-    /// Time of the run of the largest distance \[s\]
+    /// Time at which the distance is largest \[s\]
     pub largest_at_s: f64,
 }
 
-/// Both curves whole, for a figure, and their distance; none where they have less than two points in common.
+/// Both curves in full, for a figure, and their distance; `None` if they have fewer than two points in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {
     pub measured: Measured,

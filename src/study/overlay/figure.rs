@@ -1,4 +1,4 @@
-//! A measured curve as marks, the recorded one as a line.
+//! Figure with a measured curve as marks and the recorded one as a line.
 
 use crate::report::canvas::{At, INK, MARKS, PALETTE, RGB, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
@@ -8,16 +8,16 @@ use crate::scene::Measured;
 use crate::scene::column::{label, words as named};
 use crate::study::overlay::distance::Overlay;
 
-/// Sentence of a caption about the bars
+/// Sentence of a caption about the error bars
 pub(super) const BARS: &str = " Bars are the 95 % intervals of the measured values.";
 
-/// The measured values with the ends of their bars.
+/// The measured values and the ends of their error bars.
 pub(super) fn reach(measured: &Measured) -> impl Iterator<Item = f64> + '_ {
     let ends = measured.y.iter().zip(&measured.half_widths).flat_map(|(y, w)| [y - w, y + w]);
     measured.y.iter().copied().chain(ends)
 }
 
-/// A bar of the uncertainty at each measured value.
+/// Draws an error bar at each measured value.
 pub(super) fn bars(plot: &Plot, measured: &Measured, color: RGB) {
     for ((x, y), w) in measured.x.iter().zip(&measured.y).zip(&measured.half_widths) {
         line(plot.area, &plot.path(&[*x, *x], &[y - w, y + w]), color, 10);

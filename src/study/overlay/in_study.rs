@@ -13,7 +13,7 @@ use crate::study::overlay::figure::{BARS, bars, reach};
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 
-/// Cases in one figure, as many as there are colours apart from that of the measured curve.
+/// Largest number of cases in one figure: as many as there are colours besides that of the measured curve.
 pub(super) const SHOWN: usize = PALETTE.len() - 1;
 
 /// The figures of all measured curves.
@@ -36,7 +36,7 @@ pub fn figures(store: &Results) -> Vec<Drawn> {
     out
 }
 
-/// The case with most cells of each family where not all of them can be shown.
+/// The cases to show: all of them, or the one with most cells of each family if there are too many.
 pub(super) fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
     if cases.len() <= SHOWN {
         return cases.to_vec();
@@ -112,7 +112,7 @@ fn draw(
     Figure { name: name.into(), svg, caption }
 }
 
-/// A column as the study calls it, or by its own name.
+/// The label of a column in the study, or one made from its own name.
 fn named(store: &Results, variant: &str, column: &str) -> String {
     let judged = store.study.quantities.get(variant).into_iter().flatten().find(|q| q.name == column);
     match judged {
@@ -126,7 +126,7 @@ fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
     r.distances.iter().find(|d| d.is_from(m))
 }
 
-/// Distances of all cases from measured curves; none where nothing was measured.
+/// Table of the distances of all cases from measured curves; `None` if nothing was measured.
 pub fn table(store: &Results) -> Option<Table> {
     let curves = |r: &CaseRecord| -> Vec<Vec<String>> {
         let row = |d: &Distance| {

@@ -1,7 +1,7 @@
-//! Measured tracks of markers laid over recorded points, and how far apart they are.
+//! Measured tracks of markers laid over recorded points, and the distances between them.
 //!
-//! The distance at a measured time within the run is |x − m|, with the recorded position x linear between its rows. Its root mean square and its largest
-//! value are those of all rows in which the marker is seen.
+//! The distance at a measured time within the run is |x − m|, with the recorded position x interpolated linearly. Its root mean square and its maximum
+//! are taken over all rows in which the marker is seen.
 
 use crate::motion::{MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
 use crate::scene::{MeasuredTracks, Run, Scene};
@@ -21,11 +21,11 @@ pub struct MarkersError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pair {
     pub marker: String,
-    /// \[rows\] Times \[s\] and positions \[m\] of the marker where it is seen
+    /// \[rows\] Times \[s\] and positions \[m\] of the marker in the rows where it is seen
     pub measured: Vec<(f64, [f64; 3])>,
-    /// x, y and z of the recorded point \[m\]
+    /// Coordinates x, y and z of the recorded point \[m\]
     pub simulated: [Curve; 3],
-    /// None where no row is within the run
+    /// `None` if no row is within the run
     pub distance: Option<MarkerDistance>,
 }
 
@@ -34,21 +34,21 @@ pub struct Pair {
 pub struct MarkerOverlay {
     pub source: String,
     pub pairs: Vec<Pair>,
-    /// Note on the start of the run in the tracks
+    /// Note on where the run starts in the tracks
     pub note: Option<String>,
 }
 
-/// Tracks in the time of the run.
+/// Tracks relative to the start of the run.
 #[derive(Clone, Debug)]
 pub struct Timed {
     tracks: Tracks,
     note: Option<String>,
 }
 
-/// Reads all tracks that the scene is compared with, in the time of the run.
+/// Reads all tracks with which the scene is compared, relative to the start of the run.
 ///
 /// # Errors
-/// Tracks that are not read, not registered, or have no marker of a name.
+/// Tracks that cannot be read or registered, or that lack a named marker.
 pub fn read(scene: &Scene) -> Result<Vec<Timed>, MarkersError> {
     scene
         .measured
@@ -83,10 +83,10 @@ fn one(t: &MeasuredTracks) -> Result<Timed, MotionError> {
     Ok(Timed { tracks, note })
 }
 
-/// The overlays that the scene asks for.
+/// The overlays that the scene requests.
 ///
 /// # Errors
-/// As of [`read`].
+/// The errors of [`read`].
 pub fn overlays(scene: &Scene, run: &Run) -> Result<Vec<MarkerOverlay>, MarkersError> {
     let column = |name: String| Curve {
         t: run.column("t_s").unwrap_or_default(),
@@ -133,7 +133,7 @@ fn distance(
     })
 }
 
-/// `tip1 is off tip_1 by 0.52 mm (rms), 1.30 mm at 0.310 s (largest)`.
+/// The distance in words: `tip1 of tracks.csv is off tip_1 by 0.520 mm (rms), 1.300 mm at 0.310 s (largest), over 40 rows`.
 pub fn words(d: &MarkerDistance) -> String {
     let [rms, largest] = [d.rms_m, d.largest_m].map(|v| 1e3 * v);
     format!(
@@ -146,8 +146,8 @@ pub fn words(d: &MarkerDistance) -> String {
 mod tests {
     use super::*;
 
-    /// A point that moves along x at 2 m/s and a marker 3 mm off it in y and 4 mm in z at one of its rows: distances 3 mm and 5 mm. Rows outside of the run
-    /// do not count.
+    /// A point that moves along x at 2 m/s, and a marker 3 mm away from it in y and, in one row, also 4 mm in z: distances 3 mm and 5 mm. Rows outside
+    /// the run do not count.
     #[test]
     fn distances_of_a_straight_motion() {
         let curve = |f: [f64; 2]| Curve { t: vec![0.0, 1.0], f: f.to_vec() };

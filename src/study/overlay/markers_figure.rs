@@ -6,11 +6,11 @@ use crate::report::figure::{Figure, LINE, Sample, WithLegend, apart, legend, str
 use crate::report::measure::{shortened, width};
 use crate::report::plot::{Axis, Plot};
 
-/// Least distance of the marks of one marker in a panel \[units\].
+/// Smallest distance between the marks of one marker in a panel \[units\].
 const APART: i32 = 54;
-/// Markers that the legend names, as many as a page has room for below the panels.
+/// Largest numbers of markers in the legend, as many as fit on a page below the panels.
 const ENTRIES: [f64; 2] = [6.0, 20.0];
-/// Lines of the legend above those of the markers.
+/// Lines of the legend above the entries of the markers.
 const HEAD: f64 = 2.5;
 
 /// Height of a panel and distance from one to the next \[mm\].
@@ -53,7 +53,7 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
         let entry = |(k, pair): (usize, &Pair)| {
             let off = pair.distance.as_ref().map(|d| (1e3 * d.rms_m, 1e3 * d.largest_m));
             let off = off.map_or(String::new(), |(rms, largest)| format!(": rms {rms:.2}, largest {largest:.2} mm"));
-            // A long name is shortened, and not the numbers behind it
+            // A long name is shortened, but not the numbers after it
             let room = mm(size.0 - key.0 - 7.0) - width(&off, SMALL);
             (Sample::Stroke(k), shortened(&pair.marker, SMALL, room) + &off)
         };
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::study::curve::Curve;
 
-    /// Every marker has a line of its own look, and as many as a page has room for have an entry; of more the caption says so.
+    /// Every marker has its own line style, and as many as fit on a page have a legend entry; otherwise the caption says that some have none.
     #[test]
     fn no_two_markers_look_alike() {
         let of = |count: usize| {

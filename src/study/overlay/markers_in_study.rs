@@ -11,7 +11,7 @@ use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 
 const TOP: f64 = 4.0;
-/// Height of a case in the row of a marker, and least height of a row \[mm\]
+/// Height of a case in the row of a marker, and smallest height of a row \[mm\]
 const CASE: f64 = 2.6;
 const LEAST: f64 = 6.0;
 
@@ -26,7 +26,7 @@ pub fn figures(store: &Results) -> Vec<Drawn> {
     store.study.variants.iter().filter_map(draw_one).collect()
 }
 
-/// One row per marker: of each case a full mark at the root mean square and an open one at the largest distance.
+/// Draws one row per marker, with a filled mark at the root mean square and an open one at the largest distance for each case.
 fn draw(store: &Results, name: &str, variant: &str, all: &[&StoredCase]) -> Figure {
     let cases = shown(all);
     let mut rows: Vec<(&str, &str)> = vec![];
@@ -86,7 +86,7 @@ fn draw(store: &Results, name: &str, variant: &str, all: &[&StoredCase]) -> Figu
     Figure { name: name.into(), svg, caption }
 }
 
-/// Distances of the recorded points of all cases from measured markers; none where there are none.
+/// Table of the distances of the recorded points of all cases from measured markers; `None` without such distances.
 pub fn table(store: &Results) -> Option<Table> {
     let row = |r: &CaseRecord, d: &MarkerDistance| {
         let [rms, largest] = [d.rms_m, d.largest_m].map(|v| format!("{:.2}", 1e3 * v));

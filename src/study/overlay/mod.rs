@@ -1,11 +1,11 @@
-//! A measured curve laid over a recorded one, and how far apart they are.
+//! A measured curve laid over a recorded one, and the distance between them.
 //!
 //! ```text
 //! d = f(x) − m at the measured x within the range of both,  ‖d‖₂/‖m‖₂ with ‖d‖₂ = √(1/X ∫ d² dx),  max |d|/max |m|
 //! ```
 //!
-//! f is linear between its rows, and the integral over the measured points by ascending x. Over another column than time both curves count along their first
-//! long branch between two turning points in x ([`mod@branch`]).
+//! The recorded curve f is linear between its rows, and the integral is over the measured points in the order of increasing x. Over a column other than
+//! time, only the first long branch between two turning points in x counts, for both curves ([`mod@branch`]).
 
 pub mod branch;
 pub mod distance;
@@ -25,7 +25,7 @@ use distance::{Distance, Overlay, origin};
 use markers::MarkerOverlay;
 use std::path::Path;
 
-/// The overlays that the scene asks for.
+/// The overlays that the scene requests.
 pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {
     let column = |name: &str| run.column(name).expect("checked when the scene was built");
     let one = |measured: &Measured| {
@@ -50,7 +50,7 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     let widths = given.then(|| of(&measured.half_widths, &in_range));
     let inside = widths.map(|w| d.iter().zip(&w).filter(|(d, w)| d.abs() <= **w).count());
     let Measured { column, over, source, columns, .. } = measured;
-    // Of a position the simulated place at rest
+    // For a position, the simulated place at rest
     let start = Curve { t: vec![], f: y.to_vec() }.start();
     let changes: Vec<f64> = m.iter().map(|m| m - start).collect();
     let (l2, largest) = (l2(&t, &d) / l2(&t, &changes), most(&d) / most(&changes));
@@ -70,7 +70,7 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     })
 }
 
-/// Notes on measured curves that have no range in common with the recorded one, or of which most points are left out.
+/// Notes on measured curves that have no range in common with the recorded one, or most of whose points are left out.
 pub fn notes(overlays: &[Overlay]) -> Vec<String> {
     overlays.iter().filter_map(|o| o.distance.as_ref().map_or_else(|| Some(apart(o)), left_out)).collect()
 }
@@ -90,7 +90,7 @@ fn apart(Overlay { measured, x, y, .. }: &Overlay) -> String {
     )
 }
 
-/// The note on a measured curve of which less than half of the points are compared.
+/// The note on a measured curve if less than half of its points are compared.
 fn left_out(d: &Distance) -> Option<String> {
     let Distance { column, over, points, on_branch, in_table, .. } = d;
     let file = d.origin_words();
@@ -109,7 +109,7 @@ fn left_out(d: &Distance) -> Option<String> {
     })
 }
 
-/// Draws measured curves over recorded ones, `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`, and tracks over recorded points,
+/// Draws measured curves over recorded ones as `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`, and tracks over recorded points as
 /// `<name>-markers-1.svg`.
 pub fn save(dir: &Path, name: &str, overlays: &[Overlay], tracks: &[MarkerOverlay]) -> Result<(), ReportError> {
     let curves = overlays.iter().enumerate().map(|(k, o)| figure::draw(&format!("{name}-compare-{}", k + 1), o));
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn points_within_their_uncertainty_are_counted() {
-        // d = 0, 0.1, 0.2 at x = 0, 0.5, 1; the point at 3 is beyond the run
+        // d = 0, 0.1, 0.2 at x = 0, 0.5, 1; the point at 3 is outside the run
         let mut m = measured(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0, 6.0]);
         let inside = |m: &Measured| distance(m, &[0.0, 1.0], &[0.0, 2.2]).expect("a common range").inside;
         assert_eq!(inside(&m), None);
@@ -157,7 +157,7 @@ mod tests {
         assert!((d.l2 - 0.1).abs() < 1e-15 && (d.largest - 0.1).abs() < 1e-15, "{d:?}");
     }
 
-    /// A loop is compared along its loading; a curve beyond the range of the run has no distance.
+    /// A loop is compared along its loading; a curve outside the range of the run has no distance.
     #[test]
     fn what_is_left_out_is_noted() {
         let (x, y) = ([3.0, 2.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 7.0, 7.0]);
@@ -180,7 +180,7 @@ mod tests {
         );
     }
 
-    /// A curve that is half as high at 60 points with noise in x of 1 % of its range: all of it is compared, and half of it is found.
+    /// A curve of half the height at 60 points, with noise in x of 1 % of its range: all of it is compared, and the distance of one half is found.
     #[test]
     fn a_noisy_curve_is_compared_whole() {
         let x: Vec<f64> = (0..60).map(|k| f64::from(k) + 0.6 * (1.7 * f64::from(k) * f64::from(k)).sin()).collect();

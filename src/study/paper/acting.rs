@@ -1,4 +1,5 @@
-//! All that acts on the bodies of stored cases, in sentences for a paper: effects, constraints, contacts and rigid bodies with the numbers that define them.
+//! Everything that acts on the bodies of stored cases, in sentences for a paper: effects, constraints, contacts and rigid bodies with the numbers that
+//! define them.
 
 use crate::math::units;
 use crate::report::numbers::capital;
@@ -8,19 +9,19 @@ use crate::study::store::record::CaseRecord;
 use crate::wording::{self, distinct};
 use toml::{Table, Value};
 
-/// Lists of a scene whose entries act on its bodies, with the word for an entry that has no kind.
+/// Lists of a scene whose entries act on its bodies, with the noun for an entry without a kind.
 const LISTS: [(&str, &str); 4] =
     [("effect", "effect"), ("constraint", "constraint"), ("contact", "contact"), ("rigid", "rigid body")];
 /// Keys that are part of the name of an entry.
 const NAMING: [&str; 3] = ["kind", "name", "region"];
-/// Keys that a sentence has other words for; of a kind the value says enough.
+/// Keys with their wording in a sentence; for a kind the value says enough.
 const WORDS: [(&str, &str); 5] =
     [("kind", ""), ("signal", "as "), ("drive", "driven by "), ("start", "after "), ("end", "until ")];
-/// Numbers of a list that are printed; of a longer one, and of one of points, their count.
+/// Largest number of list entries that are printed; of a longer list, or a list of points, only the length.
 const MOST: usize = 3;
 
-/// One sentence for each entry of the scenes. Numbers that differ between the cases are ranges, other values alternatives; an entry or a key that not all
-/// cases have names those that have it.
+/// Writes one sentence for each entry of the scenes. Numbers that differ between the cases are given as ranges, other values as alternatives. An entry
+/// or a key that not all cases have is followed by the cases that have it.
 pub fn physics(records: &[&CaseRecord]) -> Paragraph {
     let cases: Vec<(&str, Vec<(String, Table)>)> = records.iter().map(|r| (r.id.as_str(), entries(r))).collect();
     let names = distinct(cases.iter().flat_map(|(_, own)| own).map(|(name, _)| name.as_str()));
@@ -34,7 +35,7 @@ pub fn physics(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Effects and constraints").text(names.into_iter().map(sentence).collect::<Vec<_>>().join(" "))
 }
 
-/// The entries of the scene of a case by their names; those of one name are numbered. Without a scene they are those that the record has.
+/// The entries of the scene of a case with their names; entries of the same name are numbered. Without a scene, the effects in the record are used.
 fn entries(record: &CaseRecord) -> Vec<(String, Table)> {
     let mut all: Vec<(String, Table)> = vec![];
     let mut add = |name: String, entry: Table| {
@@ -62,12 +63,12 @@ fn entries(record: &CaseRecord) -> Vec<(String, Table)> {
     all
 }
 
-/// The entry of this name.
+/// The entry with this name.
 fn entry<'a>(own: &'a [(String, Table)], name: &str) -> Option<&'a Table> {
     own.iter().find(|(known, _)| known == name).map(|(_, entry)| entry)
 }
 
-/// The cases that have something, in brackets, or those that have not where these are fewer; nothing where all have it.
+/// The cases that have something, in brackets, or those that lack it if these are fewer; empty if all have it.
 fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
     let (with, without): (Vec<_>, Vec<_>) = cases.iter().partition(|(_, parts)| has(parts));
     let ids = |cases: &[&(&str, T)]| wording::few(&cases.iter().map(|(id, _)| *id).collect::<Vec<_>>());
@@ -78,7 +79,7 @@ fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
     }
 }
 
-/// The keys of the tables of cases with their values, but for those that are left out.
+/// The keys in the tables of the cases with their values, except the keys in `without`.
 fn pairs(tables: &[(&str, &Table)], without: &[&str]) -> Vec<String> {
     let keys = tables.iter().flat_map(|(_, table)| table.keys()).map(String::as_str);
     let keys = distinct(keys.filter(|key| !without.contains(key)));
@@ -96,7 +97,7 @@ fn pairs(tables: &[(&str, &Table)], without: &[&str]) -> Vec<String> {
     keys.into_iter().map(pair).collect()
 }
 
-/// `4 guides` for lists of points or of many numbers.
+/// The length of lists of points or of many numbers: `4 guides`.
 fn counted(values: &[(&str, &Value)], key: &str) -> Option<String> {
     let lists: Vec<&Vec<Value>> = values.iter().filter_map(|(_, v)| v.as_array()).collect();
     let is_long = |list: &&Vec<Value>| list.len() > MOST || list.iter().any(Value::is_array);
@@ -104,13 +105,13 @@ fn counted(values: &[(&str, &Value)], key: &str) -> Option<String> {
         return None;
     }
     let (least, most) = (lists.iter().map(|l| l.len()).min()?, lists.iter().map(|l| l.len()).max()?);
-    // The points of a signal are the key `of`
+    // The points of a signal are under the key `of`
     let one = if key == "of" { "value" } else { key.trim_end_matches('s') };
     let most = wording::count(most, one);
     Some(if lists.iter().all(|l| l.len() == lists[0].len()) { most } else { format!("{least} to {most}") })
 }
 
-/// The values of one key in the cases: as given where they agree, a range of numbers of one unit, or the alternatives that are given.
+/// The values of one key in the cases: as written if they agree, otherwise a range of numbers with one unit, or the alternatives.
 fn shown(values: &[(&str, &Value)]) -> String {
     let tables: Vec<(&str, &Table)> = values.iter().filter_map(|(id, v)| Some((*id, v.as_table()?))).collect();
     if tables.len() == values.len() {
@@ -144,7 +145,7 @@ fn shown(values: &[(&str, &Value)]) -> String {
     }
 }
 
-/// One value, a number and its unit joined by a no-break space.
+/// One value; a number and its unit are joined by a no-break space.
 fn one(value: &Value) -> String {
     let number = |text: &str| text.replace('-', "−");
     match value {
@@ -232,7 +233,7 @@ density = "1 g/cm^3"
         assert_eq!(words(&[("a", "no scene")]), "Elastic.");
     }
 
-    /// Guides are counted, a drive is told with its signal, and numbers that the cases change are ranges.
+    /// Guides are counted, a drive is described with its signal, and numbers that differ between cases are ranges.
     #[test]
     fn a_cable_is_told_by_its_numbers() {
         let cable = |radius: &str, to: &str| {
@@ -253,7 +254,7 @@ density = "1 g/cm^3"
         assert!(said.ends_with("from 0\u{a0}N to between 9\u{a0}N and 10\u{a0}N (2 values) until 1\u{a0}s."), "{said}");
     }
 
-    /// A key that some cases have names them, also within the signal of a drive; drives of several kinds are alternatives.
+    /// A key that only some cases have is followed by these cases, also within the signal of a drive; drives of several kinds are alternatives.
     #[test]
     fn what_some_cases_have_is_not_said_of_all() {
         let mixed = BEAM.replace("law = \"rubber\"\n", "law = \"rubber\"\nformulation = \"mixed\"\n");

@@ -12,7 +12,7 @@ use crate::wording::{self, distinct};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Laws that are described one by one; the table of cases has all of them.
+/// Largest number of laws that are described individually; the table of cases contains all of them.
 const MOST_LAWS: usize = 16;
 
 /// Parts of the methods that the kind of a study adds.
@@ -20,11 +20,11 @@ const MOST_LAWS: usize = 16;
 pub struct OwnMethods<'a> {
     /// Sentences on error bars, with citations as `[@key]`
     pub errors: &'a str,
-    /// How constants were found and with which result, where the study searches for them
+    /// How constants were found and with which result, if the study searches for them
     pub search: &'a [Paragraph],
 }
 
-/// The paragraphs that follow from the records, with those of the kind of study.
+/// The paragraphs that follow from the records, and those of the kind of study.
 pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
     let scenes = scenes(records);
     let mut all = vec![
@@ -43,12 +43,12 @@ pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
     all
 }
 
-/// The scenes of records, where this version reads them.
+/// The scenes of records, as far as this version can read them.
 pub fn scenes(records: &[&CaseRecord]) -> Vec<SceneSpec> {
     records.iter().filter_map(|r| scene(r)).collect()
 }
 
-/// The scene of a record, if this version reads it.
+/// The scene of a record, if this version can read it.
 fn scene(record: &CaseRecord) -> Option<SceneSpec> {
     from_text(Path::new(&record.id), &record.provenance.scene, "").ok()
 }
@@ -123,7 +123,7 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Elements").marked(&format!("Elements have {}.", wording::all(&all)))
 }
 
-/// Each set of constants of these cases once, by the name of the law in its scene, or as recorded where no scene is read.
+/// Each set of constants in these cases once, with the name of the law in its scene, or as recorded if no scene can be read.
 pub fn law_tables(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Vec<(String, toml::Table)> {
     let of_records = records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref());
     let of_records = of_records.map(|law| (String::new(), as_table(law)));
@@ -133,7 +133,7 @@ pub fn law_tables(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Vec<(String,
 
 fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> Paragraph {
     let all = law_tables(records, scenes);
-    // A search begins with constants that mean nothing
+    // The initial constants of a search are meaningless
     if let Some(how) = search.first() {
         let names = distinct(all.iter().filter_map(|(_, table)| table.get("law")?.as_str()));
         let p = names.into_iter().fold(Paragraph::new("Material"), named);
@@ -150,7 +150,7 @@ fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> 
     }
 }
 
-/// A recorded law as a scene gives one.
+/// Converts a recorded law to the form of a scene.
 fn as_table(law: &LawRecord) -> toml::Table {
     let constants = law.parameters.iter().map(|(name, value)| (name.clone(), (*value).into()));
     std::iter::once(("law".to_string(), law.name.clone().into())).chain(constants).collect()
@@ -251,8 +251,8 @@ duration = "1 s"
 dt = "0.5 s"
 "#;
 
-    /// Cells with and without nodes at the middles of their edges are one mesh, whatever h their volumes give; as many cells of another quality, or with
-    /// another digest, are another one. Nested meshes are said to be divided.
+    /// Meshes with and without mid-edge nodes count as one mesh, even if their volumes give different h. A mesh with the same number of cells but
+    /// another quality or digest is a different one. Nested meshes are described as subdivided.
     #[test]
     fn meshes_are_counted_by_their_cells() {
         let record = |nodes: usize, h_m: f64, mean_quality: f64, digest: &str| {

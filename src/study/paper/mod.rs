@@ -26,18 +26,18 @@ pub fn write(dir: &Path, records: &[&CaseRecord], own: OwnMethods, parts: Parts)
     paper.write(dir)
 }
 
-/// Writes the same for the record of a single run, `<name>.json`, into `<name>-paper` next to it, and returns that folder.
+/// Writes the parts that follow from the record of a single run, `<name>.json`, into `<name>-paper` next to it, and returns that folder.
 ///
 /// # Errors
-/// A file that is missing or no record, and a folder that cannot be written.
+/// A file that is missing or is not a record, and a folder that cannot be written.
 pub fn of_run(record: &Path) -> Result<PathBuf, ReportError> {
     let path = record.to_path_buf();
     let run: CaseRecord = match files::json(record) {
-        // The file is one that the user gave, and may be no result at all
+        // The user named the file, which may not be a result at all
         Err(ReportError::Malformed { path, source }) => return Err(ReportError::NotARecord { path, source }),
         read => read?.ok_or(ReportError::NotAStudy { path })?,
     };
-    // A copy of a record under another name says nothing about the files there
+    // A copy of a record under another name says nothing about the files next to it
     let is_own = record.file_stem().is_some_and(|stem| *stem == *run.id);
     let stored = |file: &&FileDigest| storage::read(&record.with_file_name(&file.file), DATA_LIMIT);
     let is_other = |file: &&FileDigest| stored(file).is_ok_and(|bytes| sha256(bytes) != file.sha256);
@@ -50,6 +50,6 @@ pub fn of_run(record: &Path) -> Result<PathBuf, ReportError> {
     Ok(dir)
 }
 
-/// A single run says nothing about its mesh.
+/// Sentence on errors for a single run, which says nothing about its mesh.
 const RUN_ERRORS: &str = "No error bar follows from a single run on one mesh; a convergence study, or an estimate by a solution on an enriched \
                           mesh [@bank1993; @becker2001], states one.";

@@ -1,13 +1,13 @@
-//! The time of a plan by the clock, and its shares.
+//! The time budget of a plan as wall time, and its shares.
 
 use std::time::Instant;
 
-/// Share of the budget for the pilots with their meshes.
+/// Share of the budget for the pilots and their meshes.
 const PILOTS: f64 = 0.25;
-/// Share after which no further run is begun to learn something.
+/// Share of the budget after which no further exploratory run is started.
 const LEARNING: f64 = 0.5;
 
-/// Remaining time of a budget, from its beginning on. Everything counts: meshes, symbolic factorisations, runs.
+/// Remaining time of a budget from its start. Everything counts: meshes, symbolic factorisations, runs.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     start: Instant,
@@ -15,27 +15,27 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// A budget that begins now.
+    /// Starts a budget now.
     pub fn new(total_s: f64) -> Self {
         Self { start: Instant::now(), total_s }
     }
 
-    /// Wall time since the beginning \[s\].
+    /// Wall time since the start \[s\].
     pub fn spent_s(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// The time that is left of the whole budget \[s\]; not negative.
+    /// The remaining time of the whole budget \[s\]; not negative.
     pub fn left_s(&self) -> f64 {
         self.share(1.0)
     }
 
-    /// The time that is left for pilots \[s\].
+    /// The remaining time for pilots \[s\].
     pub fn pilots_s(&self) -> f64 {
         self.share(PILOTS)
     }
 
-    /// The time that is left for pilots and the runs that examine the time step \[s\].
+    /// The remaining time for pilots and for the runs that examine the time step \[s\].
     pub fn learning_s(&self) -> f64 {
         self.share(LEARNING)
     }

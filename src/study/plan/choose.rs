@@ -1,4 +1,4 @@
-//! The choice among settings: the cheapest that is expected within the tolerance, once its own mesh confirms its time.
+//! The choice among settings: the cheapest whose expected error is within the tolerance, once its own mesh confirms its time.
 
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
@@ -10,9 +10,9 @@ use crate::study::plan::sizes::ElementMeshes;
 use crate::study::plan::steps::Steps;
 use crate::study::plan::weigh::Expectation;
 
-/// Meshes that are made at most to confirm a setting.
+/// Largest number of meshes that are made to confirm a setting.
 const MESHES: usize = 3;
-/// Share of the remaining time, less the run, that the mesh of a setting may take.
+/// Share of the remaining time, less that of the run itself, that the mesh of a setting may take.
 const FOR_MESH: f64 = 0.5;
 
 /// Basis of a choice.
@@ -23,9 +23,9 @@ pub struct Known<'a> {
     pub budget: &'a Budget,
 }
 
-/// The cheapest setting within the tolerance that fits into the rest of the budget, otherwise the most accurate that fits, and whether it is
-/// within the tolerance. Only the meshes of settings that come first are made, counted by their symbolic factorisation, and weighed again; none
-/// after a signal to stop.
+/// Returns the cheapest setting within the tolerance that fits into the remaining budget, or else the most accurate one that fits, and whether it is
+/// within the tolerance. Meshes are made only for settings that come first; they are then counted by symbolic factorisation and weighed again. After a
+/// signal to stop no mesh is made.
 pub fn choose(
     request: &Request,
     known: &Known,

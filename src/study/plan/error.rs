@@ -1,11 +1,11 @@
-//! Why there is no plan.
+//! Reasons why there is no plan.
 
 use crate::report::numbers::seconds;
 use crate::scene::SceneError;
 use crate::wording::all;
 use std::path::PathBuf;
 
-/// Why there is no plan.
+/// Reason why there is no plan.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     #[error(transparent)]
@@ -23,14 +23,14 @@ pub enum PlanError {
         ran(.done), told(.lost)
     )]
     FewPilots { spent: f64, done: Vec<(String, usize, f64)>, lost: Vec<(String, String)> },
-    /// The budget, not the scene, has set the limit of the mesher
+    /// The time limit of the mesher came from the budget, not from the scene
     #[error("the mesher was ended after {}, which is all that the budget has left for it; raise --budget", seconds(*.after_s))]
     MeshLate { after_s: f64 },
     #[error("stopped")]
     Stopped,
 }
 
-/// The pilots that are complete: name, cells, CPU time \[s\].
+/// The complete pilots: name, cells, CPU time \[s\].
 fn ran(done: &[(String, usize, f64)]) -> String {
     let one = |(name, cells, cpu_s): &(String, usize, f64)| format!("{name} of {cells} cells in {}", seconds(*cpu_s));
     match done {

@@ -1,13 +1,13 @@
-//! The limit of a quantity in the mesh and in the time step, whose errors are kept apart.
+//! The limit of a quantity in the mesh and in the time step, whose errors are treated separately.
 //!
 //! ```text
 //! f* = f_h (1 + s)       f_h: limit over h with the steps of the scene;   s: change by smaller steps on one mesh, whose peak is f_c
 //! U(f*)/|f*| = U(f_h)/|f_h| + U(s) + |s/(1 + s)| |1 − f_c/f_h|
 //! ```
 //!
-//! The last term is the difference between carrying the change over to f_h as a share and in the unit of f.
+//! The last term is the difference between applying the change to f_h as a ratio and in the unit of f.
 //!
-//! f_h ± U(f_h): `mesh_limits`.
+//! The module `mesh_limits` determines f_h ± U(f_h).
 
 use crate::study::plan::mesh_limits::{estimates, of_estimates};
 use crate::study::plan::pilots::Pilots;
@@ -17,10 +17,10 @@ use crate::study::store::record::StoredCase;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// f* with its uncertainty and the parts of it.
+/// The limit f* with its uncertainty and the contributions to it.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
-    /// f*; f_h where the error of the steps is not known
+    /// f*, or f_h if the error of the steps is unknown
     pub value: f64,
     /// U(f*)/|f*| \[–\]
     pub uncertainty: f64,
@@ -28,7 +28,7 @@ pub struct Limit {
     pub at_steps: f64,
     /// U(f_h)/|f_h| \[–\]
     pub of_mesh: f64,
-    /// The rest of U(f*)/|f*|, by the time step \[–\]; none where its error is not known
+    /// The rest of U(f*)/|f*|, from the time step \[–\]; `None` if its error is unknown
     pub of_steps: Option<f64>,
 }
 
@@ -36,7 +36,7 @@ pub struct Limit {
 pub type References = BTreeMap<String, Limit>;
 
 impl Limit {
-    /// A limit from that over h and what is known about the steps.
+    /// Builds the limit from that over h and the knowledge about the steps.
     pub fn new((at_steps, of_mesh): (f64, f64), steps: &Steps, quantity: &str) -> Self {
         let (shift, of_steps) = match steps.laws.get(quantity) {
             Some(law) => (law.shift, Some(law.uncertainty + law.transfer(at_steps))),
@@ -46,8 +46,8 @@ impl Limit {
         Self { value: at_steps * (1.0 + shift), uncertainty, at_steps, of_mesh, of_steps }
     }
 
-    /// The limit against which a run is judged, and whether the run took part in it: as a further mesh, where the size is a choice and its
-    /// steps are those of the pilots.
+    /// The limit against which a run is judged, and whether the run took part in it: as a further mesh, if the size is a choice and its steps are those
+    /// of the pilots.
     pub fn for_run(
         self,
         (choices, pilots): (&[ElementMeshes], &Pilots),
@@ -66,7 +66,7 @@ impl Limit {
         }
     }
 
-    /// |f − f*|/|f*| \[–\].
+    /// Relative error |f − f*|/|f*| \[–\].
     pub fn error(&self, value: f64) -> f64 {
         (value / self.value - 1.0).abs()
     }
@@ -84,7 +84,7 @@ mod tests {
     const Q: &str = "tip_z_m";
     const TOLERANCE: f64 = 0.01;
 
-    /// A run of a mesh with this h and peak.
+    /// Returns a run on a mesh with this h and peak.
     fn case(id: &str, h: f64, f: f64) -> StoredCase {
         let mut record = CaseRecord {
             id: id.into(),
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// Elements with the peaks of their meshes, coarse ones first; h falls by 1.3.
+    /// Returns elements with the peaks on their meshes, coarsest first; h decreases by a factor of 1.3.
     fn pilots(of: &[(&str, &[f64])]) -> (Vec<ElementMeshes>, Pilots) {
         let runs = |(name, values): &(&str, &[f64])| {
             let one = |(k, f): (usize, &f64)| case(&format!("{name}-{k}"), 0.012 / 1.3f64.powi(k as i32), *f);
@@ -126,10 +126,10 @@ mod tests {
         Steps { factor, laws: [(Q.to_string(), law)].into(), ..Steps::of_scene(true, "") }
     }
 
-    /// The block that swings under its weight: limit over h with steps of 10 ms \[mm\]. 2904 cells with steps of 1 ms give 5.034, and their limit
-    /// lies near 5.06.
+    /// Limit over h of a block that swings under its weight, with steps of 10 ms \[mm\]. A mesh of 2904 cells with steps of 1 ms gives 5.034, and its
+    /// limit is about 5.06.
     const LIMIT_OVER_H: f64 = -4.6855;
-    /// Uncertainty of that limit as a share of it \[–\].
+    /// Relative uncertainty of that limit \[–\].
     const UNCERTAINTY_OVER_H: f64 = 0.0019;
     /// The same block with 600 cells of `tet10`: steps of 20 ms to 1.25 ms as multiples of 10 ms, each with its peak \[mm\].
     const OVER_DT: [(f64, f64); 5] =
@@ -142,7 +142,7 @@ mod tests {
         assert!((limit.value / -5.06 - 1.0).abs() < limit.uncertainty, "{limit:?}");
         assert!(limit.uncertainty > 0.0019 && limit.uncertainty < 0.01, "{limit:?}");
         assert!((limit.uncertainty - 0.0019 - limit.of_steps.expect("known")).abs() < 1e-12);
-        // A run with fine steps is about 1 % off, and not the 7 % that lie between it and the limit for coarse steps
+        // A run with fine steps is about 1 % off, not the 7 % between it and the limit for coarse steps
         assert!((limit.error(-5.0118) - 0.01).abs() < 0.003, "{}", limit.error(-5.0118));
         let coarse = Limit::new((LIMIT_OVER_H, UNCERTAINTY_OVER_H), &steps(0.5, &OVER_DT[..3]), Q);
         assert!(coarse.uncertainty > 0.1, "three coarse steps do not tell the limit: {coarse:?}");
@@ -168,7 +168,7 @@ mod tests {
         assert!(!further && limit == Limit::new(mesh, &other, Q), "{limit:?}");
         let (limit, further) = judged(&steps(1.0, &OVER_DT));
         assert!(further && limit.at_steps != mesh.0, "{limit:?}");
-        // On a given mesh there is no sequence that it could take part in
+        // On a given mesh there is no sequence in which it could take part
         let given = [ElementMeshes { sizes: vec![], ..choice("tet10") }];
         let same = Limit::new(mesh, &Steps::of_scene(false, ""), Q);
         let kept = same.for_run((&given, &pilots), (0, &run), &Steps::of_scene(false, ""), (Q, TOLERANCE));
@@ -184,7 +184,7 @@ mod tests {
         assert!(both.1 > 0.01, "{both:?}");
     }
 
-    /// 7.50 and 7.52 on meshes of which h falls by 1.3 may be 2.7 % off by the first power of h, and not 9.6 %.
+    /// Values of 7.50 and 7.52 on meshes whose h differs by 1.3 may be 2.7 % off at first order in h, but not 9.6 %.
     #[test]
     fn two_meshes_that_agree_contradict_a_limit_that_is_not_known() {
         let element = |peaks: &[f64], known: f64| {
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(element(&[7.48, 7.50, 7.52], 0.18), None, "three have a limit of their own");
     }
 
-    /// 0.95 with a small uncertainty of its own, and 1.0 ± 2 %: one of the two is wrong.
+    /// A limit of 0.95 with a small uncertainty of its own and one of 1.0 ± 2 %: one of the two is wrong.
     #[test]
     fn an_element_that_finds_another_limit_widens_the_interval() {
         let certain: &[f64] = &[0.9472, 0.94834, 0.94902];
@@ -220,7 +220,7 @@ mod tests {
                 Some(OneRunRecord { quantities: [(Q.to_string(), error)].into(), ..OneRunRecord::default() });
             vec![case]
         };
-        // The corrections of the first cancel: it claims 1e-5
+        // The corrections of the first cancel: it claims an uncertainty of 1e-5
         let pilots = Pilots { of: vec![run("a", 1.0, 0.0, 1e-5), run("b", 0.98, 0.06, 0.02)], ..Pilots::default() };
         let (value, uncertainty) = of_given(&pilots, &[Q.into()])[Q];
         assert_eq!(value, 1.0);

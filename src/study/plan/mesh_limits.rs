@@ -1,11 +1,12 @@
 //! The limit of a quantity over the mesh, at the time steps of the scene.
 //!
-//! Two meshes that agree tell no limit, but may contradict one that is not known well: |f_h/f₁ − 1| > 3 |f₂/f₁ − 1|/(r − 1), by the first power of h and the safety
-//! factor of two meshes (Roache, *J. Fluids Eng.* 116, 1994).
+//! Two meshes that agree determine no limit, but can contradict one that is not well known: if |f_h/f₁ − 1| > 3 |f₂/f₁ − 1|/(r − 1), at first order in
+//! h and with the safety factor of two meshes (Roache, *J. Fluids Eng.* 116, 1994).
 //!
-//! f_h ± U(f_h) is the reference of a convergence study, with precautions against values that agree by chance (errors of opposite sign, a
-//! curve that crosses its limit): two meshes are no family; U of a family is no less than the largest of |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ over its
-//! neighbours; and where the interval of a family that is not refused lies apart from the reference, U(f_h) grows as by an independent estimate.
+//! The limit f_h ± U(f_h) is the reference of a convergence study, with precautions against values that agree by chance (errors of opposite sign, a
+//! curve that crosses its limit): two meshes are not a family; U of a family is at least the largest of |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ over its
+//! neighbouring meshes; and if the interval of a family that is not refused does not overlap the reference, U(f_h) grows as for an independent
+//! estimate.
 
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
@@ -22,20 +23,20 @@ use std::collections::BTreeMap;
 /// Column → f_h and U(f_h)/|f_h|.
 pub type MeshLimits = BTreeMap<String, (f64, f64)>;
 
-/// An element whose two pilots contradict a limit that the other elements do not know to the tolerance.
+/// An element whose two pilots contradict a limit that the other elements do not determine to the tolerance.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Contradiction {
     /// Short name of the element with its formulation: `tet10_up`
     #[serde(rename = "element")]
     pub formulation: String,
     pub quantity: String,
-    /// Change from one pilot to the other \[–\]
+    /// Relative change from one pilot to the other \[–\]
     pub change: f64,
-    /// Distance of the limit from the finer one \[–\]
+    /// Relative distance of the limit from the finer pilot \[–\]
     pub distance: f64,
 }
 
-/// The contradiction by the element whose two pilots agree best. Those that lock say nothing.
+/// The contradiction from the element whose two pilots agree best. Pilots that lock are ignored.
 pub fn contradiction(
     choices: &[ElementMeshes],
     pilots: &Pilots,
@@ -65,8 +66,8 @@ pub fn of_meshes(choices: &[ElementMeshes], pilots: &Pilots, quantities: &[Strin
     quantities.iter().filter_map(one).collect()
 }
 
-/// f_h of every quantity on a given mesh, by the errors estimated from single runs: that of the most certain one. The other formulations
-/// check it, unless they lock.
+/// Returns f_h of every quantity on a given mesh, from the errors estimated in single runs: that of the most certain run. The other formulations check
+/// it, unless they lock.
 pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
     let one = |q: &String| {
         let value = |c: &StoredCase| {
@@ -93,7 +94,7 @@ pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
     quantities.iter().filter_map(one).collect()
 }
 
-/// Estimate of the limit by each element with three meshes or more.
+/// Estimates the limit for each element with at least three meshes.
 pub fn estimates(choices: &[ElementMeshes], of: &[Vec<StoredCase>], quantity: &str, tolerance: f64) -> Vec<Estimate> {
     let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, quantity, peak(c, quantity)?) });
     let one = |(choice, own): (&ElementMeshes, &Vec<StoredCase>)| {
@@ -106,7 +107,7 @@ pub fn estimates(choices: &[ElementMeshes], of: &[Vec<StoredCase>], quantity: &s
     choices.iter().zip(of).filter_map(one).collect()
 }
 
-/// The reference among the families as f_h and U(f_h)/|f_h|; none where it is zero, or may be no limit whatever the meshes are.
+/// Returns the reference among the families as f_h and U(f_h)/|f_h|; `None` if it is zero, or if the quantity may have no limit on any meshes.
 pub fn of_estimates(estimates: &[Estimate], tolerance: f64) -> Option<(f64, f64)> {
     let estimates: Vec<Estimate> = estimates.iter().filter(|e| !e.lasting).cloned().collect();
     let mut best = reference::choose(&estimates, tolerance)?;
@@ -116,8 +117,7 @@ pub fn of_estimates(estimates: &[Estimate], tolerance: f64) -> Option<(f64, f64)
     (best.value != 0.0).then(|| (best.value, best.uncertainty / best.value.abs()))
 }
 
-/// The largest error of the finest value by any two neighbours of the sequence, scaled by the order:
-/// max |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ.
+/// The largest error of the finest value according to any two neighbours in the sequence, scaled with the order: max |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ.
 pub fn largest_of_sequence(e: &Estimate) -> f64 {
     let p = e.observed_order.unwrap_or(e.formal_order).clamp(LEAST_ORDER, e.formal_order);
     let of =
@@ -140,7 +140,8 @@ mod tests {
         assert!((largest_of_sequence(&e) - 0.25 / 16.0).abs() < 1e-12, "{}", largest_of_sequence(&e));
     }
 
-    /// A largest value within the body on three meshes, a border through cells, a force at a point: no mesh tells a limit, and that of another element counts.
+    /// With a largest value within the body on three meshes, a border that runs through cells, or a force at a point, no mesh determines a limit, and
+    /// that of another element counts.
     #[test]
     fn what_no_mesh_tells_is_no_limit() {
         let of = |name: &str, level: &Level| {

@@ -1,18 +1,20 @@
-//! Which mesh, element and time step meet a tolerance within a time: coarse pilots, fits, a choice, and what it cannot promise.
+//! Choice of mesh, element and time step for a tolerance and a time budget, from coarse pilots; with the limits of that choice.
 //!
-//! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the run that is advised.
+//! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the recommended run.
 //!
-//! 1. Pilots: every element (`sizes`) on its two coarsest meshes, then first those whose two agree best, while they fit into a quarter of the budget, or a half until one has three.
+//! 1. Pilots: every element (`sizes`) on its two coarsest meshes, then first those whose two agree best, as long as they fit into a quarter of the
+//!    budget, or into half of it until one element has three.
 //! 2. Limits over h: f_h of every quantity with the steps of the scene, as in a convergence study, from the pilots of each element.
-//! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from runs with other steps on one pilot (`steps`).
-//!    Both together give f* (`limit`): no run is compared with a limit in which its steps have no part.
-//! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
-//!    the peaks, the largest over the quantities. Only its mesh is made, to count the work; if it is more than expected, the next one's.
+//! 3. Fits: error versus h and time versus counted work ([`model`]); error versus time step from runs with other steps on one pilot (`steps`).
+//!    Both together give f* (`limit`): no run is compared with a limit that ignores the effect of its time steps.
+//! 4. Choice: the fastest setting whose expected error, of mesh and step together, is within the tolerance. Errors are those of the
+//!    peaks, the largest over the quantities. Only its mesh is made, to count the work; if that is more than expected, the next one's.
 //!
-//! The meshes of a grid are grids of its proportions. Where the mesh is given, there are formulations and steps to choose from only, and the errors are those estimated from each run alone.
+//! The meshes of a grid are grids with its proportions. If the mesh is given, only formulations and steps can be chosen, and the errors are those
+//! estimated from each run alone.
 //!
-//! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. The error of the run that is made
-//! is found against f*, which is estimated again with the run as a further mesh where its steps are those of the pilots.
+//! The uncertainty of f* is not part of the expected error: the plan states it separately, as something that it cannot promise. The error of the run
+//! that is made is measured against f*, which is estimated again with the run as a further mesh if its steps are those of the pilots.
 
 mod budget;
 mod choose;
@@ -48,21 +50,21 @@ use sizes::ElementMeshes;
 use std::collections::BTreeMap;
 use steps::Examined;
 
-/// A plan with what is needed to carry it out.
+/// A plan and everything needed to carry it out.
 pub struct Planned {
     pub plan: Plan,
     choices: Vec<ElementMeshes>,
     pilots: Pilots,
 }
 
-/// Runs the pilots and weighs the settings, within the budget by the clock. After a signal to stop nothing more is learnt: the plan rests on the
-/// pilots that are complete, or there is none.
+/// Runs the pilots and weighs the settings, within the budget of wall time. After a signal to stop no further run is made: the plan rests on the
+/// complete pilots, or there is no plan.
 pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
     let budget = Budget::new(request.budget_s);
     let spec = pilots::read(request, &[])?.0;
     let (choices, meshes) = sizes::choices(&request.file, &spec)?;
     let mut learnt = learn(request, (choices, meshes), &budget, watch);
-    // A grid whose coarser and finer ones do not come through is a given mesh
+    // If coarser and finer versions of a grid do not complete, the grid counts as a given mesh
     if meshes == Meshes::Scaled && !learnt.as_ref().is_ok_and(Learnt::is_enough) && !request.is_stopped() {
         learnt = learn(request, (sizes::given(&spec), Meshes::Given), &budget, watch);
     }
@@ -129,7 +131,7 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     Ok(Planned { plan, choices, pilots })
 }
 
-/// The pilots of some choices, with the scene and the columns that they are judged by.
+/// The pilots of some choices, with the scene and the columns by which they are judged.
 struct Learnt {
     choices: Vec<ElementMeshes>,
     meshes: Meshes,
@@ -139,7 +141,7 @@ struct Learnt {
 }
 
 impl Learnt {
-    /// Whether an element has as many pilots as a plan takes.
+    /// Whether an element has as many pilots as a plan requires.
     fn is_enough(&self) -> bool {
         let needed = if self.meshes == Meshes::Given { 1 } else { 3 };
         self.pilots.of.iter().any(|own| own.len() >= needed)
@@ -158,8 +160,8 @@ fn learn(
     Ok(Learnt { choices, meshes, scene, quantities, pilots })
 }
 
-/// The scene with the element that it has, on the coarsest mesh that can be made, and the columns to be judged. Where the mesher reaches a larger number of
-/// cells only, as in thin walls, all choices start there.
+/// Builds the scene with its own element on the coarsest mesh that can be made, and returns it with the columns to judge. If the mesher needs a larger
+/// number of cells, as in thin walls, all choices start there.
 fn coarsest(
     request: &Request,
     choices: &mut [ElementMeshes],
@@ -184,7 +186,7 @@ fn coarsest(
                 (sizes, k) = (choices[own].sizes.clone(), 0);
                 last = None;
             }
-            // A mesh of another size may be possible; anything else is said by every size
+            // A mesh of another size may be possible; any other error would occur at every size
             Err(e) if budget.pilots_s() > 0.0 && last.is_none() => last = Some(e),
             Err(e) if budget.pilots_s() == 0.0 => {
                 let lost = vec![("the coarsest mesh".into(), e.to_string())];
@@ -196,7 +198,7 @@ fn coarsest(
     Err(last.expect("there is at least one size"))
 }
 
-/// The columns to be judged: those asked for, else every recorded angle and cable tension.
+/// The columns to judge: the requested ones, or else every recorded angle and cable tension.
 fn quantities(request: &Request, scene: &Scene) -> Result<Vec<String>, PlanError> {
     let refuse = |fact: String| PlanError::Quantity { file: request.file.clone(), fact };
     scene.check_time().map_err(refuse)?;
@@ -220,7 +222,7 @@ fn peaks(case: &StoredCase, quantities: &[String]) -> BTreeMap<String, f64> {
 }
 
 impl Planned {
-    /// Makes the run that was chosen and compares it with what was expected. A signal to stop ends the run, and the plan stays.
+    /// Makes the chosen run and compares it with the expectation. A signal to stop ends the run, and the plan is kept.
     pub fn carry_out(&mut self, request: &Request, watch: &dyn PlanWatch) -> Result<(), PlanError> {
         let Some(chosen) = self.plan.chosen.clone().filter(|_| !self.plan.stopped) else { return Ok(()) };
         let k = chosen.choice;
@@ -241,7 +243,7 @@ impl Planned {
         Ok(())
     }
 
-    /// The run against what was expected of it.
+    /// Compares the run with what was expected of it.
     fn compare(&self, chosen: &Setting, case: &StoredCase) -> Outcome {
         let (plan, record) = (&self.plan, &case.record);
         let peaks = peaks(case, &plan.quantities);

@@ -1,24 +1,24 @@
-//! Prediction, from pilots, of a run that has not been made: its error by a power law of h, its time by counted work.
+//! Predicts a run that has not been made from pilots: its error by a power law in h, its time from counted work.
 //!
 //! ```text
-//! error    e(h) = α hᵖ through |f(hᵢ) − f*|/|f*| of the pilots of one element; where these do not fall and U(f*) hides them, their largest
+//! error    e(h) = α hᵖ through |f(hᵢ) − f*|/|f*| of the pilots of one element; if these do not decrease and are within U(f*), their largest
 //! time     T = n k (a N + r) + F Φ(flops) + s nnz(L)     per run, scaled to CPU seconds
 //! ```
 //!
-//! n steps, k Newton iterations a step, N cells, F factorisations, s solves: per step as in the largest pilot. a and r \[s\] an iteration and
-//! cell, and the rate of solves, are those of the largest pilot; Φ is the time of one factorisation as a power law of its operations
-//! through all pilots of the element, since large supernodes run faster. flops and nnz(L) of the run itself are counted on its own mesh, by
-//! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
+//! Here n is the number of steps, k of Newton iterations per step, N of cells, F of factorisations and s of solves; the numbers per step are those of
+//! the largest pilot. So are a and r \[s\], for one iteration and cell, and the time per solve; Φ is the time of one factorisation as a power law of
+//! its operations through all pilots of the element, since large supernodes run faster. The flops and nnz(L) of the run itself are counted on its own
+//! mesh by symbolic factorisation. Limits: one power of h; a number of iterations that grows with the mesh is not accounted for.
 
 use crate::study::estimate::power_law::{PowerLaw, power_law};
 use crate::study::estimate::richardson::{ORDER_SLACK, ROUNDING};
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 
-/// Meshes without which an element has neither a limit nor a law of its error: two values agree by chance too easily.
+/// Smallest number of meshes for which an element has a limit and an error law: two values agree by chance too easily.
 pub const LEAST_PILOTS: usize = 3;
 
-/// Size of a run, counted before it is made.
+/// Size of a run, counted before the run is made.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct Counted {
     pub cells: usize,
@@ -29,23 +29,23 @@ pub struct Counted {
     pub factor_flops: f64,
 }
 
-/// Time of runs with one element.
+/// Model of the time of runs with one element.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    /// One factorisation over its operations
+    /// Time of one factorisation versus its operations
     factorisation: PowerLaw,
-    /// Per step
+    /// Newton iterations per step
     iterations: f64,
     factorisations: f64,
     solves: f64,
-    /// Assembly and the rest, an iteration and cell \[s\]
+    /// Assembly and the rest, per iteration and cell \[s\]
     cell_s: f64,
-    /// A solve and entry of L \[s\]
+    /// Time of a solve per entry of L \[s\]
     entry_s: f64,
 }
 
 impl Clock {
-    /// A clock from the pilots of one element; `None` with fewer than two meshes.
+    /// Builds the model from the pilots of one element; `None` with fewer than two meshes.
     pub fn new(pilots: &[&CaseRecord]) -> Option<Self> {
         let one = |r: &CaseRecord| {
             let seconds = r.phases.factorisation_s * quiet(r) / r.work.factorisations.max(1) as f64;
@@ -66,7 +66,7 @@ impl Clock {
         })
     }
 
-    /// CPU seconds of a run.
+    /// Predicts the CPU seconds of a run.
     pub fn predict(&self, run: &Counted) -> f64 {
         let step = self.iterations * self.cell_s * run.cells as f64
             + self.factorisations * self.factorisation.at(run.factor_flops)
@@ -75,14 +75,14 @@ impl Clock {
     }
 }
 
-/// Phases are wall seconds; CPU seconds are what the machine would need undisturbed.
+/// Factor from wall to CPU seconds of a run, at most 1: phases are wall seconds, and CPU seconds are what an undisturbed machine would need.
 fn quiet(r: &CaseRecord) -> f64 {
     if r.wall_s > 0.0 { (r.cpu_s / r.wall_s).min(1.0) } else { 1.0 }
 }
 
-/// e(h) of one element and quantity through its pilots, against a limit that is known to `known` \[–\]. Errors that do not fall with h are those of
-/// the limit where they are within `known`, as are values that agree with it: there they count as `known`, or as the largest of them if that is less, so that
-/// the law of errors that are all within it is constant. `None` where the error does not fall even so.
+/// Fits e(h) of one element and quantity through its pilots, for a limit that is known to `known` \[–\]. Errors that do not decrease with h are
+/// attributed to the limit if they are within `known`, and so are values that agree with it: such errors count as `known`, or as the largest error if
+/// that is less, so that the law is constant if all errors are within `known`. `None` if the error does not decrease even then.
 pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<PowerLaw> {
     let largest = errors.iter().map(|e| e.1).fold(ROUNDING, f64::max);
     let known = known.max(ROUNDING);
@@ -90,8 +90,8 @@ pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<Power
     falling(errors, formal).or_else(|| if largest <= known { law(&told) } else { falling(&told, formal) })
 }
 
-/// A power law that falls with h. Errors that fall faster than the formal order allows are those of values that cross the limit: the law then has
-/// the formal order, through the largest of them as it scales them.
+/// Fits a power law that decreases with h. Errors that decrease faster than the formal order allows belong to values that cross the limit: the law then
+/// has the formal order and passes through the largest of the errors scaled with it.
 fn falling(errors: &[(f64, f64)], formal: f64) -> Option<PowerLaw> {
     let law = law(errors).filter(|g| g.q > 0.0)?;
     if law.q <= ORDER_SLACK * formal {
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::study::store::record::PhaseRecord;
 
-    /// A machine of 1 Gflop/s that speeds up with the power ¹⁄₁₀, 1 µs a cell and iteration, 2 ns an entry, and is disturbed by half.
+    /// A machine of 1 Gflop/s that speeds up with the power ¹⁄₁₀, takes 1 µs per cell and iteration and 2 ns per entry, and is slowed down by half.
     fn record(cells: usize) -> CaseRecord {
         let mut r = CaseRecord::default();
         let n = cells as f64;
@@ -150,7 +150,7 @@ mod tests {
         };
         let exact =
             steps as f64 * (2.0 * time(run.factor_flops) + 5.0 * 2e-9 * run.factor_nnz as f64 + 4.0 * 1e-6 * n as f64);
-        // The model is exact here; what is left is rounding
+        // The model is exact here; only rounding remains
         assert!((clock.predict(&run) / exact - 1.0).abs() < 1e-9, "{} for {exact}", clock.predict(&run));
     }
 
@@ -170,7 +170,7 @@ mod tests {
             let law = error_law(&hidden, 2.0, known).expect("nothing is told of them");
             assert!([4.0, 1.0, 0.1].iter().all(|h| (law.at(*h) / 0.0025 - 1.0).abs() < 1e-12), "{law:?}");
         }
-        // The largest is told, and falls to what is known
+        // The largest error is resolved, and the law falls to what is known
         let law = error_law(&[(4.0, 0.04), (2.0, 0.02), (1.0, 0.0)], 2.0, 0.01).expect("it falls");
         assert!((law.q - 1.0).abs() < 1e-12 && (law.at(1.0) - 0.01).abs() < 1e-12, "{law:?}");
         let equal = error_law(&[(4.0, 0.0), (2.0, 0.0), (1.0, 0.0)], 2.0, 0.0).expect("every mesh has the limit");

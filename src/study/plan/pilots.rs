@@ -1,5 +1,5 @@
-//! Coarse runs, element by element and size by size, as long as their share of the budget lasts: two of each element first, then a third one of those
-//! whose two agree best.
+//! Coarse runs, element by element and size by size, as long as their share of the budget lasts: first two of each element, then a third of those whose
+//! two agree best.
 
 use crate::math::linear::Factor;
 use crate::math::stopwatch::Stopwatch;
@@ -21,20 +21,20 @@ use crate::system::State;
 use std::sync::Arc;
 use toml::Value;
 
-/// Meshes of one element that are run at most before anything is fitted.
+/// Largest number of meshes of one element that are run before anything is fitted.
 const MOST: usize = 4;
-/// Operations a second of a slow machine, to tell a hopeless first pilot before it begins.
+/// Speed of a slow machine, to reject a hopeless first pilot before it starts \[flop/s\].
 const SLOW: f64 = 5e8;
-/// Time of an error estimate from one run, over that of the steps that it solves again in the enriched space: a cautious guess.
+/// Time of an error estimate from one run relative to the steps that it solves again in the enriched space: a cautious guess \[–\].
 const ENRICHED: f64 = 50.0;
 
-/// The scene file with changes, and its text.
+/// Reads the scene file with changes, and its text.
 pub fn read(request: &Request, changes: &[(String, Value)]) -> Result<(SceneSpec, String), PlanError> {
     let all: Vec<_> = request.changes.iter().chain(changes).cloned().collect();
     Ok(read_scene(&request.file, &all)?)
 }
 
-/// A scene with changes, on its mesh, for which the mesher may take so long. A signal to stop ends the mesher too.
+/// Builds a scene with changes on its mesh; the mesher may take at most `limit_s`. A signal to stop also ends the mesher.
 pub fn build(
     request: &Request,
     changes: &[(String, Value)],
@@ -52,7 +52,7 @@ pub fn build(
     Ok(Scene::build(&request.file, spec, text, Arc::new(body))?)
 }
 
-/// Why there is no mesh. Where the mesher ran into a limit that the budget has set, the scene has no part in it.
+/// The reason why there is no mesh. If the mesher reached a limit set by the budget, the scene is not to blame.
 fn no_mesh(error: SceneError, of_budget: bool) -> PlanError {
     match of_mesher(&error) {
         Some(GenerateError::TimeLimit { seconds, .. }) if of_budget => PlanError::MeshLate { after_s: *seconds },
@@ -60,7 +60,7 @@ fn no_mesh(error: SceneError, of_budget: bool) -> PlanError {
     }
 }
 
-/// The mesher's part in an error.
+/// The error of the mesher within an error, if there is one.
 fn of_mesher(error: &SceneError) -> Option<&GenerateError> {
     let SceneError::Part { source, .. } = error else { return None };
     source.downcast_ref()
@@ -73,9 +73,9 @@ fn is_of_mesher(error: &PlanError) -> bool {
     }
 }
 
-/// Counts of a run of the scene, without running it.
+/// Counts the work of a run of the scene without running it.
 pub fn count(scene: &Scene) -> Counted {
-    // By the direct path, as the pilots go: the work of the iterative one is known after its set-up only.
+    // By the direct path, which the pilots use: the work of the iterative one is known only after its set-up
     let factor = Factor::new(scene.system.pattern.clone());
     Counted {
         cells: scene.body.mesh.cell_count(),
@@ -87,17 +87,17 @@ pub fn count(scene: &Scene) -> Counted {
     }
 }
 
-/// A run to be made, and how long it may take.
+/// A run to make, with its time limit.
 pub struct Trial<'a> {
     pub name: String,
     pub scene: &'a Scene,
     pub limit_s: f64,
-    /// Columns whose errors are estimated from the run alone, if that fits into the limit as well
+    /// Columns whose errors are estimated from the run alone, if that also fits into the limit
     pub estimated: &'a [String],
 }
 
-/// Runs a scene; none if it did not end within its limit. A run stopped by the user is an error; a stopped estimate leaves a run without
-/// one. Whatever else happens is in the status of the record.
+/// Runs a scene; `None` if it did not end within its limit. A run stopped by the user is an error; if only the estimate is stopped, the run has none.
+/// Any other outcome is in the status of the record.
 pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Option<StoredCase>, PlanError> {
     let Trial { name, scene, limit_s, estimated } = trial;
     watch.started(&name);
@@ -135,32 +135,32 @@ pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Opt
     Ok(Some(StoredCase::new(record, Series { t_s: column(0), columns })))
 }
 
-/// Pilots of every choice, in the order of the choices, coarse ones first.
+/// Pilots of every choice, in the order of the choices, coarsest first.
 #[derive(Clone, Debug, Default)]
 pub struct Pilots {
-    /// \[choices\] converged runs, rising in cells
+    /// \[choices\] Converged runs, in order of increasing cells
     pub of: Vec<Vec<StoredCase>>,
-    /// \[choices\] reasons why there is no such scene, each once
+    /// \[choices\] Distinct reasons why there is no such scene
     pub refused: Vec<Vec<String>>,
-    /// (what, why) of those that could not be used
+    /// Pilots that could not be used: (name, reason)
     pub lost: Vec<(String, String)>,
     pub cpu_s: f64,
     pub wall_s: f64,
 }
 
 impl Pilots {
-    /// Time by the clock over CPU time, on this machine as busy as it is; at least 1.
+    /// Ratio of wall to CPU time on this machine under its present load; at least 1.
     pub fn slowness(&self) -> f64 {
         if self.cpu_s > 0.0 { (self.wall_s / self.cpu_s).max(1.0) } else { 1.0 }
     }
 
-    /// Without a pilot yet, for this number of choices.
+    /// Returns an empty set of pilots for this number of choices.
     fn none_of(choices: usize) -> Self {
         Self { of: vec![vec![]; choices], refused: vec![vec![]; choices], ..Self::default() }
     }
 
-    /// Takes the end of a pilot of choice `k`. Whether its next size is worth a trial: not where there is no time for it, and not where two sizes have no scene for
-    /// the same reason.
+    /// Records the outcome of a pilot of choice `k`. Returns whether its next size is worth a trial: not if there is no time for it, nor if two sizes
+    /// have no scene for the same reason.
     fn add(&mut self, k: usize, name: String, outcome: Pilot) -> bool {
         match outcome {
             Pilot::Run(case) => {
@@ -190,7 +190,7 @@ impl Pilots {
     }
 }
 
-/// The next size of an element, while it is open.
+/// The next size of an element, and whether it may still run.
 #[derive(Clone, Copy)]
 struct Turn {
     level: usize,
@@ -198,8 +198,8 @@ struct Turn {
 }
 
 impl Turn {
-    /// Its place among the turns of all elements, the least first: two pilots of each, size by size; a third one of those whose two finest agree best; then
-    /// size by size again.
+    /// Its rank among the turns of all elements; the lowest runs first: two pilots of each, size by size; then a third of those whose two finest agree
+    /// best; then size by size again.
     fn rank(self, own: &[StoredCase], quantities: &[String]) -> (u8, f64) {
         let level = self.level as f64;
         match own.len() + 1 {
@@ -210,15 +210,15 @@ impl Turn {
     }
 }
 
-/// The largest change of a peak from the last pilot but one to the last \[–\].
+/// The largest relative change of a peak between the last two pilots \[–\].
 pub fn difference(own: &[StoredCase], quantities: &[String]) -> Option<f64> {
     let [.., coarse, fine] = own else { return None };
     let change = |q: &String| Some((peak(coarse, q)? / peak(fine, q)? - 1.0).abs()).filter(|change| change.is_finite());
     quantities.iter().map(change).try_fold(0.0, |most: f64, change| Some(most.max(change?)))
 }
 
-/// Runs pilots, one element after another, while what the next one is expected to take fits into its share of the budget. Until an element has three, its third may take
-/// from the share for learning too. A signal to stop ends it with the pilots that are complete.
+/// Runs pilots, one element after another, as long as the expected time of the next one fits into its share of the budget. Until an element has three
+/// pilots, its third may also use the share for learning. A signal to stop ends it with the complete pilots.
 pub fn run_all(
     request: &Request,
     (choices, meshes): (&[ElementMeshes], Meshes),
@@ -241,7 +241,7 @@ pub fn run_all(
         let first = ranked.min_by(|a, b| a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)));
         let Some(((rank, _), k, cells)) = first else { return Ok(pilots) };
         let decides = rank == 1 && pilots.of.iter().all(|own| own.len() < LEAST_PILOTS);
-        // The runs on a given mesh are what a plan chooses from: they may take more than those on coarse meshes.
+        // On a given mesh the plan chooses among these very runs: they may take longer than those on coarse meshes
         let left = || if meshes == Meshes::Given || decides { budget.learning_s() } else { budget.pilots_s() };
         let outcome = match pilot(request, (&choices[k], cells), &pilots, &pilots.of[k], (&left, estimated), watch) {
             Err(PlanError::Stopped) => return Ok(pilots),
@@ -252,19 +252,19 @@ pub fn run_all(
     }
 }
 
-/// The end of one pilot.
+/// The outcome of one pilot.
 enum Pilot {
     Run(Box<StoredCase>),
-    /// It was not begun, or stopped
+    /// It was not started, or was stopped
     TooLong,
-    /// There is no such scene: the reason, and whether it is the mesher's, which another size may not meet
+    /// There is no such scene: the reason, and whether the mesher is the cause, which another size may avoid
     Refused {
         why: String,
         by_mesher: bool,
     },
 }
 
-/// One pilot, unless it is expected to take longer than is left.
+/// Makes one pilot, unless it is expected to take longer than the remaining time.
 fn pilot(
     request: &Request,
     (choice, cells): (&ElementMeshes, u64),
@@ -276,7 +276,7 @@ fn pilot(
     if request.is_stopped() {
         return Err(PlanError::Stopped);
     }
-    // A pilot four times the size of the last takes no less than four times as long
+    // A pilot of four times the size takes at least four times as long
     let last = own.last().map(|c| (c.record.mesh.cells as f64, c.record.wall_s));
     let least = last.map_or(0.0, |(n, s)| s * (cells as f64 / n).max(1.0));
     if least >= left() {
@@ -284,7 +284,7 @@ fn pilot(
     }
     let scene = match build(request, &choice.changes(cells), left(), watch) {
         Ok(scene) => scene,
-        // The scene was built before: it is this element or size that does not fit it
+        // The scene has been built before, so that this element or size is what does not fit it
         Err(e @ (PlanError::Scene(_) | PlanError::MeshLate { .. })) => {
             return Ok(Pilot::Refused { why: e.to_string(), by_mesher: is_of_mesher(&e) });
         }
@@ -298,8 +298,8 @@ fn pilot(
     Ok(run(request, trial, watch)?.map_or(Pilot::TooLong, |case| Pilot::Run(Box::new(case))))
 }
 
-/// Time by the clock that a pilot is expected to take after those of its element \[s\]. After a single one the factorisation takes as much longer as it has
-/// more operations, and the rest as there are more cells.
+/// Expected wall time of a pilot from the earlier ones of its element \[s\]. After a single one, the time of the factorisation is scaled with the
+/// operations, and the rest with the cells.
 fn expected(counted: &Counted, own: &[StoredCase], slowness: f64) -> f64 {
     let records: Vec<_> = own.iter().map(|c| &c.record).collect();
     if let Some(clock) = Clock::new(&records) {
@@ -321,13 +321,13 @@ mod tests {
     use std::path::{Path, PathBuf};
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// A run with this peak.
+    /// Returns a run with this peak.
     fn run_of(f: f64) -> StoredCase {
         let columns = [("angle".to_string(), vec![0.0, f])].into();
         StoredCase::new(CaseRecord::default(), Series { t_s: vec![0.0, 1.0], columns })
     }
 
-    /// Linear elements whose pilots are far apart do not take the time for a third one of a quadratic element whose two agree.
+    /// Linear elements whose pilots are far apart do not use up the time for a third one of a quadratic element whose two agree.
     #[test]
     fn elements_whose_pilots_agree_best_have_their_third_first() {
         let quantities = ["angle".to_string()];
@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(rank(2, &[7.39]), (2, 2.0));
     }
 
-    /// An element that the law cannot have is told once, and no further size of it is meshed; a mesh that fails may do in another size.
+    /// An element that the law does not support is reported once, and no further size of it is meshed; a mesh that fails may succeed at another size.
     #[test]
     fn an_element_that_is_refused_twice_for_one_reason_is_closed() {
         let mut pilots = Pilots::none_of(2);
@@ -355,7 +355,7 @@ mod tests {
         assert!(!pilots.add(1, "1".into(), Pilot::TooLong));
     }
 
-    /// 8 times the cells and 64 times the operations, of which a run of 0.1 s has 0.02 s.
+    /// A mesh with 8 times the cells and 64 times the operations of a run of 0.1 s, of which 0.02 s are for the factorisation.
     #[test]
     fn a_second_pilot_is_expected_by_the_first() {
         let mut first = run_of(1.0);
@@ -383,7 +383,7 @@ mod tests {
         assert!(no_mesh(other, true).to_string().contains("no such body"));
     }
 
-    /// Sets the flag to stop as soon as a step of the run is complete.
+    /// Sets the stop flag as soon as a step of the run is complete.
     struct StopsAfterAStep<'a>(&'a AtomicBool);
 
     impl PlanWatch for StopsAfterAStep<'_> {
@@ -395,7 +395,7 @@ mod tests {
         fn finished(&self, _: &CaseRecord) {}
     }
 
-    /// Follows nothing.
+    /// An observer that ignores everything.
     struct Nobody;
 
     impl PlanWatch for Nobody {
@@ -405,7 +405,7 @@ mod tests {
         fn finished(&self, _: &CaseRecord) {}
     }
 
-    /// A bar that is stretched, as a scene file.
+    /// Writes the scene file of a bar that is stretched.
     fn bar(folder: &Path, steps: usize) -> PathBuf {
         let file = folder.join("scene.toml");
         let text = format!(

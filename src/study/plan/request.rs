@@ -1,4 +1,4 @@
-//! The request for a plan, and who follows its progress.
+//! The request for a plan, and the observer of its progress.
 
 use crate::scene::Progress;
 use crate::study::store::record::CaseRecord;
@@ -12,16 +12,16 @@ pub struct Request<'a> {
     pub changes: Vec<(String, toml::Value)>,
     /// Largest error of a peak \[–\]
     pub tolerance: f64,
-    /// Budget for meshes, pilots and the run together, by the clock \[s\]
+    /// Wall-time budget for meshes, pilots and the run together \[s\]
     pub budget_s: f64,
-    /// Columns; those of a convergence study if empty
+    /// Columns; if empty, those of a convergence study
     pub quantities: Vec<String>,
-    /// Set to stop
+    /// Flag that stops the plan when set
     pub stop: &'a Arc<AtomicBool>,
 }
 
 impl Request<'_> {
-    /// Whether the plan is to end with what is known.
+    /// Whether the plan has to end with what is known.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

@@ -8,7 +8,7 @@ use crate::study::plan::steps::Steps;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The plan: references from the pilots, settings by time, and the choice.
+/// The plan: references from the pilots, settings in order of time, and the choice.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Plan {
     pub tolerance: f64,
@@ -19,23 +19,23 @@ pub struct Plan {
     pub references: References,
     pub pilots: Vec<Pilot>,
     pub pilots_cpu_s: f64,
-    /// Time by the clock, until the choice was made: pilots, meshes, factorisations
+    /// Wall time until the choice was made: pilots, meshes, factorisations
     pub planning_s: f64,
     pub steps: Steps,
-    /// Every setting that was weighed, by time
+    /// Every setting that was weighed, in order of time
     pub weighed: Vec<Setting>,
     pub chosen: Option<Setting>,
-    /// The chosen one is expected within tolerance and budget
+    /// Whether the chosen setting is expected to be within tolerance and budget
     pub meets: bool,
-    /// Pilots that speak against the limit, where nothing is expected within tolerance and budget: no setting is advised then
+    /// Pilots that contradict the limit, if nothing is expected to be within tolerance and budget: no setting is recommended then
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contradicted: Option<Contradiction>,
     /// Pilots that could not be used, elements that could not be weighed, and meshes that could not be made: (what, why)
     pub lost: Vec<(String, String)>,
     pub promises: Vec<String>,
-    /// A signal ended it, or the run, before all was done
+    /// Whether a signal ended it, or the run, before everything was done
     pub stopped: bool,
-    /// How good the prediction was, once the run was made
+    /// How good the prediction was, once the run has been made
     pub outcome: Option<Outcome>,
 }
 
@@ -48,47 +48,47 @@ pub struct Pilot {
     pub peaks: BTreeMap<String, f64>,
 }
 
-/// A mesh and element with what is expected of it.
+/// A mesh and element with their expected error and cost.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Setting {
     /// Short name of element and formulation: `tet10_up`
     #[serde(rename = "element")]
     pub formulation: String,
-    /// Number of the element among the choices
+    /// Index of the element among the choices
     #[serde(skip)]
     pub choice: usize,
-    /// Number of cells that is to be asked for
+    /// Requested number of cells
     pub cells: u64,
     /// Changes to the scene, `key=value`
     pub set: Vec<String>,
     pub counted: Counted,
-    /// Counted on its mesh; otherwise extrapolated from the pilots
+    /// Whether the work was counted on its mesh; otherwise it is extrapolated from the pilots
     pub on_its_mesh: bool,
-    /// Largest over the quantities \[–\]
+    /// Largest expected error over the quantities \[–\]
     pub error: f64,
     pub limited_by: String,
-    /// Known only this well \[–\]: U(f*) of that quantity
+    /// Uncertainty of the limit of that quantity, U(f*)/|f*| \[–\]
     pub uncertainty: f64,
     pub cpu_s: f64,
-    /// The same by the clock, on a machine as busy as during the pilots
+    /// Expected wall time, on a machine as busy as during the pilots \[s\]
     pub wall_s: f64,
 }
 
-/// Expected and found.
+/// Comparison of the run with the expectation.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Outcome {
     pub status: String,
     pub cpu_s: f64,
     pub wall_s: f64,
-    /// Expected over found
+    /// Ratio of expected to actual time
     pub time_ratio: f64,
-    /// Error of the quantity that limits, against f* \[–\]
+    /// Error of the limiting quantity relative to f* \[–\]
     pub error: f64,
-    /// The run is a further mesh of that f*; otherwise it is the one of the pilots
+    /// Whether the run contributes a further mesh to this f*; otherwise f* is that of the pilots
     pub further_mesh: bool,
-    /// The error of the steps is known, and in the error
+    /// Whether the error of the steps is known and included in the error
     pub with_steps: bool,
-    /// Known this well \[–\]
+    /// Uncertainty of f* \[–\]
     pub uncertainty: f64,
     pub error_ratio: f64,
     /// Column → peak of the run

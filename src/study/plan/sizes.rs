@@ -1,4 +1,4 @@
-//! Choices of a plan: elements, and the meshes of the scene's body that are given, stored or can be made.
+//! Choices of a plan: elements, and the meshes of the body of the scene that are given, stored, or can be made.
 
 use crate::mesh::generate::MeshStore;
 use crate::scene::spec::GridSpec;
@@ -9,42 +9,43 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Value;
 
-/// An element with its formulation, and the meshes it may have.
+/// An element with its formulation, and its possible meshes.
 #[derive(Clone, Debug, Default)]
 pub struct ElementMeshes {
-    /// `tet10_up`
+    /// Short name: `tet10_up`
     pub name: String,
     /// Changes to the scene, by path
     pub set: Vec<(String, Value)>,
-    /// Numbers of cells, rising; none where the mesh is given
+    /// Numbers of cells, increasing; empty if the mesh is given
     pub sizes: Vec<u64>,
-    /// Number of cells → `mesh.grid.divisions`; empty where a mesher makes the number
+    /// Number of cells → `mesh.grid.divisions`; empty if a mesher makes the mesh
     pub divisions: BTreeMap<u64, Value>,
     /// Element of the cells, without its formulation
     pub element: ElementSpec,
 }
 
-/// Where the meshes come from.
+/// Origin of the meshes.
 #[derive(serde::Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Meshes {
-    /// The stored ones of the body
+    /// The stored meshes of the body
     Stored,
-    /// Those, and what the mesher makes
+    /// The stored meshes, and those that the mesher makes
     Made,
-    /// Grids of the proportions of that of the scene
+    /// Grids with the proportions of that of the scene
     Scaled,
-    /// One only: a volume mesh, or a grid that has no coarser ones
+    /// A single mesh: a volume mesh, or a grid without coarser ones
     Given,
 }
 
-/// Cells of the coarsest mesh that is made where the body has one of so few, and the ratio of the next: h falls by 1.3, Roache's least.
+/// Number of cells of the coarsest mesh, if the body has one with so few; for the next one h decreases by a factor of 1.3, the smallest ratio
+/// recommended by Roache.
 const COARSEST: f64 = 600.0;
 const RATIO: f64 = 2.2;
-/// No mesh is planned beyond.
+/// Largest number of cells that is planned.
 const MOST: f64 = 2e6;
 
-/// The choices for a scene: grids of its proportions, stored meshes only, or also what the mesher makes.
+/// The choices for a scene: grids with its proportions, stored meshes only, or also those that the mesher makes.
 pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<ElementMeshes>, Meshes), PlanError> {
     if let Some(grid) = spec.mesh.grid.as_ref().filter(|_| spec.mesh.parts.is_empty()) {
         let divisions = grids(file, grid, 8u64.saturating_pow(spec.mesh.levels))?;
@@ -69,7 +70,7 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<ElementMeshes>, Mes
         let request = request(file, &mesh)?;
         let mut sizes = store.stored_sizes(&request).map_err(|e| PlanError::Mesh(e.to_string()))?;
         if able {
-            // A generated mesh next to a stored one of nearly its size would be no new level
+            // A generated mesh next to a stored one of nearly the same size would not be a new level
             let mut cells = COARSEST;
             while cells < MOST {
                 if sizes.iter().all(|s| (*s as f64 / cells).ln().abs() > 0.5 * RATIO.ln()) {
@@ -88,13 +89,13 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<ElementMeshes>, Mes
     }
 }
 
-/// The choices on the mesh that a scene has.
+/// The choices on the mesh of a scene.
 pub fn given(spec: &SceneSpec) -> Vec<ElementMeshes> {
     formulations(spec, spec.mesh.element, &[])
 }
 
-/// Number of cells → divisions of grids of the same proportions, each of whose cells becomes `parts`: h falls by 1.3 or more, from the largest
-/// grid of no more than [`COARSEST`] cells on.
+/// Number of cells → divisions of grids with the same proportions, each of whose cells is split into `parts`. From the largest grid of at most
+/// [`COARSEST`] cells on, h decreases by a factor of at least 1.3.
 fn grids(file: &Path, spec: &GridSpec, parts: u64) -> Result<BTreeMap<u64, Value>, SceneError> {
     let mut out = BTreeMap::new();
     let Some(first) = similar_grids(spec).next() else { return Ok(out) };
@@ -139,18 +140,18 @@ fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<El
 }
 
 impl ElementMeshes {
-    /// Starts at a mesh of so many cells, the fewest that the mesher reaches.
+    /// Starts the sizes at `cells`, the fewest that the mesher can make.
     pub fn start_at(&mut self, cells: u64) {
         let more = (1..).map(|k| (cells as f64 * RATIO.powi(k)).round());
         self.sizes = std::iter::once(cells).chain(more.take_while(|n| *n < MOST).map(|n| n as u64)).collect();
     }
 
-    /// The changes that make a scene of it.
+    /// The changes that turn the scene into this choice.
     pub fn changes(&self, cells: u64) -> Vec<(String, Value)> {
         self.set.iter().cloned().chain(self.size(cells)).collect()
     }
 
-    /// The change of the size alone; none where the mesh is given.
+    /// The change of the size alone; `None` if the mesh is given.
     pub fn size(&self, cells: u64) -> Option<(String, Value)> {
         match self.divisions.get(&cells) {
             Some(divisions) => Some(("mesh.grid.divisions".to_string(), divisions.clone())),
@@ -159,7 +160,7 @@ impl ElementMeshes {
         }
     }
 
-    /// So many cells of it; those of a given mesh are not a choice.
+    /// Name of the choice with its number of cells; the name alone for a given mesh, whose size is not a choice.
     pub fn words(&self, cells: u64) -> String {
         if self.sizes.is_empty() { self.name.clone() } else { format!("{}, {cells} cells", self.name) }
     }
@@ -182,7 +183,7 @@ mod tests {
         assert!(choice.sizes.iter().all(|n| (*n as f64) < MOST) && choice.sizes.len() > 4, "{:?}", choice.sizes);
     }
 
-    /// The coarsest one has no more than 600 cells, and each next one 2.2 times as many or more.
+    /// The coarsest grid has at most 600 cells, and each of the next at least 2.2 times as many as the one before.
     #[test]
     fn grids_have_the_proportions_of_that_of_the_scene() {
         let size = [0.1, 0.02, 0.02].map(crate::scene::Length);

@@ -1,4 +1,4 @@
-//! The error of one quantity by the time step, from runs on one mesh whose steps are φ times those of the scene.
+//! The error of one quantity versus the time step, from runs on one mesh whose steps are φ times those of the scene.
 //!
 //! ```text
 //! s = f*/f(1) − 1,   e(φ) = max |f(φᵢ) − f*|/|f*| over φᵢ ≤ φ,   e(φ) = e(φ₁) (φ/φ₁)ᵖ below the finest φ₁
@@ -7,12 +7,12 @@
 //! | order p of the three finest | f\* | U(f\*) |
 //! |---|---|---|
 //! | from ¾ to 1.05 times that of the integrator | Richardson with p | that of the estimate |
-//! | another one from ½ on, the same in two triples | the estimate of the four finest | that, at least 3 \|f₁ − f₂\| |
-//! | from ½ to ¾ times that of the integrator | Richardson of the two finest with its order | that of two, at least 3 \|f₁ − f₂\| |
+//! | any other from ½ on, equal in two triples | the estimate of the four finest | that of the estimate, at least 3 \|f₁ − f₂\| |
+//! | from ½ to ¾ times that of the integrator | Richardson of the two finest with the order of the integrator | that of two, at least 3 \|f₁ − f₂\| |
 //! | any other, or none | f₁ | 3 ΔM of the three finest |
 //!
-//! The estimates are those of [`family`](crate::study::estimate::family). In the last two rows nothing is extrapolated with the observed
-//! order: coarse steps that do not resolve the motion yet show any order. Limits: one mesh, and peaks on the times of the run.
+//! The estimates are those of [`family`](crate::study::estimate::family). In the last two rows the observed order is not used for extrapolation: coarse
+//! steps that do not yet resolve the motion may show any order. Limits: one mesh, and peaks at the recorded times of the run.
 
 use crate::study::estimate::family::{Estimate, Level, estimate_of_order};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, ORDER_SLACK};
@@ -20,21 +20,21 @@ use crate::study::plan::mesh_limits::largest_of_sequence;
 use crate::study::store::record::Role;
 use serde::Serialize;
 
-/// Share of the integrator's order below which an observed order is taken for that of steps that are too coarse.
+/// Share of the order of the integrator below which an observed order is attributed to steps that are too coarse.
 const PLAUSIBLE: f64 = 0.75;
 
-/// Error of one quantity over φ on one mesh.
+/// Error of one quantity versus φ on one mesh.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct StepLaw {
-    /// s: change of the peak from the steps of the scene to infinitely small ones, as a share of it \[–\]
+    /// s: relative change of the peak from the steps of the scene to infinitely small ones \[–\]
     pub shift: f64,
     /// U(f*)/|f*| \[–\]
     pub uncertainty: f64,
     /// Order p of the three finest steps
     pub observed_order: Option<f64>,
-    /// Order that smaller steps are expected to have
+    /// Order expected for smaller steps
     pub order: f64,
-    /// The observed order is used: it fits the integrator, or two triples agree on it
+    /// Whether the observed order is used: it matches the integrator, or two triples agree on it
     pub trusted: bool,
     /// Peak with the steps of the scene
     #[serde(skip)]
@@ -45,8 +45,8 @@ pub struct StepLaw {
 }
 
 impl StepLaw {
-    /// A law from (φ, peak) of runs in any order, and the order of the integrator. None with fewer than two runs, without one at φ = 1, or where
-    /// the peak has no limit of its own sign.
+    /// Builds the law from (φ, peak) of runs in any order, and the order of the integrator. `None` with fewer than two runs, without one at φ = 1, or
+    /// if the peak has no limit with the same sign.
     pub fn new(values: &[(f64, f64)], formal: f64, tolerance: f64) -> Option<Self> {
         let mut values = values.to_vec();
         values.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -77,7 +77,7 @@ impl StepLaw {
             return None;
         }
         let uncertainty = estimate.uncertainty.max(least).max(largest_of_sequence(&estimate));
-        // Where f* is f₁ for want of an order, f₁ has an error all the same
+        // If f* is f₁ for lack of an order, f₁ has an error nevertheless
         let finest = if trusted { 0.0 } else { spread(&estimate) / (2f64.powf(formal) - 1.0) };
         let mut largest: f64 = finest;
         let mut errors = Vec::new();
@@ -89,25 +89,25 @@ impl StepLaw {
         Some(Self { shift, uncertainty: uncertainty / star.abs(), observed_order, order, trusted, peak, errors })
     }
 
-    /// e(φ) \[–\].
+    /// Relative error e(φ) \[–\].
     pub fn error(&self, factor: f64) -> f64 {
         let known = self.errors.iter().rev().find(|(at, _)| *at <= factor).unwrap_or(&self.errors[0]);
         known.1 * (factor / known.0).powf(self.order)
     }
 
-    /// Share of f* by which the limit over h, with the steps of the scene, changes otherwise if the change is carried over to it in the unit of f and
-    /// not as a share \[–\].
+    /// Relative change of f* if the change is carried over to the limit over h, found with the steps of the scene, in the unit of f instead of as a
+    /// ratio \[–\].
     pub fn transfer(&self, limit: f64) -> f64 {
         (self.shift / (1.0 + self.shift)).abs() * (1.0 - self.peak / limit).abs()
     }
 
-    /// Whether smaller steps would tell nothing that matters: the order is known, or U(f*) is within this share.
+    /// Whether smaller steps would show nothing relevant: the order is known, or U(f*) is within this share.
     pub fn is_settled(&self, share: f64) -> bool {
         self.trusted || self.uncertainty <= share
     }
 }
 
-/// Largest less smallest value.
+/// Difference between the largest and the smallest value.
 fn spread(e: &Estimate) -> f64 {
     let (lo, hi) = e.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
     hi - lo
@@ -117,7 +117,7 @@ fn spread(e: &Estimate) -> f64 {
 mod tests {
     use super::*;
 
-    /// Deflection \[mm\] of a block under its weight, `tet4`, BDF2 with steps of 20, 10, 5, … ms. With 0.625 ms it is 4.2656, and its limit 4.267.
+    /// Deflection \[mm\] of a block under its weight, `tet4`, BDF2 with steps of 20, 10, 5, … ms. With 0.625 ms it is 4.2656, and its limit is 4.267.
     const BLOCK: [(f64, f64); 5] = [(2.0, 3.5184), (1.0, 3.9078), (0.5, 4.1527), (0.25, 4.2382), (0.125, 4.2607)];
     const TRUE: f64 = 4.267;
 
@@ -131,11 +131,11 @@ mod tests {
         assert!(!law.trusted && law.order == 2.0, "{law:?}");
         assert!(law.observed_order.is_some_and(|p| p > 0.5 && p < 1.0), "{law:?}");
         let star = BLOCK[1].1 * (1.0 + law.shift);
-        // By order 2 from the last two
+        // With order 2 from the last two
         assert!((star - (4.1527 + 0.2449 / 3.0)).abs() < 1e-10, "{star}");
         assert!((law.uncertainty * star - 4.0 * 0.2449).abs() < 1e-10, "{law:?}");
         assert!((star - TRUE).abs() < law.uncertainty * star);
-        // The steps that an order of 0.67 asks for are 64 times as many
+        // An order of 0.67 would require 64 times as many steps
         assert!(law.error(0.125) < 0.0025, "{}", law.error(0.125));
         assert!(!law.is_settled(0.0025), "a smaller step is to show more");
     }
@@ -147,7 +147,7 @@ mod tests {
         assert!((law.order - 1.92).abs() < 0.02, "{law:?}");
         let star = BLOCK[1].1 * (1.0 + law.shift);
         assert!((star - TRUE).abs() < law.uncertainty * star && law.uncertainty < 0.004, "{star}: {law:?}");
-        // Errors of steps that were run are those found, and fall with the order below
+        // Errors of steps that were run are those found; below, they decrease with the order
         assert!((law.error(0.5) - (star - 4.1527) / star).abs() < 1e-12);
         assert!((law.error(0.0625) / law.error(0.125) - 0.5f64.powf(law.order)).abs() < 1e-12);
     }
@@ -158,7 +158,7 @@ mod tests {
         let law = law(&[0.5, 1.0, 2.0].map(|x| (x, f(x))), 2.0);
         assert!((law.shift - (2.0 / 1.9 - 1.0)).abs() < 1e-12 && law.trusted, "{law:?}");
         assert!((law.error(0.25) - 0.05 * 0.0625).abs() < 1e-12);
-        // No less than from the finest to the limit
+        // At least the distance from the finest to the limit
         assert!(law.uncertainty * 2.0 >= 0.025 - 1e-12);
     }
 
@@ -171,7 +171,7 @@ mod tests {
         assert!((law.error(0.125) - 0.0125).abs() < 1e-7, "{law:?}");
     }
 
-    /// Contributions of opposite sign: the two finest values agree by chance.
+    /// With contributions of opposite sign the two finest values agree by chance.
     #[test]
     fn values_that_agree_by_chance_do_not_make_the_limit_known() {
         for last in [1.1001, 1.0999] {

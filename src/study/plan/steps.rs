@@ -1,11 +1,11 @@
-//! The time step of a plan: runs with other steps on one pilot, their error ([`StepLaw`]), and the largest step that will do.
+//! The time step of a plan: runs with other steps on one pilot, their error ([`StepLaw`]), and the largest sufficient step.
 //!
-//! The pilot is the one whose peaks are nearest the limits over h, among those that a share of the budget lets run with steps down to an eighth;
-//! otherwise the cheapest. It is run with φ = 2 and ½ times the steps of the scene, then with ¼, ⅛, … until the orders are known
-//! and the chosen step is among those run, while the budget allows it.
+//! The pilot is the one whose peaks are closest to the limits over h, among those for which a share of the budget allows runs with steps down to an
+//! eighth; otherwise the cheapest. It is run with φ = 2 and ½ times the steps of the scene, then with ¼, ⅛, … until the orders are known and the chosen
+//! step is among those run, as long as the budget allows it.
 //!
-//! The largest φ whose error is within a quarter of the tolerance in every quantity is taken: what is left belongs to the mesh. In
-//! statics without history the state does not depend on the step, and the scene keeps its own.
+//! The largest φ whose error is within a quarter of the tolerance for every quantity is taken: the rest is left to the mesh. In statics without history
+//! the state does not depend on the step, and the scene keeps its own.
 
 use crate::scene::Scene;
 use crate::study::curve::peak;
@@ -22,39 +22,39 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use toml::Value;
 
-/// Share of the tolerance that the time step may take.
+/// Share of the tolerance that the error of the time step may take.
 const SHARE: f64 = 0.25;
-/// No step is planned below the scene's by more halvings.
+/// Largest number of halvings of the step of the scene that is planned.
 const HALVINGS: i32 = 6;
-/// Runs with twice the steps of the scene and with a half, a quarter and an eighth of them, in runs of the scene.
+/// Cost of the runs with twice the steps of the scene and with a half, a quarter and an eighth of them, relative to one run of the scene.
 const DOWN_TO_AN_EIGHTH: f64 = 14.5;
-/// Share of the time for learning that they may take on another pilot than the cheapest.
+/// Share of the time for learning that they may take on a pilot other than the cheapest.
 const FOR_ACCURACY: f64 = 0.25;
-/// Share of the time that is left for learning which one further run may take.
+/// Share of the remaining time for learning that one further run may take.
 const FURTHER: f64 = 0.5;
 
-/// The step of a plan, and what is known about the errors by it.
+/// The step of a plan, and what is known about its errors.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Steps {
-    /// φ, over the steps of the scene
+    /// φ, the factor on the steps of the scene
     pub factor: f64,
-    /// Changes of the scene that make them
+    /// Changes of the scene that set these steps
     #[serde(skip)]
     pub changes: Vec<(String, Value)>,
     /// Column → expected error \[–\]
     pub errors: BTreeMap<String, f64>,
-    /// The states depend on the steps
+    /// Whether the states depend on the steps
     pub matter: bool,
-    /// Column → error over φ, where it was examined
+    /// Column → error versus φ, if it was examined
     pub laws: BTreeMap<String, StepLaw>,
-    /// CPU time of a step over that of a step of the scene \[–\]
+    /// Ratio of the CPU time of a step to that of a step of the scene \[–\]
     pub per_step: f64,
     pub cpu_s: f64,
     pub words: String,
 }
 
 impl Steps {
-    /// The steps of the scene, of which nothing is learnt.
+    /// The steps of the scene, without any knowledge about them.
     pub fn of_scene(matter: bool, words: &str) -> Self {
         Self {
             factor: 1.0,
@@ -68,13 +68,13 @@ impl Steps {
         }
     }
 
-    /// Expected error of a column by the step \[–\]; 0 where it is not known.
+    /// Expected error of a column due to the step \[–\]; 0 if unknown.
     pub fn error(&self, quantity: &str) -> f64 {
         self.errors.get(quantity).copied().unwrap_or(0.0)
     }
 }
 
-/// A pilot whose steps are examined.
+/// A pilot whose steps are varied.
 #[derive(Clone, Copy)]
 pub struct Examined<'a> {
     pub choice: &'a ElementMeshes,
@@ -83,7 +83,7 @@ pub struct Examined<'a> {
 }
 
 impl<'a> Examined<'a> {
-    /// The pilot nearest the limits among those whose runs fit into a share of `left_s`, otherwise the cheapest.
+    /// Selects the pilot closest to the limits among those whose runs fit into a share of `left_s`, otherwise the cheapest.
     pub fn new(choices: &'a [ElementMeshes], pilots: &'a Pilots, limits: &MeshLimits, left_s: f64) -> Option<Self> {
         let all =
             || choices.iter().zip(&pilots.of).flat_map(|(choice, own)| own.iter().map(move |case| (choice, case)));
@@ -103,18 +103,18 @@ impl<'a> Examined<'a> {
 /// Runs of one pilot with other steps.
 struct Runs<'a> {
     request: &'a Request<'a>,
-    /// With the steps of the scene, whichever its mesh
+    /// The scene with its own steps, on any mesh
     scene: &'a Scene,
     pilot: Examined<'a>,
     budget: &'a Budget,
     watch: &'a dyn PlanWatch,
-    /// (φ, run) of those that converged
+    /// (φ, run) of the converged runs
     complete: Vec<(f64, StoredCase)>,
     cpu_s: f64,
 }
 
 impl Runs<'_> {
-    /// One more run; false if it did not come to its end.
+    /// Makes a further run; returns false if it did not complete.
     fn add(&mut self, factor: f64) -> Result<bool, PlanError> {
         let Examined { choice, cells, .. } = self.pilot;
         let changes = [scaled(self.scene, factor), choice.changes(cells)].concat();
@@ -142,7 +142,7 @@ impl Runs<'_> {
         self.complete.iter().min_by(|a, b| a.0.total_cmp(&b.0)).expect("that of the scene is one of them")
     }
 
-    /// Error of every quantity over φ.
+    /// Error of every quantity versus φ.
     fn laws(&self, quantities: &[String]) -> BTreeMap<String, StepLaw> {
         let formal = self.pilot.case.record.order_in_time();
         let one = |q: &String| {
@@ -152,7 +152,7 @@ impl Runs<'_> {
         quantities.iter().filter_map(one).collect()
     }
 
-    /// CPU time of a step with about φ times the steps over that of a step of the scene \[–\].
+    /// Ratio of the CPU time of a step in the run closest to φ to that of a step of the scene \[–\].
     fn per_step(&self, factor: f64) -> f64 {
         let per_step = |c: &StoredCase| c.record.cpu_s / c.record.steps.max(1) as f64;
         let away = |r: &(f64, StoredCase)| (r.0 / factor).ln().abs();
@@ -160,7 +160,7 @@ impl Runs<'_> {
         like.map_or(1.0, |r| per_step(&r.1) / per_step(self.pilot.case))
     }
 
-    /// The choice among the steps by what these runs show.
+    /// Chooses the steps from the results of these runs.
     fn steps(&self, quantities: &[String]) -> Steps {
         let laws = self.laws(quantities);
         let most = if self.complete.iter().any(|r| r.0 == 2.0) { 1 } else { 0 };
@@ -187,15 +187,15 @@ impl Runs<'_> {
     }
 }
 
-/// The largest φ from 2^most down whose error is within a share in every quantity, otherwise the smallest there is.
+/// The largest φ, from 2^most downwards, whose error is within a share for every quantity; otherwise the smallest one considered.
 fn largest(laws: &BTreeMap<String, StepLaw>, most: i32, share: f64) -> f64 {
     let enough = |factor: &f64| laws.values().all(|law| law.error(*factor) <= share);
-    // Without a law nothing speaks for other steps
+    // Without a law there is no reason for other steps
     let most = if laws.is_empty() { 0 } else { most };
     (-HALVINGS..=most).rev().map(|k| 2f64.powi(k)).find(enough).unwrap_or(2f64.powi(-HALVINGS))
 }
 
-/// The step for a plan, by runs on a pilot. A signal to stop ends it with the runs that are complete.
+/// Determines the steps for a plan from runs on a pilot. A signal to stop ends it with the complete runs.
 pub fn steps(
     request: &Request,
     scene: &Scene,
@@ -210,7 +210,7 @@ pub fn steps(
         let words = "statics without history: the state does not depend on the step, and the scene keeps its own";
         return Ok(Steps::of_scene(false, words));
     }
-    // Half the steps and twice as many
+    // Half the steps and twice as many, about 2.5 runs
     if request.is_stopped() || 2.5 * pilot.case.record.wall_s > budget.learning_s() {
         let words = "not examined, since the budget has no time for it: the scene keeps its own, whose error is not in the expected one";
         return Ok(Steps::of_scene(true, words));
@@ -232,7 +232,7 @@ pub fn steps(
     }
 }
 
-/// All stages with their step times a factor.
+/// Multiplies the steps of all stages by a factor.
 fn scaled(scene: &Scene, factor: f64) -> Vec<(String, Value)> {
     let one = |(k, s): (usize, &crate::scene::spec::StageSpec)| {
         (format!("stage.{k}.dt"), Value::String(format!("{} s", s.dt.0 * factor)))
@@ -250,7 +250,7 @@ mod tests {
         [("q".to_string(), StepLaw::new(values, 2.0, 0.01).expect("a limit"))].into()
     }
 
-    /// Of a block under its weight, BDF2: the three coarsest have order 0.67, with which 1 % would need a 64th of the steps.
+    /// A block under its weight with BDF2: the three coarsest steps show order 0.67, with which 1 % would need a 64th of the steps.
     #[test]
     fn the_choice_does_not_trust_the_order_of_steps_that_are_too_coarse() {
         let values = [(2.0, 3.5184), (1.0, 3.9078), (0.5, 4.1527), (0.25, 4.2382), (0.125, 4.2607)];

@@ -1,7 +1,7 @@
-//! Settings with what is expected of them, from the pilots alone: no mesh is made for a setting that a cheaper one surpasses.
+//! Settings with their expected errors and times, from the pilots alone: no mesh is made for a setting that a cheaper one surpasses.
 //!
-//! Counts of a mesh that has not been made are power laws of the number of cells through the pilots of its element: unknowns and h as in
-//! the largest pilot, entries and operations of the factor by a fit.
+//! The counts of a mesh that has not been made are power laws of the number of cells through the pilots of its element: unknowns and h scale from the
+//! largest pilot, entries and operations of the factor follow a fit.
 
 use crate::report::numbers::percent;
 use crate::study::curve::peak;
@@ -17,10 +17,10 @@ use crate::study::run::one_run::OneRunRecord;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::wording::joined;
 
-/// End of the reason why an element is left out that could be judged with more pilots.
+/// End of the reason why an element is left out that more pilots would make usable.
 pub const FEW: &str = "pilots that a law of its error takes";
 
-/// Knowledge of one element, to expect errors and times of its sizes.
+/// Fits for one element that predict errors and times of its sizes.
 pub struct Expectation {
     clock: Clock,
     laws: Vec<(String, PowerLaw)>,
@@ -30,7 +30,7 @@ pub struct Expectation {
 }
 
 impl Expectation {
-    /// An expectation from the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
+    /// Fits the pilots of one element. Returns the reason if they give no law of the time, or of the error of a quantity.
     pub fn new(own: &[StoredCase], references: &References) -> Result<Self, String> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
         if records.len() < LEAST_PILOTS {
@@ -38,7 +38,7 @@ impl Expectation {
         }
         let formal = formal_order(&own[0].record.formulation);
         let law = |(q, limit): (&String, &Limit)| {
-            // The pilots have the steps of the scene, and so has the limit that they are compared with
+            // The pilots have the steps of the scene, and so does the limit with which they are compared
             let error = |c: &StoredCase| Some((c.record.mesh.h_m, (peak(c, q)? / limit.at_steps - 1.0).abs()));
             let errors: Vec<(f64, f64)> = own.iter().filter_map(error).collect();
             let law = error_law(&errors, formal, limit.of_mesh);
@@ -58,7 +58,7 @@ impl Expectation {
         timed().ok_or_else(|| "its pilots give no law of its time".into())
     }
 
-    /// Counts of a mesh with so many cells, with steps of the pilots times `factor`.
+    /// Counts of a mesh with `cells` cells, for steps `factor` times those of the pilots.
     fn counted(&self, cells: u64, factor: f64) -> Counted {
         let (n, last) = (cells as f64, &self.largest);
         let ratio = n / last.mesh.cells as f64;
@@ -72,7 +72,7 @@ impl Expectation {
         }
     }
 
-    /// Error, the column that limits it, and CPU time \[s\] of a run of this size.
+    /// Error, limiting column, and CPU time \[s\] of a run of this size.
     pub fn of(&self, counted: &Counted, steps: &Steps) -> (f64, String, f64) {
         let errors = self.laws.iter().map(|(q, law)| (q, law.at(counted.h_m) + steps.error(q)));
         let (limited_by, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1)).expect("there is a law");
@@ -80,10 +80,10 @@ impl Expectation {
     }
 }
 
-/// Settings, cheapest first, and the elements without any: (what, why).
+/// Settings, cheapest first, and the elements without any setting: (name, reason).
 pub type Weighed = (Vec<Setting>, Vec<(String, String)>);
 
-/// Error and time of every element and size that fit into `budget_s` by the clock.
+/// Weighs error and time of every element and size that fits into `budget_s` of wall time.
 pub fn settings(
     choices: &[ElementMeshes],
     pilots: &Pilots,
@@ -96,7 +96,7 @@ pub fn settings(
         let has_no_scene = own.is_empty() && pilots.refused.get(k).is_some_and(|reasons| !reasons.is_empty());
         let expectation = match Expectation::new(own, references) {
             Ok(expectation) => expectation,
-            // The reason is told with its pilots, and is not a lack of time
+            // The reason is reported with its pilots, and is not a lack of time
             Err(_) if has_no_scene => continue,
             Err(why) => {
                 lost.push((choice.name.clone(), why));
@@ -120,7 +120,7 @@ pub fn settings(
                 cpu_s,
                 wall_s: cpu_s * pilots.slowness(),
             });
-            // The next size of this element is more expensive still
+            // The next size of this element is even more expensive
             if cpu_s * pilots.slowness() > budget_s {
                 break;
             }
@@ -130,7 +130,7 @@ pub fn settings(
     (out, lost)
 }
 
-/// Settings on a given mesh, which are the pilots themselves, by the errors estimated from each run alone, and those of the step.
+/// The settings on a given mesh, which are the pilots themselves, with the errors estimated from each run alone plus those of the step.
 pub fn given(choices: &[ElementMeshes], pilots: &Pilots, references: &References, steps: &Steps) -> Weighed {
     let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
@@ -182,7 +182,7 @@ mod tests {
     use crate::scene::ElementSpec;
     use crate::study::store::record::Series;
 
-    /// A converged run on this many cells with these peaks.
+    /// Returns a converged run on this many cells with these peaks.
     fn run(cells: usize, peaks: [f64; 2]) -> StoredCase {
         let n = cells as f64;
         let mut r = CaseRecord { formulation: "tet10".into(), status: "Converged".into(), ..CaseRecord::default() };
@@ -194,7 +194,7 @@ mod tests {
         StoredCase::new(r, Series { t_s: vec![0.0, 1.0], columns })
     }
 
-    /// An element whose values of one quantity agree with the limit is weighed by the other one; elements that cannot be weighed are named with the reason.
+    /// An element that agrees with the limit in one quantity is weighed by the other; elements that cannot be weighed are listed with the reason.
     #[test]
     fn no_element_is_dropped_without_a_word() {
         let cells = [600, 1320, 2904];

@@ -8,7 +8,7 @@ use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
 use crate::study::plan::weigh::FEW;
 
-/// Limits of a plan: the promises it cannot make.
+/// The limitations of a plan: what it cannot promise.
 pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     let mut out = vec![];
     for q in &plan.quantities {
@@ -65,7 +65,7 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     out
 }
 
-/// How well the limit of a quantity is known, in the mesh and in the step.
+/// How well the limit of a quantity is known, with respect to the mesh and to the step.
 fn knowledge(quantity: &str, limit: &Limit, tolerance: f64) -> String {
     let known = percent(limit.uncertainty);
     let parts = match limit.of_steps {
@@ -90,7 +90,7 @@ fn knowledge(quantity: &str, limit: &Limit, tolerance: f64) -> String {
 }
 
 impl Setting {
-    /// `tet10_up with 4500 cells`
+    /// The setting in words: `tet10_up with 4500 cells`.
     pub fn words(&self) -> String {
         format!("{} with {} cells", self.formulation, self.cells)
     }
@@ -110,12 +110,12 @@ impl Contradiction {
 }
 
 impl Plan {
-    /// The elements that could be judged with more pilots.
+    /// The elements that more pilots would make usable.
     fn without_pilots(&self) -> Vec<&str> {
         self.lost.iter().filter(|(_, why)| why.ends_with(FEW)).map(|(what, _)| what.as_str()).collect()
     }
 
-    /// The answer and its limits, line by line.
+    /// The answer and its limitations, line by line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![];
         match &self.chosen {
@@ -196,7 +196,7 @@ mod tests {
     use crate::study::plan::model::Counted;
     use crate::study::plan::steps::Steps;
 
-    /// A plan whose only setting is 13 % off, with these elements left out.
+    /// Returns a plan whose only setting is 13 % off, with these elements left out.
     fn plan(lost: &[(&str, &str)], contradicted: Option<Contradiction>) -> Plan {
         let counted = Counted { cells: 54_432, dofs: 3, h_m: 1e-3, steps: 1, factor_nnz: 1, factor_flops: 1.0 };
         let setting = Setting {

@@ -1,4 +1,4 @@
-//! Computes one case and stores its result. A bug that ends the computation is the status of this case alone.
+//! Computes one case and stores its result. A bug that ends the computation is the status of this case only.
 
 use crate::calibrate::inverse::Calibration;
 use crate::live::Access;
@@ -39,24 +39,29 @@ pub use crate::study::run::error::CaseError;
 pub struct Follow<'a> {
     /// Receives each line of the mesher
     pub meshing: &'a mut dyn FnMut(&str),
-    /// Returns false to stop
+    /// Returns false to stop the computation
     pub progress: &'a mut dyn FnMut(Progress) -> bool,
-    /// Whether another case runs at this moment
+    /// Whether another case is running at the moment
     pub shared: &'a dyn Fn() -> bool,
-    /// Gets the memory that the case is going to take \[bytes\], waits until it is there, and returns false to stop
+    /// Receives the memory that the case is going to need \[bytes\], waits until it is available, and returns false to stop
     pub admit: &'a mut dyn FnMut(u64) -> bool,
-    /// Serves a live view of the run, reached in this way, and gets its port
+    /// Access for a live view of the run, and the receiver of its port
     pub live: Option<(&'a Access, &'a mut dyn FnMut(u16))>,
-    /// This process computes nothing but this case, so that its memory is that of the case
+    /// Whether this process computes only this case, so that its memory is that of the case
     pub own_process: bool,
 }
 
-/// Computes a case and stores its result. `None`: stopped, and nothing is left.
+/// Computes a case and stores its result. `None` if it was stopped; nothing is left then.
 pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
-    let computed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(task, store, follow)));
+    let mut meshes = vec![];
+    let computed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(task, store, follow, &mut meshes)));
     let mut record = match computed {
         Ok(Err(why @ CaseError::Changed { .. })) => refused(&task.case, INPUTS_CHANGED, why.to_string()),
-        Ok(Err(CaseError::Scene(why))) if task.keep_refusals => refused(&task.case, REFUSED, why.to_string()),
+        Ok(Err(CaseError::Scene(why))) if task.keep_refusals => {
+            let mut record = refused(&task.case, REFUSED, why.to_string());
+            record.provenance.identity = task.case.identity(&meshes);
+            record
+        }
         Ok(computed) => return computed,
         Err(why) => {
             let words = why.downcast_ref::<String>().map(String::as_str).or(why.downcast_ref::<&str>().copied());
@@ -69,11 +74,18 @@ pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option
     Ok(Some(record))
 }
 
-fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
+/// Runs the case; `meshes` receives the digests of its meshes, which a scene that is refused may have too.
+fn run(
+    task: &Task,
+    store: &Store,
+    follow: &mut Follow,
+    meshes: &mut Vec<String>,
+) -> Result<Option<CaseRecord>, CaseError> {
     let case = &task.case;
     let reading = Reading::begin();
     let bodies = case.bodies(follow.meshing)?;
-    let identity = case.identity(&bodies.sha256());
+    *meshes = bodies.sha256();
+    let identity = case.identity(meshes);
     check_files(task, &reading)?;
     let mut fields = match task.vtu {
         true => Some(Fields::new(store.begin_fields(&case.id)?, &case.id, &USUAL)),
@@ -88,7 +100,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let mut open =
         |scene: &Scene| live.as_mut().and_then(|(access, serves)| LiveCase::open(access, &case.id, scene, *serves));
     let mut sized = |bytes: u64| {
-        // Of several runs only the first one asks
+        // With several runs, only the first one asks
         let Some(present) = present_memory().filter(|_| own_process && expected_memory.get().is_none()) else {
             return true;
         };
@@ -107,7 +119,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         Err(why) => return Err(CaseError::Refine { case: case.id.clone(), why: why.into() }),
     };
     let from = unfinished(store, &case.id, &identity);
-    // A disk that is full costs what was kept, not the search
+    // A full disk loses the saved values, not the search
     let mut keep = |values: &[f64]| drop(store.keep_search(&case.id, &identity, values));
     let searching = SearchFollow { from: from.as_deref(), keep: &mut keep, go_on: &mut go_on };
     let Some(searched) = find(case, (&prepared.body, bodies.curves), searching)? else { return Ok(None) };
@@ -126,7 +138,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     store_result(task, store, computed, circumstances).map(Some)
 }
 
-/// Ends the fields of a case, and writes those of its last state where it is a result not to reach the end.
+/// Completes the fields of a case, and writes those of its last state if not reaching the end is a result.
 fn write_fields(
     task: &Task,
     store: &Store,
@@ -156,7 +168,7 @@ fn write_fields(
     }
 }
 
-/// Refuses a case one of whose files was edited since the run of the study began, also where the edit was taken back since.
+/// Refuses a case if one of its files was edited after the run of the study began, even if the edit has been undone since.
 fn check_files(task: &Task, reading: &Reading) -> Result<(), CaseError> {
     let changed = reading.changed(&task.files);
     match changed.is_empty() {
@@ -165,30 +177,30 @@ fn check_files(task: &Task, reading: &Reading) -> Result<(), CaseError> {
     }
 }
 
-/// A case with its run.
+/// A case after its run.
 struct Solved {
     scene: Scene,
     run: Run,
-    /// Constants that were found before the run
+    /// Constants found before the run
     found: Option<Calibration>,
-    /// Why a search for them could not begin
+    /// Why a search for them could not start
     unsearched: Option<String>,
-    /// Adaptive meshes, the last of which is that of the run
+    /// Adaptive meshes; the last one is that of the run
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,
-    /// The states, where the study keeps them
+    /// The states, if the study keeps them
     states: Option<KeptStates>,
-    /// Facts about the result that its numbers do not say
+    /// Facts about the result that its numbers do not show
     notes: Vec<String>,
     build_s: f64,
     /// Time of the run and of the adaptive meshes before it
     spent: Spent,
-    /// Times of every run, where there are several
+    /// Times of every run, if there are several
     repeats: Vec<RepeatRecord>,
 }
 
-/// A case with its run, and with its motion where the scene records fields.
+/// A case after its run, with its motion if the scene records fields.
 struct Computed {
     solved: Solved,
     film: Option<Film>,
@@ -196,29 +208,29 @@ struct Computed {
 
 /// The circumstances under which a case was computed.
 struct Circumstances {
-    /// Another case ran at the same time
+    /// Whether another case ran at the same time
     is_shared: bool,
     /// Largest resident set of the process \[bytes\]
     memory: Option<u64>,
-    /// Resident set as it was expected before the first factorisation \[bytes\]
+    /// Resident set expected before the first factorisation \[bytes\]
     expected_memory: Option<u64>,
     identity: Identity,
     started_unix_s: u64,
 }
 
-/// Takes part in the run of a case.
+/// Callbacks during the run of a case.
 struct Hooks<'a, 'b> {
-    /// Gets the states for ParaView
+    /// Receives the states for ParaView
     fields: Option<&'a mut Fields>,
-    /// Returns false to stop
+    /// Returns false to stop the run
     go_on: &'a mut OnProgress<'b>,
-    /// Gets the memory that the factorisation needs, before the first one \[bytes\], and returns false to stop
+    /// Receives the memory that the factorisation needs \[bytes\], before the first one, and returns false to stop
     sized: &'a mut dyn FnMut(u64) -> bool,
-    /// Serves a live view of the scene, where one is asked for
+    /// Opens a live view of the scene, if one is requested
     open: &'a mut dyn FnMut(&Scene) -> Option<LiveCase>,
 }
 
-/// Runs the scene of a case after its search.
+/// Runs the scene of a case after the search for its constants.
 fn solve(task: &Task, prepared: Prepared, searched: Searched, hooks: Hooks) -> Result<Computed, CaseError> {
     let Prepared { body, refinement } = prepared;
     let Searched { found, unsearched, spec } = searched;
@@ -274,7 +286,7 @@ fn solve(task: &Task, prepared: Prepared, searched: Searched, hooks: Hooks) -> R
     Ok(Computed { solved, film })
 }
 
-/// The scene of a case, checked against what its study asks of it, and the time of its construction \[s\].
+/// Builds the scene of a case, checks it against the requests of its study, and returns the time of its construction \[s\].
 fn built(task: &Task, spec: SceneSpec, body: Arc<Body>) -> Result<(Scene, f64), CaseError> {
     let building = Instant::now();
     let scene = Scene::build(&task.case.scene_file, spec, task.case.text.clone(), body)?;
@@ -283,7 +295,7 @@ fn built(task: &Task, spec: SceneSpec, body: Arc<Body>) -> Result<(Scene, f64), 
     Ok((scene, build_s))
 }
 
-/// Stores the result of a case; the record comes last.
+/// Stores the result of a case; the record is written last.
 fn store_result(
     task: &Task,
     store: &Store,

@@ -1,10 +1,10 @@
-//! Threads of the cases that run side by side: those that compute share the cores, and what does not divide goes to the largest.
+//! Threads of cases that run side by side: the cases that are computing share the cores, and the remainder goes to the largest ones.
 
 use crate::math::threads::locked;
 use std::cmp::Reverse;
 use std::sync::{Mutex, MutexGuard};
 
-/// The cores of a run, and the cases that compute.
+/// The cores of a run, and the cases that are computing.
 pub struct Cores {
     count: usize,
     computing: Mutex<Computing>,
@@ -13,11 +13,11 @@ pub struct Cores {
 #[derive(Default)]
 struct Computing {
     begun: usize,
-    /// Size of each case and its number, the largest first
+    /// Size and number of each case, the largest first
     cases: Vec<(Reverse<usize>, usize)>,
 }
 
-/// The share of a case in the cores; it ends with this.
+/// The share of a case in the cores, which ends when it is dropped.
 pub struct Share<'a> {
     cores: &'a Cores,
     case: (Reverse<usize>, usize),
@@ -28,7 +28,7 @@ impl Cores {
         Self { count, computing: Mutex::default() }
     }
 
-    /// A case of this size, e.g. in nodes, begins to compute.
+    /// Registers a case of this size, e.g. in nodes, that starts computing.
     pub fn join(&self, size: usize) -> Share<'_> {
         let mut computing = self.computing();
         let case = (Reverse(size), computing.begun);
@@ -44,7 +44,7 @@ impl Cores {
 }
 
 impl Share<'_> {
-    /// Threads that the case may use at this moment.
+    /// Number of threads that the case may use at this moment.
     pub fn threads(&self) -> usize {
         let (count, computing) = (self.cores.count, self.cores.computing());
         let (cases, rank) = (computing.cases.len(), computing.cases.partition_point(|other| *other < self.case));

@@ -1,11 +1,11 @@
-//! Derivatives by constants that are computed with the run of a case.
+//! Derivatives with respect to constants that are computed during the run of a case.
 
 use crate::calibrate::inverse::InverseError;
 use crate::scene::{ParameterKey, Scene, SensitivityRecorder};
 use crate::study::run::error::CaseError;
 use crate::study::run::task::Task;
 
-/// The recorder of the derivatives that a task asks for, if any. Where they are only an addition and the scene has none, a note says so.
+/// The recorder of the derivatives that a task requests, if any. If they are only optional and the scene has none, a note says so.
 pub(super) fn recorder<'a>(
     scene: &'a Scene,
     task: &'a Task,
@@ -21,7 +21,7 @@ pub(super) fn recorder<'a>(
     let asked = &task.case.derivatives;
     match made {
         Ok(recorder) => Ok(Some(recorder)),
-        // Intervals of constants are an addition; a scene without derivatives has its result
+        // Intervals of constants are optional; a scene without derivatives keeps its result
         Err(why) if task.input_uncertainty && task.constants.len() > asked.len() => {
             let added: Vec<ParameterKey> = task.constants.iter().filter(|key| !asked.contains(key)).cloned().collect();
             notes.push(left_out(&added, &why.to_string()));
@@ -34,7 +34,7 @@ pub(super) fn recorder<'a>(
     }
 }
 
-/// The note that constants known within intervals are in no error bar.
+/// The note that no error bar includes constants known within intervals.
 fn left_out(constants: &[ParameterKey], why: &str) -> String {
     let names: Vec<String> = constants.iter().map(ToString::to_string).collect();
     format!(

@@ -1,4 +1,4 @@
-//! Runs a study and, where its kind asks for them, the cases that follow from the results of others.
+//! Runs a study and, if its kind requests them, the cases that follow from the results of others.
 
 use crate::report::ReportError;
 use crate::study::expand::Study;
@@ -11,16 +11,16 @@ use crate::study::store::results;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-/// Runs a study into `dir`: its cases, then those that its kind asks for in the light of the results, until it asks for nothing more. Returns the records of
+/// Runs a study into `dir`: its cases, then those that its kind requests on the basis of the results, until it requests no more. Returns the records of
 /// all wanted cases that have one; an interrupted case has none.
 ///
 /// # Errors
 ///
-/// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
+/// No case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
 pub fn run_study(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
     let mut records = run_cases(study, dir, options, watch)?;
     let broken = with_earlier_results(&records, dir);
-    // The cases are done now, so that none is to be done again
+    // The cases have been computed now, so that none has to be computed again
     let (only, isolation) = (options.only.clone(), options.isolation.clone());
     let options = Options { redo: false, redo_registered: false, only, isolation, ..*options };
     let mut present = study.clone();
@@ -38,21 +38,22 @@ pub fn run_study(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch
     Ok(records)
 }
 
-/// Whether cases are still to follow from the results of this study in `dir`: those of a part ask for none, since the others may not be there.
+/// Whether further cases may follow from the results of this study in `dir`. A partial run does not request any, since the results of the other cases
+/// may be missing.
 pub fn is_open(study: &Study, dir: &Path) -> bool {
     let rounds = Rounds::read(dir);
     let has_ended = rounds.of == study.source_sha256 && rounds.has_ended();
     !has_ended && kinds::find(&study.record.kind).is_some_and(|kind| (kind.grows)(&study.record))
 }
 
-/// The cases that broke and left an earlier result in its place, with the digest of its record.
+/// The cases that crashed and whose earlier result was kept, with the digest of its record.
 fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, String)> {
     let store = Store::at(dir);
     let broken = records.iter().filter(|record| record.broke());
     broken.filter_map(|broke| Some((broke.clone(), store.record(&broke.id)?.provenance.record_sha256))).collect()
 }
 
-/// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
+/// The study with the cases that its kind requests; `None` if it requests none. If it cannot determine them, the report finds and states the reason.
 fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
     let Some(kind) = kinds::find(&study.record.kind) else { return Ok(None) };
     let rounds = Rounds::read(dir).keep_only(&study.source_sha256, dir);

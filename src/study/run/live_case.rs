@@ -12,12 +12,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Never set: a case that is stopped ends with its process.
+/// Never set: a stopped case ends with its process.
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Time that pages get to take the last states.
+/// Time that pages get to receive the last states.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// A case that is shown while it goes on.
+/// A case that is shown while it runs.
 pub(super) struct LiveCase {
     film: Film,
     board: Arc<Board>,
@@ -25,7 +25,7 @@ pub(super) struct LiveCase {
 }
 
 impl LiveCase {
-    /// Serves the run of a case, and says at which port. None where the system gives no port or thread: the case is computed all the same.
+    /// Serves the run of a case and passes on the port. `None` if the system provides no port or thread; the case is computed nevertheless.
     pub fn open(access: &Access, id: &str, scene: &Scene, serves: &mut dyn FnMut(u16)) -> Option<Self> {
         let (listener, port) = Listener::behind(access).ok()?;
         let chosen = scene.spec.output.fields.as_ref().map_or(&USUAL[..], |fields| &fields.what);
@@ -41,7 +41,7 @@ impl LiveCase {
         &self.board
     }
 
-    /// Shows a state at a point of the time grid, and waits there where a page has paused the run.
+    /// Shows a state at a point of the time grid, and waits there if a page has paused the run.
     pub fn add(&mut self, scene: &Scene, state: &State) {
         self.film.add(scene, state);
         self.board.state(&self.film, scene, state);

@@ -1,15 +1,14 @@
-//! Memory of the cases that run side by side: what they are going to take, and what there is.
+//! Memory of cases that run side by side: what they are going to need, and what is available.
 
 use crate::math::threads::locked;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Share of the available memory that cases may take together \[–\]; the rest is for meshes that are being read, for reports and for other
-/// programs.
+/// Share of the available memory that all cases together may take \[–\]; the rest is for reading meshes, for reports and for other programs.
 pub const SHARE: f64 = 0.9;
 
-/// Memory that a process of this user may still take \[bytes\]: the least of what the system has available, of what its control groups
-/// leave, and of the limit of the address space. None where the system does not tell.
+/// Memory that a process of this user may still take \[bytes\]: the minimum of what the system has available, what its control groups leave, and the
+/// limit of the address space. `None` if the system reports none of them.
 pub fn available() -> Option<u64> {
     of_system().into_iter().chain(of_control_groups()).chain(of_address_space()).min()
 }
@@ -28,7 +27,7 @@ fn of_system() -> Option<u64> {
     Some(system.available_memory()).filter(|bytes| *bytes > 0)
 }
 
-/// Memory that the control groups of this process leave, version 2 and 1, up to the outermost group.
+/// Memory that the control groups of this process leave, versions 1 and 2, up to the outermost group.
 fn of_control_groups() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let root = Path::new("/sys/fs/cgroup");
@@ -59,17 +58,17 @@ fn of_address_space() -> Option<u64> {
     None
 }
 
-/// Whether a case may go on to its factorisation.
+/// Whether a case may continue with its factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
     Now,
-    /// Others have to end before
+    /// Other cases have to end first
     Later,
     /// It needs more than all cases together may take
     Never,
 }
 
-/// Memory that is promised to running cases.
+/// Memory promised to running cases.
 pub struct Allowance {
     /// Memory that all cases together may take \[bytes\]
     pub limit: u64,
@@ -81,7 +80,7 @@ impl Allowance {
         Self { limit, promised: Mutex::new(0) }
     }
 
-    /// Promises memory to a case, if it is there; it is given back by [`Allowance::release`].
+    /// Promises memory to a case if it is available; [`Allowance::release`] returns it.
     pub fn admit(&self, bytes: u64) -> Admission {
         let mut promised = locked(&self.promised);
         if bytes > self.limit {

@@ -1,4 +1,4 @@
-//! Mistakes of scenes, which are named for all cases before the first one runs.
+//! Mistakes in scenes, which are reported for all cases before the first one runs.
 
 use super::task::Task;
 use crate::scene::{Body, Scene, mistakes_before_meshing};
@@ -10,10 +10,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Largest mesh on which a case is checked before the first one runs \[cells\].
 const CHECKED_CELLS: usize = 20_000;
-/// Most scenes that are checked on a mesh before the first case runs: each takes up to a few tenths of a second.
+/// Largest number of scenes that are checked on a mesh before the first case runs; each takes up to a few tenths of a second.
 const CHECKED_SCENES: usize = 64;
 
-/// The mistakes of cases that no mesh is needed to see; none where a refusal is a result.
+/// The mistakes in cases that can be found without a mesh; empty if a refusal is a result.
 pub(super) fn before_meshing(study: &Study, cases: &[&Case]) -> Vec<String> {
     if study.rules.keep_refusals {
         return vec![];
@@ -25,15 +25,15 @@ pub(super) fn before_meshing(study: &Study, cases: &[&Case]) -> Vec<String> {
     ready.flat_map(mistakes).collect()
 }
 
-/// The smallest mesh of each scene of the cases that are to be run. Scenes that differ in their meshes alone have mostly the same mistakes.
+/// The smallest mesh of each scene among the cases to run. Scenes that differ only in their meshes usually have the same mistakes.
 #[derive(Default)]
 pub(super) struct SmallestMeshes {
-    /// Scene without its mesh → number of nodes, index of the case
+    /// Scene without its mesh → (number of nodes, index of the case)
     of: BTreeMap<String, (usize, usize)>,
 }
 
 impl SmallestMeshes {
-    /// Adds a case, by its index, with its mesh.
+    /// Adds a case with its index and mesh.
     pub fn add(&mut self, index: usize, task: &Task, body: &Body) {
         if task.keep_refusals || task.case.plan.is_some() || body.mesh.cell_count() > CHECKED_CELLS {
             return;
@@ -43,7 +43,7 @@ impl SmallestMeshes {
         *smallest = own.min(*smallest);
     }
 
-    /// The mistakes of cases on these meshes, in the order of the cases.
+    /// The mistakes in cases on these meshes, in the order of the cases.
     pub fn mistakes<'a>(self, task: impl Fn(usize) -> &'a Task) -> Vec<String> {
         let mut cases: Vec<usize> = self.of.into_values().map(|(_, index)| index).collect();
         cases.sort_unstable();
@@ -51,7 +51,7 @@ impl SmallestMeshes {
     }
 }
 
-/// The text of a scene without its mesh, but with the regions that it names.
+/// The text of a scene without its mesh, but with its named regions.
 fn scene_but_for_mesh(text: &str) -> String {
     let mut scene: toml::Table = toml::from_str(text).unwrap_or_default();
     let regions = scene.remove("mesh").and_then(|mut mesh| mesh.as_table_mut()?.remove("regions"));
@@ -59,7 +59,7 @@ fn scene_but_for_mesh(text: &str) -> String {
     toml::to_string(&scene).unwrap_or_default()
 }
 
-/// Why a case would be refused on its mesh, which is there. A panic is left to the run of the case, whose status it is.
+/// The reason why a case would be refused on its mesh, which exists. A panic is left to the run of the case, where it becomes the status.
 fn mistake_on_mesh(task: &Task) -> Option<String> {
     let case = &task.case;
     let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |_| ()).ok()?;

@@ -3,15 +3,15 @@
 //! | Step | File |
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
-//! | Results of another study, which a run would replace | [`other_study`] |
+//! | Results of another study that a run would replace | [`other_study`] |
 //! | Mistakes of scenes, before the first case runs | `mistakes` |
 //! | The whole run: the cases, and those that follow from their results | [`growing`] |
-//! | Side by side, and which stored result is reused | [`runner`] |
+//! | Cases side by side, and reuse of stored results | [`runner`] |
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
-//! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
-//! | The search for its constants, and derivatives by constants | `search`, `derivatives` |
-//! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`uncertain_constants`] |
-//! | How much work a case was | [`work`] |
+//! | One case: its task, its computation, its process | [`task`], [`compute`], [`worker`] |
+//! | The search for its constants, and derivatives with respect to constants | `search`, `derivatives` |
+//! | Adaptive meshes, errors from one run, derivatives with respect to constants | [`refinement`], [`one_run`], [`uncertain_constants`] |
+//! | The amount of work of a case | [`work`] |
 
 pub mod compute;
 pub mod cores;

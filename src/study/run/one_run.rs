@@ -1,4 +1,4 @@
-//! Errors of a case estimated from its run alone, which a study keeps next to those from several meshes.
+//! Errors of a case estimated from its run alone, which a study stores in addition to those from several meshes.
 
 use crate::scene::{ErrorBounds, ErrorEstimator, EstimateError, Run};
 use crate::solve::Status;
@@ -14,19 +14,19 @@ pub struct OneRunRecord {
     pub quantities: BTreeMap<String, OneRunError>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
-    /// Columns that were asked for and are none that an estimate is made of; they take nothing from the others
+    /// Requested columns for which no estimate can be made; they do not affect the others
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unestimated: Vec<String>,
-    /// Equations of the enriched space
+    /// Number of equations of the enriched space
     #[serde(default)]
     pub dofs: usize,
-    /// CPU time of the estimate \[s\], which is part of no other time
+    /// CPU time of the estimate \[s\], which no other time includes
     #[serde(default)]
     pub cpu_s: f64,
 }
 
 impl OneRunRecord {
-    /// Why columns that were asked for have no error, where it is known: the reason of the whole run, or their names.
+    /// Why requested columns have no error, if known: the reason for the whole run, or their names.
     pub fn missing(&self) -> Option<String> {
         let are = if self.unestimated.len() == 1 { "is" } else { "are" };
         let columns =
@@ -34,12 +34,12 @@ impl OneRunRecord {
         self.refused.clone().or_else(|| (!self.unestimated.is_empty()).then(columns))
     }
 
-    /// Why some columns have no error that a plan on a given mesh can go by, where it is known: it is one of the body that the facets enclose.
+    /// Why some columns have no error that a plan on a given mesh can use, if known; an error of the body that the facets enclose is usable.
     pub fn unusable(&self) -> Option<String> {
         self.missing().or_else(|| self.without(|error| error.lacks.clone()))
     }
 
-    /// The columns whose error bars are not whole, and the parts that these are without.
+    /// The columns whose error bars are incomplete, and the missing parts.
     pub fn lacking(&self) -> Option<String> {
         self.without(OneRunError::lacks)
     }
@@ -59,7 +59,7 @@ impl OneRunRecord {
         (!clauses.is_empty()).then(|| clauses.join("; "))
     }
 
-    /// The error of a column, where its bar is whole but for curved facets.
+    /// The error of a column, if its error bar is complete except for curved facets.
     pub fn whole(&self, column: &str) -> Option<&OneRunError> {
         self.quantities.get(column).filter(|error| error.lacks.is_none())
     }
@@ -68,22 +68,22 @@ impl OneRunRecord {
 /// Error of the peak of a column \[unit of the column\].
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct OneRunError {
-    /// Corrected less computed value
+    /// Corrected minus computed value
     pub correction: f64,
-    /// The part of it by facets that cut a curved boundary; none where it is not estimated
+    /// The part of the correction due to facets that approximate a curved boundary; `None` if it is not estimated
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub geometry: Option<f64>,
-    /// Half width of the bounds of the exact value about the corrected one
+    /// Half-width of the bounds of the exact value about the corrected one
     pub uncertainty: f64,
     /// Largest distance of the computed value from the exact one within the bounds
     pub bar: f64,
-    /// Parts of the error that are missing in the bar, in words, apart from those of curved facets
+    /// Parts of the error missing in the error bar, in words, except those of curved facets
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lacks: Option<String>,
 }
 
 impl OneRunError {
-    /// All parts of the error that are missing in the bar, in words; none where it is whole.
+    /// All parts of the error missing in the error bar, in words; `None` if it is complete.
     pub fn lacks(&self) -> Option<String> {
         let facets = self.geometry.is_none().then(|| "curved facets".to_string());
         let parts: Vec<String> = facets.into_iter().chain(self.lacks.clone()).collect();
@@ -91,7 +91,7 @@ impl OneRunError {
     }
 }
 
-/// The errors of these columns of a run that the estimator has followed.
+/// Estimates the errors of these columns for a run that the estimator has followed.
 pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, columns: &[String]) -> OneRunRecord {
     let refused = |why: String| OneRunRecord { refused: Some(why), ..OneRunRecord::default() };
     if run.status != Status::Converged {
@@ -126,7 +126,7 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
 mod tests {
     use super::*;
 
-    /// A bar with a part missing is none that a plan may go by, and the sentence names all of them.
+    /// A plan may not use an error bar with a missing part, and the sentence names all such parts.
     #[test]
     fn bars_with_parts_missing_are_named() {
         let whole = OneRunError { bar: 0.1, geometry: Some(0.0), ..OneRunError::default() };
@@ -150,7 +150,8 @@ mod tests {
         assert_eq!(of(vec![("force_N", &whole)]).lacking(), None);
     }
 
-    /// The error by curved facets is not estimated where states depend on the path: a plan on a given mesh goes by such a bar, and a study says that it is not whole.
+    /// The error due to curved facets is not estimated if states depend on the path: a plan on a given mesh uses such an error bar, and a study says
+    /// that it is incomplete.
     #[test]
     fn a_bar_without_the_error_of_facets_is_that_of_the_body_they_enclose() {
         let on_facets = OneRunError { bar: 0.1, ..OneRunError::default() };

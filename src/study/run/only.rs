@@ -1,11 +1,11 @@
-//! The cases of a study that one run takes: those of some name, one of several parts, or a list.
+//! The cases of a study that one run takes: those with a text in their name, one of several parts, or a list.
 
 use crate::storage::sha256;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 
-/// A choice among the cases of a study.
+/// A selection of the cases of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Only {
     /// Cases whose id contains this text
@@ -25,7 +25,7 @@ impl Only {
         }
     }
 
-    /// Whether other runs take the other cases: this one then leaves their results alone, and may have nothing to do.
+    /// Whether other runs take the other cases: this run then leaves their results alone, and may have nothing to do.
     pub fn is_part(&self) -> bool {
         !matches!(self, Self::Containing(_))
     }
@@ -49,16 +49,15 @@ impl From<&str> for Only {
 
 /// The k-th of n parts of a study, `k/n`.
 ///
-/// A case belongs to the part that the hash of its id names, whatever other cases there are: it stays in its part when cases are
-/// added.
+/// A case belongs to the part determined by the hash of its id, independently of the other cases: it stays in its part when cases are added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Partition {
-    /// Number of the part, from 1 to `n`
+    /// Index of the part, from 1 to `n`
     pub k: u64,
     pub n: u64,
 }
 
-/// A text that names no part.
+/// A text that is not a valid part.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartitionError {
     #[error("\"{0}\" names no part; write k/n with two whole numbers, for example 1/4")]
@@ -101,8 +100,8 @@ impl Partition {
 mod tests {
     use super::*;
 
-    /// Each of the cases is in exactly one part, and the parts have about the same size: with 4000 cases of probability 1/n the
-    /// standard deviation of a part is at most √(4000/n), of which five are allowed.
+    /// Each case is in exactly one part, and the parts have about the same size: with 4000 cases of probability 1/n the standard deviation of the size
+    /// of a part is at most √(4000/n); five standard deviations are allowed.
     #[test]
     fn every_case_is_in_exactly_one_part() {
         let ids: Vec<String> = (0..4000).map(|k| format!("grid-press-{k}")).collect();
@@ -116,7 +115,7 @@ mod tests {
         }
     }
 
-    /// The part of an id is written down: another one would run every case of a half-finished study again elsewhere.
+    /// The part of an id is fixed here: a change would make every half-finished study run its cases again elsewhere.
     #[test]
     fn the_part_of_a_case_is_for_ever() {
         let part = |id: &str| (1..=8).find(|&k| Partition { k, n: 8 }.holds(id)).expect("in one of the parts");

@@ -1,4 +1,4 @@
-//! Whether a run would take the place of the results of another study, or of another command.
+//! Checks whether a run would replace the results of another study or of another command.
 
 use crate::storage::results;
 use crate::study::expand::Study;
@@ -7,7 +7,7 @@ use crate::study::store::origin;
 use crate::study::store::record::StudyRecord;
 use std::path::{Path, PathBuf};
 
-/// Reason why a folder does not take the results of a study.
+/// Reason why a folder does not accept the results of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum HeldError {
     #[error("{}: holds {own}; choose another folder with --out", dir.display())]
@@ -24,12 +24,12 @@ pub enum HeldError {
     Study { dir: PathBuf, other: String, file: PathBuf },
 }
 
-/// Refuses a folder with the results of another command, and where it is the `usual` one of the study of this file, also one with those of another study of
-/// the same name.
+/// Refuses a folder with the results of another command and, if it is the `usual` folder for the study in this file, also one with the results of
+/// another study of the same name.
 ///
 /// # Errors
 ///
-/// Such a folder.
+/// A folder with such results.
 pub fn check_folder(dir: &Path, file: &Path, usual: bool) -> Result<(), HeldError> {
     if let Some(own) = results::held(dir) {
         return Err(HeldError::Command { dir: dir.into(), own });
@@ -44,7 +44,7 @@ pub fn check_folder(dir: &Path, file: &Path, usual: bool) -> Result<(), HeldErro
 ///
 /// # Errors
 ///
-/// Such a folder.
+/// A folder with such results.
 pub fn check(study: &Study, dir: &Path) -> Result<(), HeldError> {
     match held(study, dir) {
         Some(other) => Err(HeldError::Study { dir: dir.into(), other, file: study.file.clone() }),
@@ -52,8 +52,8 @@ pub fn check(study: &Study, dir: &Path) -> Result<(), HeldError> {
     }
 }
 
-/// The other study whose results `dir` holds: its file, or its name where that is not known. Those of the same study are none of another one, also where its file was moved, or is
-/// a copy of the one that they were computed from.
+/// The other study whose results `dir` holds: its file, or its name if the file is not known. Returns `None` for the same study, including a moved or
+/// copied study file.
 fn held(study: &Study, dir: &Path) -> Option<String> {
     let stored = case_files::study(dir).ok()?;
     let has_other_name = stored.study != study.record.study;
@@ -64,7 +64,8 @@ fn held(study: &Study, dir: &Path) -> Option<String> {
     }
 }
 
-/// Whether the stored study has cases of this one, all of the same inputs; true of one of an earlier version, which does not say its inputs.
+/// Whether the stored study shares cases with this one, all with the same inputs; true for a study of an earlier version, which does not store its
+/// inputs.
 fn has_cases_of(study: &Study, stored: &StudyRecord) -> bool {
     let shared = study.cases.iter().filter_map(|case| Some((case, stored.inputs_sha256.get(&case.id)?)));
     let mut is_same = shared.map(|(case, inputs)| case.identity(&[]).inputs_sha256 == *inputs).peekable();

@@ -1,4 +1,4 @@
-//! Adaptive meshes of the cases of a study: all of them are kept with the result, and are a part of its cost.
+//! Adaptive meshes of the cases of a study. All of them are stored with the result, and their cost is part of its cost.
 
 use crate::math::stopwatch::Spent;
 use crate::scene::{Body, Progress, RefineError, RefinementStep, RefinementWatch, SceneSpec, refine};
@@ -13,14 +13,14 @@ pub struct RefinementRecord {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub mesh: String,
     pub cells: usize,
-    /// Value of the quantity that decides, in its unit
+    /// Value of the quantity that controls the refinement, in its unit
     pub value: f64,
     pub bar: f64,
     pub tolerance: f64,
-    /// Parts of the error that are missing in the bar, in words
+    /// Parts of the error missing in the error bar, in words
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lacks: Option<String>,
-    /// Wall and CPU time of run, estimate and next mesh \[s\]
+    /// Wall time of run, estimate and next mesh \[s\]
     pub wall_s: f64,
     pub cpu_s: f64,
 }
@@ -41,20 +41,20 @@ impl RefinementRecord {
         }
     }
 
-    /// The time of run, estimate and next mesh.
+    /// The wall and CPU time of run, estimate and next mesh.
     pub fn spent(&self) -> Spent {
         Spent { wall_s: self.wall_s, cpu_s: self.cpu_s }
     }
 }
 
-/// The body of a case, and the adaptive meshes up to its own.
+/// The body of a case, and the adaptive meshes that led to its mesh.
 pub struct Prepared {
     pub body: Arc<Body>,
-    /// Empty where the scene asks for no refinement
+    /// Empty if the scene requests no refinement
     pub refinement: Vec<RefinementRecord>,
 }
 
-/// The body of a scene (file, specification, text), refined from `first` where the scene asks for it.
+/// Prepares the body of a scene (file, specification, text), refined from `first` if the scene requests it.
 pub fn refined(
     scene: (&Path, &SceneSpec, &str),
     first: Arc<Body>,
@@ -69,7 +69,7 @@ pub fn refined(
     Ok(Prepared { body: found.body, refinement: found.steps.iter().map(RefinementRecord::new).collect() })
 }
 
-/// The note of a case none of whose meshes is within the tolerance.
+/// The note of a case if none of its meshes is within the tolerance.
 pub fn note(steps: &[RefinementRecord]) -> Option<String> {
     let last = steps.last()?;
     if let Some(parts) = &last.lacks {

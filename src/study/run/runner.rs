@@ -1,4 +1,4 @@
-//! Runs the cases of a study side by side, skips what is done, keeps what is finished.
+//! Runs the cases of a study side by side, skips those with a valid result, and keeps what is finished.
 
 use crate::catalogue::Launch;
 use crate::live::Access;
@@ -30,31 +30,31 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// Time between two looks at cases that other runs compute.
+/// Interval between checks of cases that other runs compute.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Follows the run of a study; what it does not implement is ignored.
+/// Observer of the run of a study. Methods that are not implemented ignore their event.
 pub trait Watch: Sync {
-    /// A line of the mesher about the mesh of a case.
+    /// Receives a line of the mesher about the mesh of a case.
     fn meshing(&self, _case: &str, _line: &str) {}
-    /// Called in the thread that computes the case, before anything of it is made; the thread ends with the run.
+    /// Called before a case is computed, in the thread that computes it; the thread ends with the run.
     fn started(&self, _case: &str) {}
     fn progress(&self, _case: &str, _progress: Progress) {}
-    /// Why a case waits, or is run again.
+    /// Receives the reason why a case waits or is run again.
     fn note(&self, _case: &str, _text: &str) {}
     fn finished(&self, _record: &CaseRecord, _skipped: bool) {}
-    /// How browsers reach the live view of the cases, where there is one; of cases in processes of their own.
+    /// Access to the live view of the cases, if there is one, for cases in processes of their own.
     fn live(&self) -> Option<Access> {
         None
     }
-    /// The process of a case serves its live view at this port, or no longer.
+    /// Reports the port at which the process of a case serves its live view; `None` when it no longer does.
     fn serves(&self, _case: &str, _port: Option<u16>) {}
 }
 
-/// Follows nothing.
+/// Ignores all events.
 impl Watch for () {}
 
-/// Why a study stopped; results that were finished before stay.
+/// Reason why a study stopped; results finished before are kept.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     #[error(transparent)]
@@ -63,7 +63,7 @@ pub enum RunError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Lock(#[from] LockError),
-    /// A reason that the process of a case gives
+    /// A reason reported by the process of a case
     #[error("{why}")]
     Apart { why: String },
     #[error("{}: the process of a case cannot be started: {reason}; close other programs, or run fewer cases with --jobs", program.display())]
@@ -80,39 +80,40 @@ impl From<SceneError> for RunError {
     }
 }
 
-/// Where cases are computed. The results are the same.
+/// Where cases are computed. The results do not depend on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Isolation {
-    /// Cases are computed in threads of this process. A panic is the status of its case; an abort ends all.
+    /// Cases are computed in threads of this process. A panic is the status of its case; an abort ends all of them.
     Threads,
-    /// Each case is computed in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
+    /// Each case is computed in a separate process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is
+    /// the status of its case.
     Processes(Launch),
 }
 
-/// How to run; [`Options::new`] has the usual choices.
+/// Options of a run; [`Options::new`] has the usual choices.
 pub struct Options<'a> {
-    /// Cases that run at the same time; those in processes share as many threads
+    /// Number of cases that run at the same time; cases in processes share as many threads
     pub jobs: usize,
-    /// Run also what is done
+    /// Also rerun cases that have a result
     pub redo: bool,
-    /// Run again also what is done with a law that this process has registered: another law may have had its name then
+    /// Also rerun cases that use a law registered in this process, because its name may have referred to another law before
     pub redo_registered: bool,
     /// Keep results that another build of this program computed from the same inputs
     pub accept_build: bool,
     /// Only these cases
     pub only: Option<Only>,
-    /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
+    /// Write the fields of every case into `cases/<id>/`; a finished case without them is rerun
     pub vtu: bool,
     /// Where cases are computed
     pub isolation: Isolation,
-    /// Memory that cases in processes may take together \[bytes\]; by default [`SHARE`] of what is available when the run begins
+    /// Memory that cases in processes may take together \[bytes\]; by default [`SHARE`] of the memory available when the run begins
     pub memory: Option<u64>,
-    /// Set to stop: running cases are dropped, finished ones kept
+    /// Flag that stops the run when set: running cases are dropped, finished ones kept
     pub stop: &'a AtomicBool,
 }
 
 impl<'a> Options<'a> {
-    /// Runs every case that has no result yet, in threads of this process, as many at a time as there are processors.
+    /// Options that run every case without a result, in threads of this process, as many at a time as there are processors.
     pub fn new(stop: &'a AtomicBool) -> Self {
         Self {
             jobs: threads::available(),
@@ -127,23 +128,23 @@ impl<'a> Options<'a> {
         }
     }
 
-    /// Whether this case is to be run (or kept).
+    /// Whether this case is to be run or its result kept.
     pub fn wants(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| only.takes(id))
     }
 
-    /// Whether a case is run again though its result is there.
+    /// Whether a case is rerun although it has a result.
     fn redoes(&self, case: &Case) -> bool {
         self.redo || (self.redo_registered && case.has_registered_law())
     }
 }
 
-/// Runs the cases of a study into `dir`, but none that follow from their results. Returns the records of all wanted cases that have one; an interrupted
-/// case has none.
+/// Runs the cases of a study into `dir`, except those that follow from their results. Returns the records of all wanted cases that have one; an
+/// interrupted case has none.
 ///
 /// # Errors
 ///
-/// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
+/// No case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
 pub(in crate::study) fn run_cases(
     study: &Study,
     dir: &Path,
@@ -174,7 +175,7 @@ pub(in crate::study) fn run_cases(
     let run = Running { store: &store, locks: &locks, options, watch, inputs, cases, memory, cores };
     let mut records = run.side_by_side(study, now.into_iter().map(with_constants).collect())?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
-        // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
+        // Other runs produce the results of the other cases: a case that waits for them reads them from the store once all are there
         let sources = |c: &Case| match is_part {
             true => waiting::sources(study, c, (&store, options.accept_build), &mut |c| {
                 c.bodies(&mut |_| {}).ok().map(|bodies| bodies.sha256())
@@ -190,13 +191,14 @@ pub(in crate::study) fn run_cases(
     Ok(records)
 }
 
-/// Refuses a study some of whose cases have mistakes.
+/// Refuses a study if some of its cases have mistakes.
 fn all_sound(study: &Study, refused: Vec<String>) -> Result<(), RunError> {
     if refused.is_empty() { Ok(()) } else { Err(RunError::Refused { file: study.file.clone(), refused }) }
 }
 
-/// Notes which stored results are of other inputs, among the cases that are not run. One that waits for others may never get its turn; the rest of
-/// those that are run is looked at then. A part makes no meshes for the other parts: it compares on those of their results.
+/// Reports which stored results among the cases that are not run have other inputs. Cases that wait for others are included, because they may never
+/// run; the remaining cases are checked when their turn comes. A partial run makes no meshes for other parts and compares only on the meshes of their
+/// results.
 fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn Watch) -> Result<(), RunError> {
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let is_other = |c: &&Case| (c.after.is_some() || !options.wants(&c.id)) && store.has(&c.id);
@@ -206,7 +208,7 @@ fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn W
                 return store.record(&c.id).map(|record| record.provenance.identity.meshes());
             }
             let bodies = c.bodies(&mut |line| watch.meshing(&c.id, line));
-            // The result of a case that was refused has no mesh
+            // The result of a refused case has no mesh
             Some(bodies.map_or_else(|_| vec![], |bodies| bodies.sha256()))
         };
         let now = waiting::identity(study, case, store, &mut meshes);
@@ -222,22 +224,22 @@ fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn W
 /// A case that is ready to run.
 struct Ready {
     task: Task,
-    /// Of the result; none where the case has no body
+    /// Identity of the result; `None` if the case has no body
     identity: Option<Identity>,
-    /// Nodes of its mesh
+    /// Number of nodes of its mesh
     size: usize,
-    /// Digest of the record that was there before, whatever its clock said; none where there was no record
+    /// Digest of the record that existed before, independently of the clock; `None` if there was no record
     before: Option<String>,
 }
 
-/// A case in its turn to be looked at.
+/// A case waiting for its turn.
 struct Turn {
     ready: Ready,
-    /// Another run had it when it was looked at before
+    /// Whether another run was computing it at the last check
     waits: bool,
 }
 
-/// How the turn of a case has ended.
+/// Outcome of the turn of a case.
 enum Turned {
     /// Another run computes the case
     Busy,
@@ -247,14 +249,14 @@ enum Turned {
     Done(Box<CaseRecord>),
 }
 
-/// The cases with their bodies and identities, in the order in which they run; none where the run was stopped.
+/// Prepares the cases with their bodies and identities, in the order in which they run; empty if the run was stopped.
 fn prepare(
     study: &Study,
     cases: Vec<(Case, Vec<ParameterKey>)>,
     (store, options, inputs): (&Store, &Options, &Inputs),
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
-    // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
+    // Meshes come first, one after the other: the mesher takes its own time, and two cases may need the same mesh
     let mut all: Vec<Ready> = vec![];
     let mut smallest = SmallestMeshes::default();
     for (case, constants) in cases {
@@ -262,12 +264,12 @@ fn prepare(
             return Ok(VecDeque::new());
         }
         let bodies = match case.bodies(&mut |line| watch.meshing(&case.id, line)) {
-            // Ctrl-C reaches the mesher too: that is no fault of the study.
+            // Ctrl-C also reaches the mesher, which is not a fault of the study
             Err(_) if options.stop.load(Ordering::Relaxed) => return Ok(VecDeque::new()),
             Err(_) if study.rules.keep_refusals => None,
             bodies => Some(bodies?),
         };
-        // Results of other inputs do not count from here on, also where the run is stopped before there are new ones
+        // From here on results of other inputs do not count, even if the run is stopped before there are new ones
         let meshes = bodies.as_ref().map(Bodies::sha256);
         store.compare_inputs(&case.id, Some(&case.identity(meshes.as_deref().unwrap_or_default()).sha256))?;
         let identity = meshes.map(|meshes| case.identity(&meshes));
@@ -285,8 +287,8 @@ fn prepare(
         all.push(Ready { task, identity, size, before });
     }
     all_sound(study, smallest.mistakes(|k| &all[k].task))?;
-    // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
-    // leaves with the allocator must not count as that of a small one.
+    // The largest case runs first, so that the last ones to end are short. If memory is measured, the smallest runs first: memory that the allocator
+    // keeps after a large case must not be attributed to a small one.
     all.sort_by_key(|ready| std::cmp::Reverse(ready.size));
     if study.rules.smallest_first {
         all.reverse();
@@ -294,9 +296,9 @@ fn prepare(
     Ok(all.into_iter().map(|ready| Turn { ready, waits: false }).collect())
 }
 
-/// The inputs of a study when its run begins.
+/// The inputs of a study when its run starts.
 struct Inputs {
-    /// Case → digest of its inputs; none of a case that waits for constants
+    /// Case → digest of its inputs; cases that wait for constants have none
     sha256: BTreeMap<String, String>,
     /// Case → path of each of its files → SHA-256
     files: HashMap<String, BTreeMap<PathBuf, String>>,
@@ -316,7 +318,7 @@ impl Inputs {
         StudyRecord { inputs_sha256: self.sha256.clone(), ..study.record.clone() }
     }
 
-    /// Digest of the study with these inputs, by which runs into one folder know each other. Where its files lie does not count.
+    /// Digest of the study with these inputs, by which runs into one folder recognise each other. The location of its files does not count.
     fn digest(&self, study: &Study) -> String {
         let mut files: Vec<&String> = self.files.values().flat_map(BTreeMap::values).collect();
         files.sort_unstable();
@@ -325,21 +327,21 @@ impl Inputs {
     }
 }
 
-/// The state that cases which run side by side share.
+/// The shared state of cases that run side by side.
 struct Running<'a> {
     store: &'a Store,
     locks: &'a Locks,
     options: &'a Options<'a>,
     watch: &'a dyn Watch,
     inputs: Inputs,
-    /// Cases that are being computed
+    /// Number of cases that are being computed
     cases: AtomicUsize,
     memory: Allowance,
     cores: Cores,
 }
 
 impl Running<'_> {
-    /// Runs cases, each together with the derivatives by the constants. Before that a report of other inputs than those that they have now is marked.
+    /// Runs cases, each with its derivatives with respect to the constants. Before that, a report of other inputs is marked as superseded.
     fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<ParameterKey>)>) -> Result<Vec<CaseRecord>, RunError> {
         let queue = Mutex::new(prepare(study, cases, (self.store, self.options, &self.inputs), self.watch)?);
         superseded::mark(&self.store.dir, &self.inputs.described(study))?;
@@ -349,7 +351,7 @@ impl Running<'_> {
             for _ in 0..self.options.jobs.max(1) {
                 scope.spawn(|| {
                     let _turn = owner.begin();
-                    // Cases of other runs that were looked at since the last one that was free
+                    // Number of consecutive checks that found a case of another run
                     let mut busy = 0;
                     while !self.options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                         let Some(mut turn) = locked(&queue).pop_front() else { break };
@@ -386,7 +388,7 @@ impl Running<'_> {
         Ok(std::mem::take(&mut *locked(&records)))
     }
 
-    /// Takes the stored result of a case, or computes it.
+    /// Returns the stored result of a case, or computes it.
     fn case(&self, turn: &Turn) -> Result<Turned, RunError> {
         let (ready, id) = (&turn.ready, &turn.ready.task.case.id);
         if let Some(record) = self.kept(turn)? {
@@ -401,7 +403,7 @@ impl Running<'_> {
                 return Ok(Turned::Busy);
             }
         };
-        // It may have been finished since it was looked at
+        // It may have been finished since the check
         if let Some(record) = self.kept(turn)? {
             return Ok(Turned::Done(record.into()));
         }
@@ -428,7 +430,7 @@ impl Running<'_> {
         Ok(Turned::Done(record.into()))
     }
 
-    /// The stored result of a case, if it is the one that would be computed; refused where it has no column that is judged.
+    /// The stored result of a case, if it equals the one that would be computed; an error if it lacks a judged column.
     fn kept(&self, turn: &Turn) -> Result<Option<CaseRecord>, RunError> {
         let task = &turn.ready.task;
         let Some(record) = self.store.record(&task.case.id).filter(|record| self.usable(turn, record)) else {
@@ -442,7 +444,7 @@ impl Running<'_> {
     /// Whether a stored record is the result that would be computed.
     fn usable(&self, turn: &Turn, record: &CaseRecord) -> bool {
         let (task, identity) = (&turn.ready.task, &turn.ready.identity);
-        // Another run has just computed it, with this end
+        // Another run has just computed it, with this outcome
         let now = turn.ready.before.as_ref() != Some(&record.provenance.record_sha256);
         if turn.waits && now && record.broke() && record.status != INPUTS_CHANGED {
             return true;
@@ -450,7 +452,7 @@ impl Running<'_> {
         let drawn = !task.vtu || self.store.has_fields(record);
         let counts = |identity| record.provenance.counts_for(identity, self.options.accept_build);
         let same = identity.as_ref().is_some_and(counts);
-        // A search that had no time left goes on
+        // A search that ran out of time continues
         let goes_on = record.status == OUT_OF_TIME && !now;
         drawn && (now || !self.options.redoes(&task.case)) && same && record.has(&task.asked()) && !goes_on
     }
@@ -488,7 +490,7 @@ impl Running<'_> {
         match end {
             End::Stopped => Ok(None),
             End::Failed(why) => Err(RunError::Apart { why: format!("case {id}: {why}") }),
-            // Its process has stored what there is to store
+            // Its process has stored everything that can be stored
             End::Broke(status, why) => Ok(Some(refused(&task.case, &status, why))),
             End::TooLarge(bytes) => {
                 let [needed, allowed] = [bytes, self.memory.limit].map(|bytes| bytes as f64 / 1e9);
@@ -510,15 +512,15 @@ impl Running<'_> {
     }
 }
 
-/// Follows the process of a case for its run.
+/// Follows the process of a case on behalf of its run.
 struct Following<'a> {
     run: &'a Running<'a>,
     id: &'a str,
-    /// Nodes
+    /// Number of nodes
     size: usize,
-    /// Memory \[bytes\]
+    /// Promised memory \[bytes\]
     promised: u64,
-    /// In the cores, from the moment it computes
+    /// Share of the cores, from the moment it computes
     share: Option<Share<'a>>,
 }
 

@@ -1,4 +1,4 @@
-//! The search for the constants of a case of a calibration, which precedes its run.
+//! The search for the constants in a case of a calibration, which precedes its run.
 
 use crate::calibrate::inverse::{
     Calibration, End, Failure, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
@@ -12,7 +12,7 @@ use crate::study::store::identity::Identity;
 use crate::study::store::record::{NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
 use std::sync::Arc;
 
-/// The best values so far of a search of the same inputs that was stopped, or had no time left.
+/// The best values so far from a search with the same inputs that was stopped or ran out of time.
 pub(super) fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option<Vec<f64>> {
     let out_of_time = || {
         let record = store.record(id).filter(|r| r.status == OUT_OF_TIME && r.provenance.identity == *identity)?;
@@ -21,26 +21,26 @@ pub(super) fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option
     store.search(id, identity).or_else(out_of_time)
 }
 
-/// Follows the search of a case, and says where it begins.
+/// Follows the search of a case, and provides its start.
 pub(super) struct SearchFollow<'a, 'b> {
-    /// Values of the constants to begin at; those of the scene where there are none
+    /// Initial values of the constants; `None` for those of the scene
     pub from: Option<&'a [f64]>,
-    /// Gets the values of every better point
+    /// Receives the values of every better point
     pub keep: &'a mut dyn FnMut(&[f64]),
     pub go_on: &'a mut OnProgress<'b>,
 }
 
-/// The end of the search of a case, and the scene that is run after it.
+/// The outcome of the search of a case, and the scene that is run after it.
 pub(super) struct Searched {
-    /// The constants of a case of a calibration
+    /// The constants found, in a case of a calibration
     pub found: Option<Calibration>,
-    /// Why the search for them could not begin
+    /// Why the search for them could not start
     pub unsearched: Option<String>,
-    /// The scene at the constants that were found; as it is where there are none
+    /// The scene with the constants found; unchanged if there are none
     pub spec: SceneSpec,
 }
 
-/// Finds the constants of a case on its body and those of its further curves, where it is one of a calibration. `None`: stopped.
+/// Finds the constants of a case on its body and those of its further curves, if it belongs to a calibration. `None` if it was stopped.
 pub(super) fn find(
     case: &Case,
     (body, of_curves): (&Arc<Body>, Vec<Body>),
@@ -61,7 +61,7 @@ pub(super) fn find(
     }
 }
 
-/// Why the constants of a search are no answer, as a status with its detail.
+/// The reason why the constants of a search are not an answer, as a status with its detail.
 pub(super) fn doubt(
     case: &str,
     found: Option<&Calibration>,
@@ -109,7 +109,7 @@ fn curves(
     scenes.map(|((scene, body), curve)| own((scene, body, curve))).collect()
 }
 
-/// Passes the progress of a search and its better points on.
+/// Passes on the progress of a search and its better points.
 struct Followed<'a, 'b> {
     progress: SearchProgress,
     go_on: &'a mut OnProgress<'b>,
@@ -126,17 +126,17 @@ impl SearchWatch for Followed<'_, '_> {
     }
 }
 
-/// Progress of a search as that of one long run: each forward solve that is expected has the same share of it.
+/// Progress of a search as one long run: each expected forward solve has the same share of it.
 struct SearchProgress {
-    /// Forward solves of the whole search
+    /// Number of forward solves expected in the whole search
     expected: usize,
     done: usize,
-    /// Time of the last state of the forward solve that runs \[s\]
+    /// Time of the last state in the current forward solve \[s\]
     last: f64,
 }
 
 impl SearchProgress {
-    /// Forward solves of each curve in a usual search
+    /// Forward solves per curve in a typical search
     const USUAL: usize = 6;
 
     fn new(curves: usize) -> Self {

@@ -1,4 +1,4 @@
-//! Everything that is needed to compute one case, apart from the files that its scene names.
+//! Everything needed to compute one case, except the files that its scene names.
 
 use crate::reduction;
 use crate::scene::{ParameterKey, Scene, hint};
@@ -12,35 +12,35 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// A case with what its study asks of it. It can be sent to another process.
+/// A case and the requests of its study. It can be sent to another process.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Task {
     pub case: Case,
-    /// Constants that the derivatives of the columns are computed by
+    /// Constants with respect to which the columns are differentiated
     pub constants: Vec<ParameterKey>,
-    /// Runs, for the scatter of their times
+    /// Number of runs, for the scatter of their times
     pub repeats: usize,
     pub estimates_errors: bool,
-    /// Derivatives are an addition: a scene without them has its result
+    /// Whether derivatives are optional: a scene without them keeps its result
     pub input_uncertainty: bool,
-    /// All derivatives are known along the curves
+    /// Whether all derivatives are computed along the curves
     pub along_curves: bool,
-    /// A scene that is refused is a result
+    /// Whether a refused scene is a result
     pub keep_refusals: bool,
-    /// The states are kept
+    /// Whether the states are kept
     pub keep_states: bool,
-    /// Fields for ParaView are written
+    /// Whether fields are written for ParaView
     pub vtu: bool,
     /// Columns that are judged
     pub columns: Vec<String>,
-    /// They are judged as curves over time
+    /// Whether the columns are judged as curves over time
     pub over_time: bool,
     pub study_file: PathBuf,
-    /// Contents that the files of its scenes must have whenever they are read, path → SHA-256; of other files anything is taken
+    /// Contents that the files of its scenes must have whenever they are read, path → SHA-256; other files may have any content
     pub files: BTreeMap<PathBuf, String>,
 }
 
-/// A scene does not record what its study judges.
+/// A scene does not record what its study judges, or cannot run in a study.
 #[derive(Debug, thiserror::Error)]
 pub enum TaskError {
     #[error("{}: the signal {signal} waits for a controller, and a study has none; drive it by a signal", file.display())]
@@ -55,7 +55,7 @@ impl Task {
     pub fn new(study: &Study, case: Case, constants: Vec<ParameterKey>, vtu: bool) -> Self {
         Self {
             constants,
-            // A run that draws does not measure its cost
+            // A run that writes fields does not measure its cost
             repeats: if vtu { 1 } else { study.repeats(&case) },
             estimates_errors: study.estimates_errors(&case),
             input_uncertainty: study.rules.input_uncertainty,
@@ -71,7 +71,7 @@ impl Task {
         }
     }
 
-    /// The task of a case whose inputs are known, with the derivatives that its study asks for.
+    /// The task of a case with known inputs, including the derivatives that its study requests.
     pub fn of(study: &Study, case: &Case, vtu: bool) -> Self {
         let is_asked = study.rules.input_uncertainty && (!study.rules.along_curves || study.is_of_design(case));
         let uncertain = if is_asked { uncertain_constants(&case.spec) } else { vec![] };
@@ -80,7 +80,7 @@ impl Task {
         Self::new(study, case.clone(), constants.collect(), vtu)
     }
 
-    /// Everything that is asked of the case in addition to its curves.
+    /// Everything requested of the case in addition to its curves.
     pub fn asked(&self) -> Asked {
         Asked {
             estimates: if self.estimates_errors { self.columns.clone() } else { vec![] },
@@ -91,12 +91,12 @@ impl Task {
         }
     }
 
-    /// Whether derivatives are asked for at extremes only: other analyses than those of the intervals of constants take them along curves.
+    /// Whether derivatives are requested at extremes only. Only the analysis of the intervals of constants does so; all others use them along curves.
     pub fn is_at_extremes(&self) -> bool {
         self.input_uncertainty && self.case.derivatives.is_empty() && !self.along_curves
     }
 
-    /// Every column that is judged must be recorded, as a curve over time, and no signal be left to a controller.
+    /// Checks that the scene records every judged column as a curve over time and leaves no signal to a controller.
     pub fn check(&self, scene: &Scene) -> Result<(), TaskError> {
         if let Some(signal) = scene.controls.controlled().pop() {
             return Err(TaskError::Controlled { file: self.case.scene_file.clone(), signal });
@@ -113,7 +113,7 @@ impl Task {
         Ok(())
     }
 
-    /// Every column that is judged must be in a stored result that has any.
+    /// Checks that a stored result, if it has any columns, has every judged one.
     pub fn check_record(&self, record: &CaseRecord) -> Result<(), TaskError> {
         let known: Vec<String> = record.probes.keys().cloned().collect();
         match self.columns.iter().find(|column| !known.is_empty() && !known.contains(column)) {

@@ -1,8 +1,9 @@
-//! Constants of laws that are known within intervals, and the derivatives of recorded quantities by them.
+//! Constants of laws that are known within intervals, and the derivatives of recorded quantities with respect to them.
 //!
-//! A law file of `durometer fit` has the key `mu_interval` next to the constant `mu`, in `[provenance]`: the ends of its 95 % interval, and with several constants the table `correlation`.
-//! Constants without a correlation count as independent of each other; Poisson's ratio, which all terms of a foam share, is one constant. Where the interval of a constant
-//! has an open end, or the file says why there is none, nothing bounds its share. A constant that a scene sets to a value outside of the interval is not that of the file.
+//! A law file from `durometer fit` has, next to the constant `mu`, the key `mu_interval` in `[provenance]`: the ends of its 95 % interval. With several
+//! constants it also has the table `correlation`. Constants without a correlation count as independent of each other. Poisson's ratio, which all terms
+//! of a foam share, is one constant. If the interval of a constant is open at one end, or the file says why there is none, nothing bounds its share of
+//! the error. A constant that a scene sets to a value outside the interval does not count as that of the file.
 
 use crate::calibrate::{correlation_of, interval_at, is_poisson_of_term};
 use crate::math::statistics::larger;
@@ -11,40 +12,40 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Table;
 
-/// A constant with its interval, and derivatives of the extremes by it.
+/// A constant with its interval, and the derivatives of the extremes with respect to it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct UncertainConstantRecord {
-    /// `laws.rubber.mu`; keys that have one value, as in `laws.foam.nu1 = laws.foam.nu2`
+    /// `laws.rubber.mu`, or several keys with one value, as in `laws.foam.nu1 = laws.foam.nu2`
     pub constant: String,
-    /// The larger side of its 95 % interval, from its value \[SI\]
+    /// The larger distance of its value from an end of its 95 % interval \[SI\]
     pub half_width: f64,
     /// Column → derivative of its largest departure from the start \[unit of the column per SI unit of the constant\]
     pub derivatives: BTreeMap<String, f64>,
-    /// Other constant → correlation with it \[–\]; those that are absent count as independent
+    /// Other constant → correlation with it \[–\]; absent ones count as independent
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub correlation: BTreeMap<String, f64>,
 }
 
 /// A constant that is known within an interval.
 pub struct Uncertain {
-    /// Several where they have one value
+    /// Its keys, several if they share one value
     pub keys: Vec<ParameterKey>,
-    /// \[SI\]
+    /// Value \[SI\]
     pub value: f64,
-    /// The larger side of its interval \[SI\]
+    /// The larger distance of its value from an end of its interval \[SI\]
     pub half_width: f64,
     /// Other constant → correlation with it \[–\]
     pub correlation: BTreeMap<String, f64>,
 }
 
 impl Uncertain {
-    /// Its keys in one word, as in `laws.foam.nu1 = laws.foam.nu2`.
+    /// The name of the constant, made of its keys: `laws.foam.nu1 = laws.foam.nu2`.
     fn name(&self) -> String {
         self.keys.iter().map(ToString::to_string).collect::<Vec<_>>().join(" = ")
     }
 }
 
-/// The constants of the laws of a scene whose files give an interval with two ends.
+/// The constants in the laws of a scene whose files give an interval with two finite ends.
 pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     let of = |(law, table): (&String, &Table)| {
         let mut own: Vec<(Uncertain, [f64; 2])> = vec![];
@@ -73,7 +74,7 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<Uncertain> {
     spec.laws.iter().flat_map(of).collect()
 }
 
-/// The constants of the laws that a scene uses whose interval is open at an end, or whose file says why there is none.
+/// The constants of the laws used by a scene whose interval is open at an end, or whose file says why there is none.
 pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
     let used = spec.laws_in_use();
     let of = |(law, table): (&String, &Table)| {
@@ -83,14 +84,14 @@ pub fn undetermined_constants(spec: &SceneSpec) -> Vec<String> {
     spec.laws.iter().filter(|(law, _)| used.contains(law.as_str())).flat_map(of).collect()
 }
 
-/// The constants of the laws that a scene uses whose interval has two ends.
+/// The constants of the laws used by a scene whose interval has two finite ends.
 pub fn bounded_constants(spec: &SceneSpec) -> Vec<String> {
     let used = spec.laws_in_use();
     let is_used = |one: &Uncertain| one.keys[0].law_constant().is_some_and(|c| used.contains(c.law));
     uncertain_constants(spec).iter().filter(|one| is_used(one)).map(Uncertain::name).collect()
 }
 
-/// Correlations of a constant with the others of its law.
+/// Correlations of a constant with the other constants of its law.
 fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
     let provenance = table.get("provenance").and_then(toml::Value::as_table);
     let with = |(other, ..): (&String, f64, [f64; 2])| {
@@ -100,7 +101,7 @@ fn correlations(law: &str, table: &Table, name: &str) -> BTreeMap<String, f64> {
     intervals(table).filter_map(with).collect()
 }
 
-/// The constants of a law with their values \[SI\] and the intervals of its file.
+/// The constants of a law with their values \[SI\] and the intervals in its file.
 fn intervals(law: &Table) -> impl Iterator<Item = (&String, f64, [f64; 2])> {
     let provenance = law.get("provenance").and_then(toml::Value::as_table);
     law.iter().filter_map(move |(key, value)| {
@@ -109,7 +110,7 @@ fn intervals(law: &Table) -> impl Iterator<Item = (&String, f64, [f64; 2])> {
     })
 }
 
-/// Derivatives of the extremes of all columns; none where they stop before one.
+/// Derivatives of the extremes of all columns; columns whose derivatives end before the extreme are left out.
 pub fn inputs(constants: &[Uncertain], run: &Run, sensitivities: &Sensitivities) -> Vec<UncertainConstantRecord> {
     let column = |name: &String| {
         let k = run.columns.iter().position(|c| c == name)?;

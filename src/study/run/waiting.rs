@@ -1,4 +1,4 @@
-//! Cases that wait for the constants of a calibration, and the results that give them.
+//! Cases that wait for the constants of a calibration, and the results that provide them.
 
 use crate::scene::ParameterKey;
 use crate::study::case::{After, Case};
@@ -7,7 +7,7 @@ use crate::study::store::folder::Store;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::{CaseRecord, Role};
 
-/// A case that waited, with the constants of the finest converged mesh of its variant among these records.
+/// Returns a waiting case with the constants of the finest converged mesh of its variant among these records.
 pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<ParameterKey>)> {
     let after = case.after.as_ref()?;
     let found = |c: &'_ Case| records.iter().position(|r| r.id == c.id && r.converged());
@@ -16,10 +16,10 @@ pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) 
     case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
-/// Finds the digests of the meshes of a case, in the order of its scenes; none where one of them is not there.
+/// A function that finds the digests of the meshes of a case, in the order of its scenes; it returns `None` if one of the meshes is missing.
 pub type FindMeshes<'a> = dyn FnMut(&Case) -> Option<Vec<String>> + 'a;
 
-/// The stored records that a waiting case takes its constants from; `None` where one of them is missing or no longer counts.
+/// The stored records from which a waiting case takes its constants; `None` if one of them is missing or no longer counts.
 pub fn sources(
     study: &Study,
     case: &Case,
@@ -35,7 +35,7 @@ pub fn sources(
     .collect()
 }
 
-/// The identity that the result of a case must have, whichever build computes it; none where it is not known.
+/// The identity that the result of a case must have, whichever build computes it; `None` if it is not yet known.
 pub fn identity(study: &Study, case: &Case, store: &Store, meshes: &mut FindMeshes) -> Option<Identity> {
     let of_case = meshes(case)?;
     match case.after {
@@ -48,7 +48,7 @@ pub fn identity(study: &Study, case: &Case, store: &Store, meshes: &mut FindMesh
     }
 }
 
-/// The cases of the sizes of the variant that a case waits for.
+/// The cases in the mesh-size families of the variant for which a case waits.
 fn sizes_of<'a>(study: &'a Study, after: &'a After) -> impl Iterator<Item = &'a Case> {
     let is_size = |id: &String| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(id));
     study.cases.iter().filter(move |c| c.after.is_none() && c.variant == after.variant && is_size(&c.id))

@@ -1,4 +1,4 @@
-//! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
+//! The amount of work of a case, independent of the machine, and the scatter of its cost between runs.
 
 use crate::live::{Board, iterations};
 use crate::math::stopwatch::{Spent, Stopwatch};
@@ -9,22 +9,21 @@ use serde::{Deserialize, Serialize};
 use std::cell::Cell;
 use std::sync::Arc;
 
-/// Work of a case, counted and not timed.
+/// Work of a case, counted instead of timed.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct WorkRecord {
-    /// Numeric factorisations, the shifted ones included
+    /// Number of numeric factorisations, including those of shifted matrices
     pub factorisations: usize,
-    /// Right sides solved for
+    /// Number of right-hand sides solved for
     pub solves: usize,
-    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length
+    /// Additions and multiplications of one factorisation: the sum over the columns of L of their squared length
     pub factor_flops: f64,
-    /// Stored entries of the tangent, one triangle
+    /// Stored entries in one triangle of the tangent
     pub matrix_nnz: usize,
-    /// Largest resident set of the process while the case ran \[bytes\]; none where it ran alongside another, or where the system
-    /// does not tell
+    /// Largest resident set of the process while the case ran \[bytes\]; `None` if it ran alongside another, or if the system does not report it
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_bytes: Option<u64>,
-    /// That memory as it was expected before the first factorisation, where the case ran in a process of its own \[bytes\]
+    /// Memory expected before the first factorisation, if the case ran in a process of its own \[bytes\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_bytes: Option<u64>,
 }
@@ -36,30 +35,30 @@ pub struct RepeatRecord {
     pub cpu_s: f64,
 }
 
-/// A run with its time, without that of what only follows it.
+/// A run with its time, without that of activities that only follow the run.
 pub(super) struct Timed {
     pub run: Run,
     pub spent: Spent,
 }
 
-/// Follows a run that is timed.
+/// Callbacks of a timed run.
 pub(super) struct RunFollow<'a, 'b> {
-    /// Returns false to stop
+    /// Returns false to stop the run
     pub go_on: &'a mut OnProgress<'b>,
-    /// Gets the states, in time that does not count
+    /// Receives the states; its time does not count
     pub states: &'a mut dyn FnMut(&State),
     /// Shows the rows and iterations in a live view
     pub board: Option<&'a Arc<Board>>,
-    /// Gets the memory that the factorisation needs, before the first one \[bytes\], in time that does not count, and returns false to stop
+    /// Receives the memory that the factorisation needs \[bytes\], before the first one, and returns false to stop; its time does not count
     pub sized: &'a mut dyn FnMut(u64) -> bool,
 }
 
-/// Time that something else has taken during a run.
+/// Time spent on other things during a run.
 #[derive(Default)]
 struct Aside(Cell<Spent>);
 
 impl Aside {
-    /// Calls `act` and adds the time that it takes.
+    /// Calls `act` and adds the time spent in it.
     fn count<T>(&self, act: impl FnOnce() -> T) -> T {
         let stopwatch = Stopwatch::start();
         let result = act();
@@ -68,7 +67,7 @@ impl Aside {
     }
 }
 
-/// Runs the scene once, with derivatives where a recorder asks for them, whose time does not count.
+/// Runs the scene once, with derivatives if there is a recorder; the time for these does not count.
 fn timed(scene: &Scene, sensitivities: Option<SensitivityRecorder>, follow: &mut RunFollow) -> Timed {
     let RunFollow { go_on, states, board, sized } = follow;
     let (stopwatch, aside) = (Stopwatch::start(), Aside::default());
@@ -91,7 +90,7 @@ fn timed(scene: &Scene, sensitivities: Option<SensitivityRecorder>, follow: &mut
     Timed { run, spent }
 }
 
-/// Runs the scene `repeats` times. Returns the run of median CPU time, and the times of all. All runs give the same bits; the states are
+/// Runs the scene `repeats` times. Returns the run with the median CPU time, and the times of all. All runs give identical results; the states are
 /// those of the first. A run that does not converge is not repeated.
 pub(super) fn measure(scene: &Scene, repeats: usize, mut follow: RunFollow) -> (Timed, Vec<RepeatRecord>) {
     let is_complete = |timed: &Timed| timed.run.status == Status::Converged;
@@ -110,7 +109,7 @@ pub(super) fn measure(scene: &Scene, repeats: usize, mut follow: RunFollow) -> (
     (runs.swap_remove((runs.len() - 1) / 2), all)
 }
 
-/// Runs the scene once with derivatives, whose time does not count.
+/// Runs the scene once with derivatives; the time for these does not count.
 pub(super) fn measure_with(
     scene: &Scene,
     recorder: SensitivityRecorder,
@@ -121,7 +120,7 @@ pub(super) fn measure_with(
     (timed, sensitivities)
 }
 
-/// The largest resident set of the process from here on. Linux counts it; `None` elsewhere.
+/// Resets the peak of the resident set of the process. Only Linux counts it; `None` elsewhere.
 pub(super) fn watch_memory() -> Option<()> {
     std::fs::write("/proc/self/clear_refs", "5").ok()
 }
@@ -131,7 +130,7 @@ pub(super) fn largest_memory() -> Option<u64> {
     of_this_process("VmHWM:")
 }
 
-/// The resident set \[bytes\].
+/// The present resident set \[bytes\].
 pub(super) fn present_memory() -> Option<u64> {
     of_this_process("VmRSS:")
 }
@@ -172,7 +171,7 @@ kind = "position"
 region = "xmax"
 "#;
 
-    /// The first of several runs waits for memory, whichever of them is kept.
+    /// Only the first of several runs waits for memory, whichever of them is kept.
     #[test]
     fn waiting_for_memory_is_no_time_of_any_run() {
         let scene = parse_scene(SCENE).unwrap_or_else(|e| panic!("{e}"));

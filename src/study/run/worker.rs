@@ -1,10 +1,10 @@
-//! A case in a process of its own: what kills the process is the status of this case, and ends no other.
+//! A case in a process of its own: whatever kills the process is the status of this case, and ends no other.
 //!
-//! The process reads one [`Order`] as a line of JSON from its standard input, computes the case, stores it, and says on its standard
-//! output, in lines of JSON, how far it is and how it ended ([`Said`]). Before the first factorisation it says what memory it needs, and waits
-//! for the line `go`. A line `shared` on its input means that another case has begun meanwhile, a line `threads 2` that it may use two threads
-//! from now on. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it has started:
-//! they form a group.
+//! The process reads one [`Order`] as a line of JSON from its standard input, computes the case and stores it. On its standard output it reports its
+//! progress and how it ended, in lines of JSON ([`Said`]). Before the first factorisation it reports the memory that it needs, and waits for the line
+//! `go`. A line `shared` on its input means that another case has started in the meantime, a line `threads 2` that it may use two threads from now on.
+//! The end of its input means that the process that requested the case is gone; it then ends itself with all processes that it has started, which form
+//! a process group.
 
 use crate::catalogue::Launch;
 use crate::live::Access;
@@ -23,72 +23,72 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Last lines of the standard error of a process that its status keeps.
+/// Number of the last lines of the standard error of a process that are kept in its status.
 const KEPT_LINES: usize = 6;
-/// Characters of each of these lines.
+/// Largest number of characters of each of these lines.
 const KEPT_CHARACTERS: usize = 300;
-/// Flag of `CreateProcess` in Windows.
+/// Flag of `CreateProcess` on Windows.
 #[cfg(windows)]
 const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
-/// Time between two looks at whether to stop.
+/// Interval between checks whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The case that a process is to compute, and the folder of its result.
+/// The case that a process must compute, and the folder of its result.
 #[derive(Serialize, Deserialize)]
 pub struct Order {
     pub dir: PathBuf,
     pub task: Task,
-    /// How browsers reach its live view, where there is one
+    /// Access for browsers to its live view, if there is one
     pub live: Option<Access>,
 }
 
-/// A message of a process.
+/// A message from a process.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Said {
-    /// A line of the mesher
+    /// An output line of the mesher
     Meshing(String),
     Progress {
         t: f64,
         end: f64,
     },
-    /// The memory that the case is going to take \[bytes\]; it waits for the line `go`
+    /// The memory that the case is going to need \[bytes\]; it waits for the line `go`
     Needs(u64),
-    /// The live view is served at this port, for the process that has asked for the case to hand on to
+    /// The live view is served at this port, which the process that requested the case passes on
     Serves(u16),
     /// The result is stored
     Stored,
-    /// The computation broke with this status, for this reason: an earlier result may have stayed in its place
+    /// The computation crashed with this status and reason; an earlier result may have been kept
     Broke {
         status: String,
         why: String,
     },
-    /// The input was refused, or the result cannot be stored
+    /// The input was refused, or the result could not be stored
     Failed(String),
 }
 
-/// Follows the process of a case.
+/// Callbacks that follow the process of a case.
 pub trait Wants {
-    /// Takes a message, or none for a while; returns false to stop it
+    /// Receives a message, or `None` if there has been none for a while; returns false to stop the process
     fn said(&mut self, said: Option<&Said>) -> bool;
-    /// Whether another case runs at this moment.
+    /// Whether another case is running at this moment.
     fn shared(&self) -> bool;
-    /// Threads that it may use at this moment.
+    /// Number of threads that it may use at this moment.
     fn threads(&self) -> usize;
-    /// Whether it may take so much memory \[bytes\].
+    /// Whether it may take this amount of memory \[bytes\].
     fn admit(&mut self, bytes: u64) -> Admission;
 }
 
 /// How the process of a case ended.
 pub enum End {
     Stored,
-    /// The computation broke with this status, for this reason
+    /// The computation crashed with this status and reason
     Broke(String, String),
     Stopped,
     Failed(String),
-    /// It needs more memory than there is \[bytes\]
+    /// It needs more memory than is available \[bytes\]
     TooLarge(u64),
-    /// It died: how, with the last lines that it said, and a remedy
+    /// It died; the text says how, with its last output lines and a remedy
     Died(String),
 }
 
@@ -147,7 +147,7 @@ pub fn compute_apart(program: &Launch, order: &Order, wants: &mut dyn Wants) -> 
         }
         if !told && wants.shared() {
             told = true;
-            // A process that has just ended does not read it any more
+            // A process that has just ended no longer reads it
             process.input.write_all(b"shared\n").ok();
         }
         if wants.threads() != threads {
@@ -166,7 +166,7 @@ pub fn compute_apart(program: &Launch, order: &Order, wants: &mut dyn Wants) -> 
     Ok(end.unwrap_or_else(|| End::Died(death(status, &lines))))
 }
 
-/// A running process; what is left of it ends when this is dropped.
+/// A running process; it is ended with its group when this is dropped.
 struct Process {
     child: Child,
     input: ChildStdin,
@@ -178,18 +178,18 @@ impl Process {
     fn start(program: &Launch, order: &Order) -> std::io::Result<Self> {
         let mut command = program.command();
         command.arg("worker").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        // The last lines are to be the message, not where it came from
+        // The last lines must be the message, not the backtrace
         command.env("RUST_BACKTRACE", "0");
         #[cfg(unix)]
         {
             use std::os::unix::process::CommandExt;
-            // A group of its own: Ctrl-C reaches the one that decides what it means, and the processes it starts end with it
+            // A separate process group: Ctrl-C reaches only the process that decides what it means, and all processes started here end together
             command.process_group(0);
         }
         #[cfg(windows)]
         {
             use std::os::windows::process::CommandExt;
-            // Ctrl-C does not reach it
+            // Keeps Ctrl-C from reaching it
             command.creation_flags(CREATE_NEW_PROCESS_GROUP);
         }
         let mut child = command.spawn()?;
@@ -202,14 +202,14 @@ impl Process {
         });
         let errors = Some(std::thread::spawn(move || last_lines(errors)));
         let order = serde_json::to_string(order).expect("numbers, strings and string keys only");
-        // One that dies at once is seen by its status
+        // If it dies at once, its status shows that
         input.write_all(order.as_bytes()).and_then(|()| input.write_all(b"\n")).ok();
         Ok(Self { child, input, lines, errors })
     }
 
-    /// Waits for the end; its status, and the last lines of its standard error.
+    /// Waits for the end; returns the status and the last lines of the standard error.
     fn finish(mut self) -> std::io::Result<(ExitStatus, VecDeque<String>)> {
-        // Its output has ended, so that its status is decided
+        // Its output has ended, so that its status is determined
         self.end_group();
         let status = self.child.wait()?;
         let lines = self.errors.take().and_then(|reader| reader.join().ok());
@@ -242,7 +242,7 @@ fn last_lines(stream: impl Read) -> VecDeque<String> {
     let mut kept = VecDeque::new();
     loop {
         let mut line = Vec::new();
-        // A line without an end is taken in pieces
+        // A line without an end is read in pieces
         match reader.by_ref().take(1 << 16).read_until(b'\n', &mut line) {
             Ok(0) | Err(_) => return kept,
             Ok(_) => {}
@@ -255,7 +255,7 @@ fn last_lines(stream: impl Read) -> VecDeque<String> {
     }
 }
 
-/// Fact and remedy of a process that died.
+/// How a process died, and a remedy.
 fn death(status: ExitStatus, lines: &VecDeque<String>) -> String {
     let said = |words: &str| lines.iter().any(|line| line.contains(words));
     #[cfg(unix)]

@@ -1,11 +1,11 @@
-//! The folder of a new project: it takes its name when it is whole.
+//! The folder of a new project: it gets its name once it is complete.
 
 use super::error::StarterError;
 use crate::storage;
 use crate::study::schema::{Described, SCHEMAS};
 use std::path::Path;
 
-/// Makes a folder of what `fill` writes, which gets a folder of another name and the name that the project will have.
+/// Makes a folder from what `fill` writes. `fill` gets a temporary folder and the name that the project will have.
 pub(super) fn make(
     folder: &Path,
     fill: impl FnOnce(&Path, &str) -> Result<(), StarterError>,
@@ -24,12 +24,12 @@ pub(super) fn make(
     let new = part.path().join("project");
     std::fs::create_dir(&new).map_err(io)?;
     fill(&new, &name.to_string_lossy())?;
-    // A folder takes the place of an empty one on some systems only
+    // Only some systems let a folder replace an empty one
     std::fs::remove_dir(&whole).ok();
     std::fs::rename(&new, &whole).map_err(io)
 }
 
-/// Writes texts into a folder. A TOML file of a kind that has a schema gets the schema next to it and names it to editors in its first line.
+/// Writes texts into a folder. For a TOML file of a kind with a schema, the schema is written next to it, and its first line refers editors to it.
 pub(super) fn write(folder: &Path, files: [(&str, &str); 3]) -> Result<(), StarterError> {
     let write = |name: &str, text: &str| {
         let path = folder.join(name);

@@ -1,4 +1,4 @@
-//! Starters: project folders with a scene, a study and a page that tells what to do next.
+//! Starters: project folders with a scene, a study and a page about what to do next.
 
 mod error;
 mod folder;
@@ -18,7 +18,7 @@ pub struct Starter {
     readme: &'static str,
 }
 
-/// A starter by the name of its folder.
+/// A starter, given by the name of its folder.
 macro_rules! starter {
     ($name:literal, $summary:literal) => {
         Starter {
@@ -38,11 +38,12 @@ pub const STARTERS: [Starter; 3] = [
     starter!("gripper", "two fingers that hold a ball by friction"),
 ];
 
-/// Makes a project from the starter of this name, or around a mesh, surface or CAD file, with this unit of length in place of a guess and so many cells in
-/// place of the usual number. Without a folder it is called after the starter or the file. Returns the folder. `progress` gets the lines of the mesher.
+/// Makes a project from the starter of this name, or around a mesh, surface or CAD file, with the given unit of length instead of a guess and the given
+/// number of cells instead of the default. Without a folder it is named after the starter or the file. Returns the folder. `progress` receives the
+/// output lines of the mesher.
 ///
 /// # Errors
-/// No such starter or file, a folder that is not empty or cannot be written, or a shape that cannot be used. Then nothing is left.
+/// No such starter or file, a folder that is not empty or cannot be written, or a shape that cannot be used. Nothing is left behind then.
 pub fn create(
     name: &str,
     folder: Option<&Path>,

@@ -8,7 +8,7 @@ use crate::mesh::generate::referred::{self, names};
 use crate::scene::{Import, SceneError, starter};
 use std::path::{Component, Path};
 
-/// Fills the folder of a project with a copy of the file, a scene that holds the body at one end under its weight, a study and a page.
+/// Fills the folder of a project with a copy of the file, a scene that holds the body at one end under its own weight, a study and a page.
 pub(super) fn fill(
     folder: &Path,
     file: &Path,
@@ -20,14 +20,14 @@ pub(super) fn fill(
     let copy = folder.join(file.file_name().unwrap_or_default());
     std::fs::copy(file, &copy).map_err(|e| StarterError::io(file, &e))?;
     copy_referred(folder, file, format.reader.shape().1)?;
-    // Messages name the file of the user
+    // Messages must name the file of the user
     let mut import = Import::of(file, unit, progress)?;
     if let Some(cells) = cells {
         import = import.with_cells(cells)?;
     }
     let imported = import.load(progress)?;
     let scene = starter(&Import { file: copy.clone(), ..import.clone() }, &imported, folder);
-    // Only a shape that is meshed here has finer meshes
+    // Only a shape that is meshed here can have finer meshes
     let (study, question) = match import.spec.cells {
         Some(cells) => (convergence(cells), "which mesh can be trusted with the elastic energy"),
         None => (include_str!("shape/sweep.toml").to_string(), "how the elastic energy depends on the stiffness"),
@@ -40,7 +40,7 @@ pub(super) fn fill(
     write(folder, [("scene.toml", &scene), ("study.toml", &study), ("README.md", &page)])
 }
 
-/// Copies the files that a mesh file refers to, under the same names; one with an absolute path is found from everywhere.
+/// Copies the files to which a mesh file refers, under the same names; files with an absolute path can be found from everywhere.
 fn copy_referred(folder: &Path, file: &Path, format: &str) -> Result<(), StarterError> {
     let from = referred::folder(file, format)?;
     for name in names(file, format)?.iter().filter(|name| name.is_relative()) {
@@ -56,10 +56,10 @@ fn copy_referred(folder: &Path, file: &Path, format: &str) -> Result<(), Starter
     Ok(())
 }
 
-/// The study with meshes of so many cells, and of 2.5 and 6 times as many.
+/// The study with meshes of `cells` cells, and of 2.5 and 6 times as many.
 fn convergence(cells: usize) -> String {
     let member = |cells: usize| format!("{cells} = {{ \"mesh.cells\" = {cells} }}\n");
-    // The file ends with the head of the table of members
+    // The file ends with the header of the table of members
     include_str!("shape/convergence.toml").to_string() + &[cells, cells * 5 / 2, cells * 6].map(member).concat()
 }
 

@@ -1,10 +1,11 @@
-//! A folder of results as one archive, and several archives as one folder.
+//! Exports a folder of results as one archive, and merges archives into one folder.
 //!
-//! The archive is a `.tar.gz`. Its first entry `contents.json` lists all others with their sizes and SHA-256, in order: `study.json`, the files of the cases
-//! that were added to the study, then the files of each case, its record last. The same results give the same bytes: entries are sorted and carry no time, owner or right.
+//! The archive is a `.tar.gz`. Its first entry `contents.json` lists all others in order, with their sizes and SHA-256: `study.json`, the files of the
+//! cases that were added to the study, then the files of each case, its record last. The same results give the same bytes: entries are sorted and carry
+//! no times, owners or permissions.
 //!
-//! An archive is foreign input. All of it is verified before anything is written: an entry must be a regular file, the next one of the list,
-//! with its name, size and digest, and a name must be that of a file of a case or one of two others, so that no path leads out of the folder.
+//! An archive is untrusted input. All of it is verified before anything is written: an entry must be a regular file, the next one in the list, with its
+//! name, size and digest, and a name must be that of a file of a case or one of three others, so that no path leads out of the folder.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::extension;
@@ -24,7 +25,7 @@ use std::io::{BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 use tar::{Archive, Builder, Entries, EntryType, Header};
 
-/// Form of the archives that this program writes and reads.
+/// Format version of the archives that this program writes and reads.
 const FORMAT: u32 = 1;
 /// Name of the first entry.
 const CONTENTS: &str = "contents.json";
@@ -32,14 +33,14 @@ const CONTENTS: &str = "contents.json";
 const CONTENTS_LIMIT: u64 = 1 << 30;
 /// Longest name of an entry \[bytes\].
 const NAME_LIMIT: u64 = 1 << 12;
-/// Name of the record of the study.
+/// Name of the file with the record of the study.
 const STUDY: &str = "study.json";
 /// Names of the files with the cases that were added to a study.
 const ADDED: [&str; 2] = [extension::FILE, rounds::FILE];
-/// The fact of a conflict.
+/// The fact of a conflict about inputs.
 const OTHER_INPUTS: &str = "the archive has a result of other inputs";
 
-/// An archive that cannot be written or is not taken.
+/// An archive that cannot be written or is not accepted.
 #[derive(Debug, thiserror::Error)]
 pub enum ArchiveError {
     #[error(transparent)]
@@ -79,9 +80,9 @@ struct Contents {
 
 #[derive(Serialize, Deserialize, Clone, PartialEq, Eq)]
 struct Entry {
-    /// Id and end of the name of a file of a case; none of other files
+    /// Case id and file name suffix of a file of a case; `None` for other files
     case: Option<(String, String)>,
-    /// Name of a file with the cases that were added; none of `study.json`
+    /// Name of a file with added cases; `None` for `study.json`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     added: Option<String>,
     bytes: u64,
@@ -104,22 +105,23 @@ impl Entry {
     }
 }
 
-/// The content of an archive that was written.
+/// The content of an archive that has been written.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Exported {
     pub cases: usize,
-    /// Cases of the study without a record
+    /// Number of cases of the study without a record
     pub missing: usize,
     pub files: usize,
-    /// Unpacked
+    /// Unpacked size
     pub bytes: u64,
-    /// Files that are not those that were stored: their cases are left out
+    /// Files that differ from those that were stored; their cases are left out
     pub damaged: Vec<Unsound>,
-    /// Cases with results of other inputs than the study has now: they are left out
+    /// Cases whose results have other inputs than the study has now; they are left out
     pub outdated: Vec<String>,
 }
 
-/// Writes all sound results of a folder that count into an archive. Fields for ParaView and the report, which `run --vtu` and `report` make again, are left out.
+/// Writes all intact results of a folder that count into an archive. Fields for ParaView and the report are left out; `run --vtu` and `report` make
+/// them again.
 pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
     let study = study(dir)?;
     let known = ids(&study);
@@ -188,27 +190,27 @@ fn append(archive: &mut Builder<impl std::io::Write>, name: &str, bytes: &[u8]) 
     archive.append_data(&mut header, name, bytes)
 }
 
-/// How to import.
+/// Options of an import.
 #[derive(Clone, Copy, Debug)]
 pub struct ImportOptions {
-    /// Results of the archive take the place of other ones in the folder
+    /// Whether results of the archive replace different ones in the folder
     pub replace: bool,
-    /// Largest size of all files \[bytes\]
+    /// Largest total size of all files \[bytes\]
     pub limit: u64,
 }
 
-/// The changes of an import.
+/// The changes made by an import.
 #[derive(Serialize, Clone, Debug, PartialEq, Default)]
 pub struct Imported {
-    /// Cases that the folder did not have
+    /// Cases that the folder did not have before
     pub added: Vec<String>,
-    /// Cases that the folder has with the same results
+    /// Number of cases that the folder already had with the same results
     pub kept: usize,
     /// Cases whose results were replaced
     pub replaced: Vec<String>,
-    /// Cases that differ, and were left as they are in the folder
+    /// Cases that differ, and were left unchanged in the folder
     pub conflicts: Vec<Conflict>,
-    /// Files with cases that were added to the study of the folder, and are none of the archive
+    /// Files with added cases in the folder that the archive does not have, and that were removed
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<String>,
 }
@@ -221,10 +223,10 @@ pub struct Conflict {
     pub fact: String,
 }
 
-/// Merges an archive into a folder of results, which is made if need be.
+/// Merges an archive into a folder of results, which is created if necessary.
 pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Imported, ArchiveError> {
     let mut damaged = vec![];
-    // All of it is verified before a file is written
+    // Everything is verified before any file is written
     let mut of_study = walk(path, options.limit, &mut |id, files| match of_case(id, files) {
         Ok(_) => Ok(()),
         Err(wrong) => {
@@ -266,17 +268,17 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
     Ok(out)
 }
 
-/// Notes that the results of cases which wait for others do not count where these have other results now, those that the archive has `brought` with them
-/// apart. The next run finds whether they are of the present ones.
+/// Marks results of waiting cases as outdated if the cases that they wait for have different results now, except results that the archive has `brought`
+/// together with them. The next run finds out whether they belong to the present ones.
 fn note_waiting(dir: &Path, study: &StudyRecord, brought: &BTreeSet<String>) -> Result<(), StoreError> {
-    // A study of an earlier version does not say which cases wait
+    // A study of an earlier version does not store which cases wait
     let says = !study.inputs_sha256.is_empty();
     let waits = |id: &&str| says && !study.inputs_sha256.contains_key(*id) && !brought.contains(*id);
     ids(study).into_iter().filter(waits).try_for_each(|id| Store::at(dir).compare_inputs(id, None))
 }
 
-/// The studies of the folder and of the archive. That of the archive takes the place of the other one where the folder has none, and where its results are
-/// to do so.
+/// The studies of the folder and of the archive. The study of the archive replaces the other one if the folder has none, or if the results of the
+/// archive replace those of the folder.
 fn place(
     path: &Path,
     dir: &Path,
@@ -296,7 +298,7 @@ fn place(
             Ok((other.clone(), other))
         }
         Ok(own) => {
-            // Other inputs are told case by case
+            // Different inputs are reported case by case
             let (inputs_sha256, asks) = (own.inputs_sha256.clone(), other.asks.or(own.asks));
             if own != (StudyRecord { inputs_sha256, asks, ..other.clone() }) {
                 let fact = "the study of the archive was another one, or of another version".into();
@@ -313,8 +315,8 @@ fn place(
     }
 }
 
-/// Writes the files with the cases that were added to the study of the archive, which is that of the folder. One that differs stays as it is in the folder, unless
-/// those of the archive are to take the place of its own: then one that the archive does not have is removed.
+/// Writes the files with the cases added to the study of the archive, which is that of the folder. A file that differs is left unchanged in the folder,
+/// unless the archive replaces its content; then files that the archive does not have are removed.
 fn place_added(dir: &Path, added: &Files, (options, out): (ImportOptions, &mut Imported)) -> Result<(), ArchiveError> {
     for name in ADDED {
         let target = dir.join(name);
@@ -339,7 +341,7 @@ fn place_added(dir: &Path, added: &Files, (options, out): (ImportOptions, &mut I
     Ok(())
 }
 
-/// Ends → contents of the files of a case; or names → contents of other files.
+/// Suffix → contents of the files of a case; or name → contents of other files.
 type Files = BTreeMap<String, Vec<u8>>;
 
 fn of_case(id: &str, files: &Files) -> Result<CaseRecord, Vec<Unsound>> {
@@ -347,30 +349,30 @@ fn of_case(id: &str, files: &Files) -> Result<CaseRecord, Vec<Unsound>> {
     check(id, &|end| files.get(end).cloned().ok_or_else(missing))
 }
 
-/// A folder that results are merged into.
+/// A folder into which results are merged.
 struct Folder<'a> {
     dir: &'a Path,
     study: &'a StudyRecord,
-    /// The archive has results of other inputs
+    /// Whether the archive has results of other inputs
     has_others: bool,
-    /// The study is the one that the archive brings
+    /// Whether the study is the one from the archive
     is_of_archive: bool,
 }
 
 impl Folder<'_> {
-    /// Whether a result of the archive is not one of the study of the folder. One that waits for others says nothing itself.
+    /// Whether a result of the archive does not belong to the study of the folder. A result that waits for others does not tell by itself.
     fn refuses(&self, record: &CaseRecord) -> bool {
         self.study.is_of_others(record) || self.has_others && !self.study.inputs_sha256.contains_key(&record.id)
     }
 
-    /// Writes the files of a case, unless the folder has results of this case already, or of other inputs.
+    /// Writes the files of a case, unless the folder already has results of this case, or has other inputs.
     fn merge(&self, record: &CaseRecord, files: &Files, replace: bool, out: &mut Imported) -> Result<(), ArchiveError> {
         let id = &record.id;
         if self.refuses(record) {
             out.conflicts.push(Conflict { what: id.clone(), fact: OTHER_INPUTS.into() });
             return Ok(());
         }
-        // A result that does not count gives way
+        // A result that does not count is replaced
         let own = check_in(self.dir, id).ok();
         let gives_way = |own: &CaseRecord| own.broke() || is_outdated(self.dir, self.study, own);
         let replace = replace || own.as_ref().is_some_and(gives_way);
@@ -402,15 +404,15 @@ impl Folder<'_> {
         self.count(id)
     }
 
-    /// Takes back the note that the result of a case does not count, where the study is that of the archive, whose results do.
+    /// Removes the mark that the result of a case does not count, if the study is that of the archive, whose results count.
     fn count(&self, id: &str) -> Result<(), ArchiveError> {
         let forgotten = if self.is_of_archive { forget_note(self.dir, id) } else { Ok(()) };
         forgotten.map_err(|why| ArchiveError::Unwritable { path: self.dir.into(), reason: why.to_string() })
     }
 }
 
-/// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns the other files: `study.json`, and those with
-/// cases that were added to the study.
+/// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns the other files: `study.json`, and
+/// those with added cases.
 fn walk(
     path: &Path,
     limit: u64,
@@ -455,7 +457,8 @@ fn walk(
     }
 }
 
-/// `study.json`, the files of added cases, then the files of each case together, none of them twice, with names that lead nowhere else.
+/// Checks that the list has `study.json`, the files of added cases, then the files of each case together, none of them twice, with names that lead
+/// nowhere else.
 fn check_names(files: &[Entry]) -> Result<(), String> {
     if files.first().is_none_or(|f| f.name() != STUDY) {
         return Err("its list does not begin with study.json".into());
@@ -482,8 +485,8 @@ fn check_names(files: &[Entry]) -> Result<(), String> {
     Ok(())
 }
 
-/// Name and contents of the next entry, which must be a regular file of at most `limit` bytes. A name that is too long for the header comes
-/// before it, as an entry of its own.
+/// Reads name and contents of the next entry, which must be a regular file of at most `limit` bytes. A name that is too long for the header precedes
+/// it, as an entry of its own.
 fn next<R: Read>(entries: &mut Entries<R>, limit: u64) -> Result<(String, Vec<u8>), String> {
     let mut long = None;
     loop {

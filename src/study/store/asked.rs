@@ -1,28 +1,28 @@
-//! The parts of a result that a study asks for in addition to curves.
+//! The parts of a result that a study requests in addition to curves.
 
 use serde::{Deserialize, Serialize};
 
-/// Everything that was asked of a case when it was computed.
+/// Everything that was requested of a case when it was computed.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
 pub struct Asked {
     /// Columns whose errors are estimated from the run alone
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub estimates: Vec<String>,
-    /// Constants that the columns are differentiated by
+    /// Constants with respect to which the columns are differentiated
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub constants: Vec<String>,
-    /// The derivatives are known along the curves, not at their extremes only
+    /// Whether the derivatives are known along the curves, not only at their extremes
     #[serde(default)]
     pub along_curves: bool,
-    /// Runs, for the scatter of their times
+    /// Number of runs, for the scatter of their times
     pub repeats: usize,
-    /// The states are kept
+    /// Whether the states are kept
     #[serde(default)]
     pub states: bool,
 }
 
 impl Asked {
-    /// Whether all of the other one is in this.
+    /// Whether it contains everything in `other`.
     pub fn has(&self, other: &Self) -> bool {
         let all = |wanted: &[String], known: &[String]| wanted.iter().all(|name| known.contains(name));
         all(&other.estimates, &self.estimates)
@@ -33,12 +33,12 @@ impl Asked {
     }
 }
 
-/// Everything that a study asks of all its cases. The rest of a record, which an earlier form of the study has asked for, is in no report.
+/// Everything that a study requests of all its cases. Other parts of a record, which an earlier form of the study requested, do not appear in reports.
 #[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Asks {
-    /// Errors from the run alone of every case but those of a reference
+    /// Errors from the run alone, for every case except references
     pub error_estimates: bool,
-    /// Derivatives by the constants that are known within intervals
+    /// Derivatives with respect to constants that are known within intervals
     pub input_uncertainty: bool,
 }
 

@@ -3,7 +3,7 @@
 use crate::study::store::identity::Build;
 use crate::study::store::record::CaseRecord;
 
-/// The builds that computed these results, each with the cases it computed; first the one with most of them, or this program.
+/// The builds that computed these results, each with its cases, in order of decreasing number of cases; of equal ones, this program comes first.
 pub fn builds<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Vec<(Build, Vec<String>)> {
     let mut all: Vec<(Build, Vec<String>)> = vec![];
     for record in records {
@@ -18,7 +18,7 @@ pub fn builds<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Vec<(Build, 
     all
 }
 
-/// A warning where the results of a study come from more than one build.
+/// A warning if the results of a study come from more than one build.
 pub fn warning<'a>(records: impl Iterator<Item = &'a CaseRecord>) -> Option<String> {
     let builds = builds(records);
     let others: Vec<String> =

@@ -1,4 +1,4 @@
-//! The files of a case in a folder of results: which there are, and whether they are those that were stored together.
+//! The files of a case in a folder of results: which of them exist, and whether they are those that were stored together.
 
 use crate::scene::FileDigest;
 use crate::storage::{self, DATA_LIMIT, sha256};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 pub use crate::study::store::names::{ENDS, MOST_BYTES, OUTDATED, PAGE, SEARCH, STATES, is_ambiguous, parts_of};
 
-/// A folder that holds no results of a study, or cannot be read.
+/// A folder that does not hold results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     #[error("{}: there is no such file; give a folder that `durometer run STUDY` has written", path.display())]
@@ -22,15 +22,15 @@ pub enum FolderError {
     Malformed { path: PathBuf, reason: String },
 }
 
-/// A file that is not the one that was stored, and why.
+/// A file that differs from the stored one, and the reason.
 #[derive(serde::Serialize, Clone, Debug, PartialEq, Eq)]
 pub struct Unsound {
-    /// Relative to the folder of the results
+    /// Path relative to the folder of the results
     pub file: String,
     pub fact: String,
 }
 
-/// The study of a folder of results.
+/// Reads the study of a folder of results.
 pub fn study(dir: &Path) -> Result<StudyRecord, FolderError> {
     let path = dir.join("study.json");
     let text = match storage::read(&path, DATA_LIMIT) {
@@ -46,7 +46,7 @@ pub fn ids(study: &StudyRecord) -> BTreeSet<&str> {
     study.families.iter().flat_map(|f| &f.cases).map(String::as_str).collect()
 }
 
-/// The files in the folder of the cases, by id and then end, and the names of all others.
+/// The files in the folder of the cases, by id and then suffix, and the names of all other files.
 #[derive(Default)]
 pub struct CaseFiles {
     pub of_cases: BTreeMap<String, BTreeSet<&'static str>>,
@@ -62,7 +62,7 @@ impl CaseFiles {
         for entry in std::fs::read_dir(&path).map_err(unreadable)? {
             let entry = entry.map_err(unreadable)?;
             let name = entry.file_name().to_string_lossy().into_owned();
-            // A link counts as the file that it leads to
+            // A symbolic link counts as the file to which it leads
             let is_file = std::fs::metadata(entry.path()).is_ok_and(|kind| kind.is_file());
             match parts_of(&name, known).filter(|_| is_file) {
                 Some((id, end)) => drop(out.of_cases.entry(id.into()).or_default().insert(end)),
@@ -74,7 +74,7 @@ impl CaseFiles {
     }
 }
 
-/// The record of a case among files that are given by their ends, where all of them are sound.
+/// Reads the record of a case from files given by their suffixes, if all of them are intact.
 pub fn check(id: &str, read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>) -> Result<CaseRecord, Vec<Unsound>> {
     let unsound = |end: &str, fact: String| Unsound { file: format!("cases/{id}.{end}"), fact };
     let record = read("json").map_err(|e| e.to_string()).and_then(|bytes| {
@@ -101,13 +101,13 @@ pub fn check(id: &str, read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>) -> Resul
     if wrong.is_empty() { Ok(record) } else { Err(wrong) }
 }
 
-/// The same for a case in a folder of results.
+/// Reads the record of a case in a folder of results, if all of its files are intact.
 pub fn check_in(dir: &Path, id: &str) -> Result<CaseRecord, Vec<Unsound>> {
     settle(dir, id);
     check(id, &|end| storage::read(&dir.join("cases").join(format!("{id}.{end}")), DATA_LIMIT))
 }
 
-/// The record of a case as it was stored, whatever has become of its other files; none where a file of this name is none.
+/// The record of a case as it was stored, whatever has happened to its other files; `None` if there is no intact record of this case.
 pub fn sealed_record(dir: &Path, id: &str) -> Option<CaseRecord> {
     let bytes = storage::read(&dir.join("cases").join(format!("{id}.json")), DATA_LIMIT).ok()?;
     let record: CaseRecord = serde_json::from_slice(&bytes).ok()?;

@@ -1,4 +1,4 @@
-//! Cavities whose walls have passed through each other in a case, for the record and for the reader.
+//! Cavities whose walls have passed through each other in a case, as stored in its record and as described to the reader.
 
 use crate::scene::CollapsedCavity;
 use crate::wording::few;
@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 /// The remedy for walls that pass through each other.
 const REMEDY: &str = "keep the walls apart by a [[contact]] between deformable surfaces, or take out less";
 
-/// A cavity whose volume is no longer positive
+/// A cavity whose volume is no longer positive.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CollapseRecord {
     /// Name of the cavity
     pub cavity: String,
     /// First recorded time with such a volume \[s\]
     pub t_s: f64,
-    /// The volume then \[m³\]
+    /// Its volume at that time \[m³\]
     pub volume_m3: f64,
 }
 
@@ -26,7 +26,7 @@ impl From<&CollapsedCavity> for CollapseRecord {
 }
 
 impl CollapseRecord {
-    /// A warning for the reader of one run.
+    /// The warning for a single run.
     pub fn warning(&self) -> String {
         let Self { cavity, t_s, volume_m3 } = self;
         format!(
@@ -37,7 +37,7 @@ impl CollapseRecord {
     }
 }
 
-/// A warning where cavities collapse in cases, each given by its name.
+/// A warning if cavities collapse in some of the cases, which are given with their names.
 pub fn warning<'a>(cases: impl Iterator<Item = (&'a str, &'a [CollapseRecord])>) -> Option<String> {
     let found: Vec<(&str, &CollapseRecord)> = cases.filter_map(|(name, all)| Some((name, all.first()?))).collect();
     let earliest = found.iter().map(|(_, first)| first.t_s).reduce(f64::min)?;

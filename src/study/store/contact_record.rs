@@ -1,4 +1,4 @@
-//! The contacts of a run as its record keeps them.
+//! The contacts of a run, as stored in its record.
 
 use crate::effect::contact::Counts;
 use crate::scene::parts::contact::record::NamedContact;
@@ -9,17 +9,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct ContactRecord {
     pub name: String,
-    /// Points of the surface
+    /// Number of points of the surface
     pub points: usize,
-    /// Points times evaluations
+    /// Sum of the numbers of points over all evaluations
     pub seen: usize,
-    /// Distances computed
+    /// Number of distances computed
     pub tested: usize,
-    /// Points that were near enough to count
+    /// Number of points that were close enough to count
     pub active: usize,
-    /// Time to find them \[s\]
+    /// Time of the search for close points \[s\]
     pub search_s: f64,
-    /// Time to find how far steps may go \[s\]
+    /// Time of the detection of how far steps may go \[s\]
     pub detection_s: f64,
 }
 

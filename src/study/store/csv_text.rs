@@ -1,10 +1,10 @@
-//! Results as tables of comma-separated values; numbers in the shortest form that reads back the same.
+//! Results as comma-separated values; numbers have the shortest form that is read back unchanged.
 
 use crate::report::table::quoted;
 use crate::scene::{ErrorEstimate, RefinementStep, Run, Scene, Sensitivities};
 use std::fmt::Write;
 
-/// The prescribed signals on the time grid of the run.
+/// The prescribed signals on the time grid of the run, as CSV text.
 pub fn signals(scene: &Scene, run: &Run) -> String {
     let mut text = header(std::iter::once("t_s".to_string()).chain(scene.signals.iter().map(|s| s.name.clone())));
     for (row, signals) in run.written.iter().map(|&k| (&run.rows[k], &run.signals[k])) {
@@ -15,7 +15,7 @@ pub fn signals(scene: &Scene, run: &Run) -> String {
     text
 }
 
-/// Derivatives of the columns by the keys (SI) over the times of the run, or at the times at which they were computed.
+/// Derivatives of the columns with respect to the keys (SI) at the times of the run for which they were computed, as CSV text.
 pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
     let by_keys = |column: &String| {
         let of = |key| format!("d {column}/d {key}");
@@ -32,7 +32,7 @@ pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
     text
 }
 
-/// Estimated errors of recorded quantities, one line each.
+/// Estimated errors of recorded quantities as CSV text, one line each.
 pub fn errors(estimate: &ErrorEstimate) -> String {
     let mut text =
         "quantity,t_s,value,enriched,geometry,corrected,uncertainty,bar,extent,unresolved,contacts\n".to_string();
@@ -50,7 +50,7 @@ pub fn errors(estimate: &ErrorEstimate) -> String {
     text
 }
 
-/// The meshes of a refinement, one line each.
+/// The meshes of a refinement as CSV text, one line each.
 pub fn refinement(steps: &[RefinementStep]) -> String {
     let mut text = "cells,dofs,t_s,value,enriched,corrected,uncertainty,bar,tolerance,wall_s,cpu_s\n".to_string();
     for RefinementStep { cells, dofs, error: q, bar, tolerance, spent, .. } in steps {
@@ -61,14 +61,14 @@ pub fn refinement(steps: &[RefinementStep]) -> String {
     text
 }
 
-/// The recorded rows; numbers in the shortest form that reads back the same.
+/// The recorded rows as CSV text; numbers have the shortest form that is read back unchanged.
 pub fn rows(run: &Run) -> String {
     let mut text = header(run.columns.iter().cloned());
     run.written.iter().for_each(|&k| text += &line(&run.rows[k]));
     text
 }
 
-/// A row as a line.
+/// One row as a line of CSV text.
 pub fn line(row: &[f64]) -> String {
     let mut text = String::new();
     for (k, value) in row.iter().enumerate() {
@@ -77,7 +77,7 @@ pub fn line(row: &[f64]) -> String {
     text + "\n"
 }
 
-/// The first line of a table: names are written as text, whatever they hold.
+/// The first line of a table: names are written as quoted text, whatever they contain.
 pub(super) fn header(names: impl Iterator<Item = String>) -> String {
     names.map(|name| quoted(&name)).collect::<Vec<_>>().join(",") + "\n"
 }

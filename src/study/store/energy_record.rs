@@ -1,4 +1,4 @@
-//! Energy from nothing in the dynamic stages of a case, for the record and for the reader.
+//! Spurious energy in the dynamic stages of a case ("energy from nothing"), as stored in its record and as described to the reader.
 
 use crate::scene::EnergyFromNothing;
 use crate::solve::{Integrator, TimeSpan};
@@ -6,29 +6,29 @@ use crate::wording::few;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Energy of a dynamic stage that nothing has put in
+/// Energy of a dynamic stage that no work explains.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct EnergyRecord {
-    /// End of the last of three steps that have as much \[s\]
+    /// End of the last of three steps with at least this energy \[s\]
     pub t_s: f64,
-    /// Elastic and kinetic energy beyond those of the start of the stage, the work, and what relaxing parts gave back \[J\]
+    /// Elastic and kinetic energy in excess of that at the start of the stage, the work, and the energy returned by relaxing parts \[J\]
     pub excess_j: f64,
-    /// The same as a share of the largest energy of the stage
+    /// The excess relative to the largest energy of the stage
     pub share: f64,
-    /// Rule of the stage; none in records of earlier versions
+    /// Integration rule of the stage; `None` in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrator: Option<String>,
 }
 
 impl EnergyRecord {
-    /// The record of what a run of these stages has found.
+    /// Builds the record from the finding in a run of these stages.
     pub fn new(found: EnergyFromNothing, spans: &[TimeSpan]) -> Self {
         let stage = spans.iter().find(|span| found.t <= span.end);
         let integrator = stage.map(|span| span.integrator.name().into());
         Self { t_s: found.t, excess_j: found.excess, share: found.share(), integrator }
     }
 
-    /// A warning for the reader of one run.
+    /// The warning for a single run.
     pub fn warning(&self) -> String {
         let Self { t_s, excess_j, share, .. } = self;
         format!(
@@ -52,7 +52,7 @@ fn remedy(found: &[&EnergyRecord]) -> &'static str {
     }
 }
 
-/// A warning where cases have energy from nothing, each given by its name.
+/// A warning if some of the cases, which are given with their names, have energy from nothing.
 pub fn warning<'a>(cases: impl Iterator<Item = (&'a str, &'a EnergyRecord)>) -> Option<String> {
     let (names, found): (Vec<&str>, Vec<&EnergyRecord>) = cases.unzip();
     let largest = 100.0 * found.iter().map(|record| record.share).reduce(f64::max)?;
@@ -73,7 +73,7 @@ mod tests {
         assert!(told.contains("up to 100 %") && told.contains("fine and coarse"), "{told}");
         assert!(a.warning().contains("at t = 1.500000 s the body has 2.00e-3 J") && a.warning().contains("34 %"));
     }
-    /// The remedy is no rule that made the energy, nor one that damps less.
+    /// The remedy is not the rule that produced the energy, nor one that damps less.
     #[test]
     fn the_remedy_names_rules_that_are_not_those_of_the_stages() {
         let ends = [(Integrator::GeneralisedAlpha { rho: 0.9 }, 1.0), (Integrator::Bdf2, 2.0)];

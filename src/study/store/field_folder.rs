@@ -1,4 +1,4 @@
-//! The folder `cases/<id>` with the fields of a case for ParaView, and the result that they belong to.
+//! The folder `cases/<id>` with the fields of a case for ParaView, and the result to which they belong.
 
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::identity::{Build, Identity};
@@ -13,14 +13,14 @@ const ORIGIN: &str = "computed-from.json";
 /// Name of the fields of the last state of a run that did not reach its end.
 pub const LAST: &str = "last";
 
-/// The inputs and the build that fields were computed from.
+/// The inputs and the build from which fields were computed.
 #[derive(Serialize, Deserialize, PartialEq)]
 struct Origin {
     identity_sha256: String,
     build: Build,
 }
 
-/// The folder of the fields of a case, made if need be, without those of an earlier run.
+/// Prepares the folder for the fields of a case: creates it if necessary, and removes the fields of an earlier run.
 ///
 /// # Errors
 ///
@@ -33,7 +33,7 @@ pub fn begin(dir: &Path, id: &str) -> Result<PathBuf, Unwritten> {
     }
 }
 
-/// Notes that the fields of a case are all there, with the inputs that they were computed from by this program.
+/// Notes that the fields of a case are complete, with the inputs from which this program computed them.
 ///
 /// # Errors
 ///
@@ -45,12 +45,12 @@ pub fn end(dir: &Path, id: &str, identity: &Identity) -> Result<(), Unwritten> {
     storage::write(&path, text.as_bytes()).map_err(|e| (path, e))
 }
 
-/// Whether the fields of all states of this result are there.
+/// Whether the fields of all states of this result exist.
 pub fn is_whole(dir: &Path, record: &CaseRecord) -> bool {
     is_of(dir, record) && folder(dir, &record.id).join(format!("{}.pvd", record.id)).is_file()
 }
 
-/// Removes the fields of a case that are not those of its result.
+/// Removes the fields of a case that do not belong to its result.
 ///
 /// # Errors
 ///
@@ -61,7 +61,7 @@ pub fn remove_others(dir: &Path, record: &CaseRecord) -> Result<(), Unwritten> {
         return Ok(());
     }
     remove_all(dir, &record.id).map_err(|e| (folder.clone(), e))?;
-    // Files of others keep it
+    // Remains if it contains other files
     std::fs::remove_dir(&folder).ok();
     Ok(())
 }
@@ -70,7 +70,7 @@ fn folder(dir: &Path, id: &str) -> PathBuf {
     dir.join("cases").join(id)
 }
 
-/// Whether fields are noted as those of this result.
+/// Whether the noted origin of the fields is this result.
 fn is_of(dir: &Path, record: &CaseRecord) -> bool {
     let own = &record.provenance;
     origin(dir, &record.id).is_some_and(|of| of.identity_sha256 == own.identity.sha256 && of.build == own.build)
@@ -81,7 +81,7 @@ fn origin(dir: &Path, id: &str) -> Option<Origin> {
     serde_json::from_slice(&bytes).ok()
 }
 
-/// Whether the folder of a case holds fields whose origin this program has noted.
+/// Whether the folder of a case contains fields whose origin this program has noted.
 pub fn has_origin(dir: &Path, id: &str) -> bool {
     origin(dir, id).is_some()
 }

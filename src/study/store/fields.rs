@@ -1,4 +1,4 @@
-//! Fields of a run for ParaView: a VTU file per state on the time grid and a PVD collection of them.
+//! Fields of a run for ParaView: a VTU file per state on the time grid, and a PVD collection of these files.
 
 use crate::math::stopwatch::{Spent, Stopwatch};
 use crate::mesh::error::MeshError;
@@ -10,18 +10,19 @@ use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
 use std::path::{Path, PathBuf};
 
-/// The fields written where none are chosen.
+/// The fields that are written by default.
 pub const USUAL: [FieldSpec; 2] = [FieldSpec::Displacement, FieldSpec::Stretch];
 
-/// Writes `<name>-regions.vtu`, `<name>-0000.vtu`, … and `<name>.pvd`, and the same of every skin as `<name>-<skin>`. What writing took is kept, so that it does not count as cost.
+/// Writes `<name>-regions.vtu`, `<name>-0000.vtu`, … and `<name>.pvd`, and the states of every skin as `<name>-<skin>`. The time of writing is
+/// recorded, so that it does not count as cost.
 pub struct Fields {
     dir: PathBuf,
     name: String,
     what: Vec<FieldSpec>,
     frames: Vec<(f64, String)>,
-    /// Per skin: its name and its frames
+    /// Name and frames of each skin
     skins: Vec<(String, Vec<(f64, String)>)>,
-    /// Whether a state was added
+    /// Whether a state has been added
     begun: bool,
     failure: Option<MeshError>,
     spent: Spent,
@@ -34,7 +35,8 @@ impl Fields {
         Self { dir, name, what, frames: vec![], skins: vec![], begun: false, failure, spent }
     }
 
-    /// Takes over the states up to the time `until` \[s\] that the collections in the folder name, and that a part of the run before a restart has written.
+    /// Continues the collections in the folder: takes over their states up to the time `until` \[s\], which a part of the run before a restart has
+    /// written.
     pub fn go_on(&mut self, scene: &Scene, until: f64) {
         let earlier = |of: &str| -> Vec<(f64, String)> {
             let all = read_collection(&self.dir.join(format!("{of}.pvd"))).unwrap_or_default().into_iter();
@@ -47,18 +49,17 @@ impl Fields {
         self.frames = frames;
     }
 
-    /// The folder into which they are written.
+    /// The folder into which the fields are written.
     pub fn folder(&self) -> &Path {
         &self.dir
     }
 
-    /// The collection, there when all states are.
+    /// Path of the collection, which exists once all states have been written.
     pub fn collection(&self) -> PathBuf {
         self.dir.join(format!("{}.pvd", self.name))
     }
 
-    /// The fields of a state, the one of this number on the time grid. After a failure nothing more is written;
-    /// [`Fields::finish`] reports it.
+    /// Writes the fields of the state with this number on the time grid. After a failure nothing more is written; [`Fields::finish`] reports it.
     pub fn add(&mut self, scene: &Scene, state: &State, number: usize) {
         if self.failure.is_some() {
             return;
@@ -89,7 +90,7 @@ impl Fields {
         self.spent += stopwatch.spent();
     }
 
-    /// The regions as fields of 0 and 1: at the nodes, and in the cells of those that hold cells.
+    /// Writes the regions as fields of 0 and 1: at the nodes and, for regions of cells, in the cells.
     fn write_regions(&self, scene: &Scene) -> Result<(), MeshError> {
         let mesh = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
         let flags = |region: &Region| {
@@ -103,7 +104,7 @@ impl Fields {
         write_vtu(&self.dir.join(format!("{}-regions.vtu", self.name)), &mesh, &nodes, &[])
     }
 
-    /// Writes the collection. Returns the time that all writing took.
+    /// Writes the collection. Returns the time of all writing.
     pub fn finish(self) -> Result<Spent, MeshError> {
         let path = self.collection();
         match self.failure {

@@ -1,4 +1,4 @@
-//! Results kept of a finished run: its record, and the boundary at the state farthest from rest.
+//! Results of a finished run that are kept: its record, and the boundary at the state farthest from rest.
 
 use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
@@ -31,17 +31,19 @@ use crate::study::store::solver_record::{self, SolverRecord};
 use nalgebra::Rotation3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Motions below this share of the largest one of the scene, which counts as the size of the bodies at most, are none \[–\]
+/// Motion of a probe, relative to the largest motion of the scene, below which it counts as zero \[–\]. The largest motion counts as at most the size
+/// of the bodies
 const VISIBLE: f64 = 1e-3;
-/// The same of the size of the bodies, where nothing moves: next to this all motions are rounding \[–\]
+/// Least motion, relative to the size of the bodies, that can count as the largest one of the scene: if nothing moves more, all motions are rounding
+/// \[–\]
 const STILL: f64 = 1e-5;
-/// Range that a rotation counts as at most: a point of a circle moves by two radii \[deg\]
+/// Largest range with which a rotation counts: a point on a circle moves by at most two radii \[deg\]
 const WHOLE: f64 = 360.0 / std::f64::consts::PI;
 
-/// Mean length of the time steps taken in stages that are not static \[s\].
+/// Mean length of the time steps in stages that are not static \[s\].
 fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
     let in_time = scene.spans.iter().filter(|s| !s.integrator.is_static());
-    // A run may end before its last stage does
+    // A run may end before its last stage
     let duration: f64 = in_time.map(|s| (s.end.min(run.last.t) - s.start).max(0.0)).sum();
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
@@ -52,20 +54,21 @@ fn has_motion(scene: &Scene, span: &TimeSpan) -> bool {
     has_mass && !span.integrator.is_static()
 }
 
-/// The largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of these stages.
+/// Largest excess of a prescribed signal over its values at the time-grid points of these stages, relative to its range.
 fn unseen_share(scene: &Scene, is_of: impl Fn(&TimeSpan) -> bool) -> Option<f64> {
     let spans: Vec<TimeSpan> = scene.spans.iter().filter(|s| is_of(s)).copied().collect();
     let prescribed = scene.signals.iter().flat_map(|s| s.signal.prescribed());
     prescribed.filter_map(|signal| between(signal, &spans)).map(|b| b.share).max_by(f64::total_cmp)
 }
 
-/// The same of all stages, 0 where no signal does; only where masses move in some.
+/// Largest excess of a prescribed signal over its values at the time-grid points of all stages, relative to its range; 0 if there is none, `None` if no
+/// masses move.
 fn unseen_force_share(scene: &Scene) -> Option<f64> {
     let moves = scene.spans.iter().any(|span| has_motion(scene, span));
     moves.then(|| unseen_share(scene, |_| true).unwrap_or(0.0))
 }
 
-/// The integrator whose order the results converge with over the time step: of the stages in time, the last of the least order.
+/// The integrator that determines the order of convergence in the time step: among the stages that have one, the last with the lowest order.
 fn integrator(spans: &[TimeSpan]) -> Integrator {
     let all = || spans.iter().rev().map(|s| s.integrator);
     let in_time = all().filter_map(|integrator| Some((integrator.order()?, integrator)));
@@ -155,7 +158,7 @@ pub fn record(scene: &Scene, run: &Run, spent: Spent) -> CaseRecord {
     }
 }
 
-/// The mesh of a scene.
+/// The record of the mesh of a scene.
 fn mesh_record(scene: &Scene) -> MeshRecord {
     let mesh = &scene.body.mesh;
     let (quality, wall) = (Quality::of(mesh), wall(scene));
@@ -174,7 +177,7 @@ fn mesh_record(scene: &Scene) -> MeshRecord {
     }
 }
 
-/// Distances from measured markers, and notes on their tracks: where these start, and that they can no longer be read.
+/// Distances from measured markers, and notes on their tracks: where they start, or why they can no longer be read.
 fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Vec<String>) {
     match markers::overlays(scene, run) {
         Ok(all) => {
@@ -185,7 +188,7 @@ fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Vec<Strin
     }
 }
 
-/// Axes along which the corner of some cell is free.
+/// Axes along which some corner of a cell is free.
 fn free_axes(scene: &Scene) -> [bool; 3] {
     let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
     let mesh = &scene.body.mesh;
@@ -193,7 +196,7 @@ fn free_axes(scene: &Scene) -> [bool; 3] {
     [0, 1, 2].map(|axis| corners.clone().any(|node| !held.contains(&(3 * node + axis))))
 }
 
-/// The record of a case without a run: its scene was refused, or a bug ended it.
+/// The record of a case without a run, because its scene was refused or a bug ended it.
 pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
     CaseRecord {
         id: case.id.clone(),
@@ -229,7 +232,7 @@ fn probes(scene: &Scene, run: &Run) -> BTreeMap<String, ProbeRecord> {
     probes
 }
 
-/// Takes motions of places from the probes that are none next to the largest one: columns that symmetry or an equilibrium holds.
+/// Removes motions from the probes that are negligible compared with the largest one: columns that symmetry or an equilibrium keeps constant.
 fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
     let size = scene.rigids.iter().map(|body| body.frame.length).fold(scene.body.mesh.diagonal(), f64::max);
     let length = |column: &str, motion: &MotionRecord| match column::dimension(column) {
@@ -244,7 +247,7 @@ fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
     }
 }
 
-/// None without a row.
+/// The record of a column; `None` without a row.
 fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
     let values = || run.rows.iter().map(|row| row[column]);
     let Extreme { at, value, kind } = extreme(values())?;
@@ -260,7 +263,7 @@ fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
     })
 }
 
-/// Changes of a column in the stages with masses that move.
+/// Changes of a column in the stages in which masses move.
 fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
     let spans = scene.spans.iter().filter(|span| has_motion(scene, span));
     let changes = spans.filter_map(|span| {
@@ -286,12 +289,12 @@ fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
     changes.max_by(|a, b| a.largest_step.total_cmp(&b.largest_step)).filter(|m| m.range > 0.0 && m.range.is_finite())
 }
 
-/// Which component of a rotation vector a column has; those of one vector follow each other.
+/// The component of a rotation vector that a column holds; the components of one vector are in consecutive columns.
 fn component_of_rotation(column: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|component| column.ends_with(&format!("_rotation_{component}_deg")))
 }
 
-/// Distance of a mid-node from the middle of its edge, over the length of the edge, from which on the edge is curved.
+/// Distance of a mid-node from the middle of its edge, relative to the length of the edge, above which the edge is curved.
 const CURVED: f64 = 0.01;
 
 /// Whether some of these facets are curved at rest.
@@ -306,7 +309,7 @@ fn is_curved(mesh: &TetMesh, facets: &[u32]) -> bool {
     mesh.order == Order::Quadratic && facets.iter().any(|&f| bends(mesh.facet(f as usize)))
 }
 
-/// The boundary at the state farthest from rest, with mid-nodes only where it is curved at rest.
+/// The boundary at the state farthest from rest, with mid-nodes only if it is curved at rest.
 pub fn skin(scene: &Scene, run: &Run) -> Skin {
     let mesh = &scene.body.mesh;
     let stretch = scene.nodal_stretch(&run.peak.x);
@@ -337,7 +340,7 @@ pub fn skin(scene: &Scene, run: &Run) -> Skin {
     }
 }
 
-/// Rigid bodies, and obstacles that have an end, at the displacement x.
+/// Rigid bodies and bounded obstacles at the displacement x.
 fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
     let of_contact =
         |name: &str| scene.rigids.iter().any(|r| r.name == name) || scene.contacts.iter().any(|c| c.name == name);
@@ -356,7 +359,7 @@ fn rigids(scene: &Scene, x: &[f64]) -> Vec<Rigid> {
 mod tests {
     use super::*;
 
-    /// A body that is shaken and then held converges with the order of the shaking, wherever in the protocol that is.
+    /// A body that is shaken and then held converges with the order of the shaking, wherever in the protocol the shaking is.
     #[test]
     fn a_static_hold_hides_no_integrator() {
         let euler = Integrator::ImplicitEuler { linearised: false };

@@ -1,4 +1,4 @@
-//! Files of a case on disk. With its record a case counts as done.
+//! Files of a case on disk. A case with a record counts as done.
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{FileDigest, Run, Sensitivities};
@@ -35,29 +35,29 @@ pub enum StoreError {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stored {
     Nothing,
-    /// The record, and the files that were stored with it are those
+    /// The record; the files stored with it are unchanged
     Sound(Box<CaseRecord>),
     /// Why it cannot be used
     Damaged(String),
 }
 
-/// The results of a case that its record does not hold.
+/// The results of a case besides its record.
 pub struct CaseOutput<'a> {
     pub run: &'a Run,
     pub skin: &'a Skin,
     pub sensitivities: Option<&'a Sensitivities>,
     pub calibration: Option<&'a Calibration>,
-    /// The page that shows the motion, where the scene records it
+    /// The page that shows the motion, if the scene records it
     pub page: Option<&'a str>,
-    /// The states, where the study keeps them
+    /// The states, if the study keeps them
     pub states: Option<&'a KeptStates>,
 }
 
-/// End of the name of a file, and its contents; none where there is no such file.
+/// Suffix of a file and its contents; `None` if there is no such file.
 type NamedFile = (&'static str, Option<Vec<u8>>);
 
 impl CaseOutput<'_> {
-    /// The files, or the end of the name of one that could not be read again, and why.
+    /// The files to write, or the suffix of one that could not be read back, and why.
     fn files(&self) -> Result<[NamedFile; 6], (&'static str, String)> {
         let calibration = self.calibration.map(json).transpose().map_err(|reason| ("fit.json", reason))?;
         let sensitivities = self.sensitivities.map(|found| csv_text::sensitivities(self.run, found));
@@ -79,17 +79,17 @@ struct SearchSoFar {
     values: Vec<f64>,
 }
 
-/// Age from which a half-written file is one that a killed writer has left.
+/// Age from which a half-written file is taken to be left by a killed writer.
 const LEFT: Duration = Duration::from_secs(600);
 
-/// The folder of a study's results.
+/// The folder of the results of a study.
 #[derive(Clone, Debug)]
 pub struct Store {
     pub dir: PathBuf,
 }
 
 impl Store {
-    /// Makes the folder, or opens one that is there.
+    /// Creates the folder, or opens an existing one.
     pub fn open(dir: &Path) -> Result<Self, StoreError> {
         let store = Self { dir: dir.into() };
         let cases = dir.join("cases");
@@ -101,7 +101,7 @@ impl Store {
         }
     }
 
-    /// Writes `study.json`, unless it says the same already.
+    /// Writes `study.json`, unless its content is already the same.
     pub fn describe(&self, study: &StudyRecord) -> Result<(), StoreError> {
         let path = self.dir.join("study.json");
         let text = json(study).map_err(|reason| StoreError::Unwritable { path: path.clone(), reason })?;
@@ -109,7 +109,7 @@ impl Store {
         if same { Ok(()) } else { write(&path, &text) }
     }
 
-    /// Removes what writers left behind that were killed. What is young may be that of a run which begins at this moment.
+    /// Removes files left by killed writers. Recent ones are kept, since they may belong to a run that is just starting.
     pub fn sweep(&self) {
         settle_all(&self.dir);
         for id in pending(&self.dir).iter().filter(|id| is_left(&self.dir.join(NEXT).join(id))) {
@@ -120,12 +120,12 @@ impl Store {
         }
     }
 
-    /// The folder of results that another process has made.
+    /// Refers to a folder of results that another process has made.
     pub fn at(dir: &Path) -> Self {
         Self { dir: dir.into() }
     }
 
-    /// The stored record of a case, with the check that its files are those that were stored with it.
+    /// Reads the stored record of a case and checks that its files are those that were stored with it.
     pub fn look(&self, id: &str) -> Result<Stored, StoreError> {
         let path = self.path(id, "json");
         let bytes = match storage::read(&path, DATA_LIMIT) {
@@ -148,7 +148,7 @@ impl Store {
         })
     }
 
-    /// The stored record of a case, if it is sound.
+    /// The stored record of a case, if it is intact.
     pub fn record(&self, id: &str) -> Option<CaseRecord> {
         match self.look(id) {
             Ok(Stored::Sound(record)) => Some(*record),
@@ -156,7 +156,7 @@ impl Store {
         }
     }
 
-    /// Sets a damaged result aside as `cases/<id>.damaged-1.json` and so on; the name of the record.
+    /// Renames a damaged result to `cases/<id>.damaged-1.json` and so on; returns the name of the record.
     pub fn set_aside(&self, id: &str) -> Result<String, StoreError> {
         let free = |n: &usize| !self.path(id, &format!("damaged-{n}.json")).exists();
         let number = (1..).find(free).expect("there is always a next number");
@@ -170,12 +170,12 @@ impl Store {
         Ok(format!("cases/{id}.damaged-{number}.json"))
     }
 
-    /// Whether there is a record of this case, sound or not.
+    /// Whether there is a record of this case, intact or not.
     pub fn has(&self, id: &str) -> bool {
         self.path(id, "json").is_file()
     }
 
-    /// Stores the result of a case in the place of an earlier one, of which nothing is lost before the new one is there.
+    /// Stores the result of a case and replaces an earlier one, of which nothing is lost before the new one is complete.
     ///
     /// # Errors
     ///
@@ -184,12 +184,12 @@ impl Store {
         let files = outcome.files().map_err(|(end, reason)| self.unwritable(&record.id, end, reason))?;
         let files = files.into_iter().filter_map(|(end, bytes)| Some((end, bytes?))).collect();
         self.put(record, files)?;
-        // Its search came to its end, or says itself where it goes on
+        // Its search has ended, or its record says where to continue
         std::fs::remove_file(self.path(&record.id, SEARCH)).ok();
         Ok(())
     }
 
-    /// Stores files with a record that has their digests and its own.
+    /// Stores files with a record that contains their digests and its own.
     fn put(&self, record: &mut CaseRecord, mut files: Vec<(&'static str, Vec<u8>)>) -> Result<(), StoreError> {
         let id = record.id.clone();
         let digest = |(end, bytes): &(&str, Vec<u8>)| FileDigest { file: format!("{id}.{end}"), sha256: sha256(bytes) };
@@ -202,14 +202,14 @@ impl Store {
         place(&self.dir, &id, &files).and_then(|()| field_folder::remove_others(&self.dir, record)).map_err(unwritten)
     }
 
-    /// Keeps the best values of a search so far, so that one that is stopped goes on there.
+    /// Saves the best values of a search so far, so that a stopped search continues from there.
     pub fn keep_search(&self, id: &str, identity: &Identity, values: &[f64]) -> Result<(), StoreError> {
         let kept = SearchSoFar { identity: identity.clone(), values: values.to_vec() };
         let text = json(&kept).map_err(|reason| self.unwritable(id, SEARCH, reason))?;
         write(&self.path(id, SEARCH), &text)
     }
 
-    /// The values that were kept of a search of the same inputs.
+    /// The saved values of a search with the same inputs.
     pub fn search(&self, id: &str, identity: &Identity) -> Option<Vec<f64>> {
         let bytes = storage::read(&self.path(id, SEARCH), DATA_LIMIT).ok()?;
         let kept: SearchSoFar = serde_json::from_slice(&bytes).ok()?;
@@ -220,8 +220,8 @@ impl Store {
         StoreError::Unwritable { path: self.path(id, end), reason }
     }
 
-    /// Stores the record of a case that has no run. Where the computation itself broke, an earlier result that has an end of its own stays in its place,
-    /// which the record says then.
+    /// Stores the record of a case that has no run. If the computation itself crashed, an earlier result that did not crash is kept, which the record
+    /// then says.
     ///
     /// # Errors
     ///
@@ -235,22 +235,22 @@ impl Store {
         self.put(record, vec![("csv", b"t_s\n".to_vec())])
     }
 
-    /// The saved result of a case of a calibration, if there is one.
+    /// The stored result of a case of a calibration, if there is one.
     pub fn calibration(&self, id: &str) -> Option<Calibration> {
         serde_json::from_slice(&storage::read(&self.path(id, "fit.json"), DATA_LIMIT).ok()?).ok()
     }
 
-    /// Folder for the fields of a case, without those of an earlier run.
+    /// Prepares the folder for the fields of a case, without those of an earlier run.
     pub fn begin_fields(&self, id: &str) -> Result<PathBuf, StoreError> {
         field_folder::begin(&self.dir, id).map_err(unwritten)
     }
 
-    /// Notes that the fields of a case are all there, and what they were computed from.
+    /// Notes that the fields of a case are complete, and the inputs from which they were computed.
     pub fn end_fields(&self, id: &str, identity: &Identity) -> Result<(), StoreError> {
         field_folder::end(&self.dir, id, identity).map_err(unwritten)
     }
 
-    /// Whether the fields of all states of this result are there.
+    /// Whether the fields of all states of this result exist.
     pub fn has_fields(&self, record: &CaseRecord) -> bool {
         field_folder::is_whole(&self.dir, record)
     }
@@ -269,13 +269,13 @@ pub fn sweep_parts(folder: &Path) {
     }
 }
 
-/// Whether a file or folder is so old that nobody writes it any more.
+/// Whether a file or folder is so old that nobody is still writing it.
 fn is_left(path: &Path) -> bool {
     let changed = std::fs::metadata(path).and_then(|m| m.modified()).ok();
     changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT)
 }
 
-/// A value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
+/// Serialises a value as JSON. Values that cannot be read back, such as non-finite numbers, are an error.
 pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String> {
     let text = serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n";
     match serde_json::from_slice::<T>(text.as_bytes()) {
@@ -284,12 +284,12 @@ pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String
     }
 }
 
-/// The file appears whole or not at all.
+/// Writes a file whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
     storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
 }
 
-/// A file that cannot be written, as an error of the folder.
+/// Converts a file that cannot be written to an error of the folder.
 pub fn unwritten((path, e): Unwritten) -> StoreError {
     unwritable(&path, &e)
 }
@@ -298,7 +298,7 @@ pub(super) fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {
     StoreError::Unwritable { path: path.into(), reason: e.to_string() }
 }
 
-/// The part of a file that says which version wrote it; readable whatever else has changed.
+/// The part of a file that says which version wrote it; it stays readable whatever else changes.
 #[derive(Deserialize)]
 struct Schema {
     #[serde(default)]

@@ -11,14 +11,14 @@ pub struct Build {
     pub version: String,
     /// SHA-256 of the sources, with the versions of all dependencies
     pub source_sha256: String,
-    /// Compiler, target and optimisation
+    /// Compiler, target and level of optimisation
     pub compiler: String,
-    /// The instructions of the processor that the numerics choose by
+    /// The processor instructions that select the numerical kernels
     pub cpu: String,
 }
 
 impl Build {
-    /// This program on this machine.
+    /// The running program on this machine.
     pub fn this() -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -28,7 +28,7 @@ impl Build {
         }
     }
 
-    /// `0.1.0, sources 4f2a…, rustc 1.90.0 …, x86_64 with avx2`
+    /// The build in words: `0.1.0, sources 4f2a…, rustc 1.90.0 …, x86_64 with avx2`.
     pub fn words(&self) -> String {
         if self.version.is_empty() {
             return "of an unknown build".into();
@@ -53,19 +53,19 @@ fn cpu() -> String {
     found.join(" ")
 }
 
-/// Everything that decides the result of a case, apart from the build.
+/// Everything that determines the result of a case, apart from the build.
 #[derive(Serialize, Deserialize, Clone, Debug, Default)]
 pub struct Identity {
-    /// SHA-256 of all the rest
+    /// SHA-256 of all the other fields
     pub sha256: String,
-    /// The same without the mesh, which is known before there is one; empty in records of earlier versions
+    /// SHA-256 of all inputs except the mesh, which is known before the mesh exists; empty in records of earlier versions
     #[serde(default)]
     pub inputs_sha256: String,
-    /// Files that the scene names, in its order
+    /// Files that the scene names, in the order of the scene
     pub files: Vec<FileDigest>,
     /// SHA-256 of the mesh with the cable paths of its body; empty before the mesh exists
     pub mesh_sha256: String,
-    /// The same of the meshes of further curves of a calibration
+    /// SHA-256 of the meshes of further curves of a calibration, each with its cable paths
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub curves_mesh_sha256: Vec<String>,
 }
@@ -79,7 +79,8 @@ impl PartialEq for Identity {
 impl Eq for Identity {}
 
 impl Identity {
-    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh and those of further curves, by [`crate::scene::mesh_sha256`]; of none before they exist.
+    /// The identity of a resolved scene, of what is `asked` in addition, as a digest, and of the digests by [`crate::scene::mesh_sha256`] of its mesh
+    /// and those of further curves; `meshes` is empty before they exist.
     pub fn of(scene_file: &Path, text: &str, asked: &str, meshes: &[String]) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();
@@ -95,7 +96,7 @@ impl Identity {
         }
     }
 
-    /// The digests of its mesh and of those of further curves.
+    /// The digests of its mesh and of the meshes of further curves.
     pub fn meshes(&self) -> Vec<String> {
         std::iter::once(&self.mesh_sha256).chain(&self.curves_mesh_sha256).cloned().collect()
     }

@@ -1,17 +1,17 @@
-//! Several runs into one store: who computes which case.
+//! Coordinates several runs into one store: which run computes which case.
 //!
-//! Every run has a file `runs/<name>.json` with its host, process and study, which it writes again every ten seconds. A case that is
-//! computed has a file `locks/<id>.json` with the run that computes it.
+//! Every run has a file `runs/<name>.json` with its host, process and study, which it rewrites every ten seconds. A case that is being computed has a
+//! file `locks/<id>.json` with the run that computes it.
 //!
-//! Relied on are, also of a file system in a network: a hard link is made by one of several only (where there are none, a file that
-//! must be new), a rename replaces a file whole, and the times of change are those of one clock, that of the file system. Advisory
-//! locks and equal clocks are not relied on.
+//! The scheme relies on three properties, which network file systems must have too: of several processes only one succeeds in creating a hard link (or,
+//! where there are no links, a file that must be new); a rename replaces a file as a whole; and modification times come from one clock, that of the
+//! file system. It does not rely on advisory locks or on synchronised clocks.
 //!
-//! A run is alive where its process is, if it is on this machine, and otherwise as long as its file is not older than [`SILENT`], compared
-//! with the own one. A sign of life that is further ahead than that, because the clock of the file system went back, is dated anew by whoever
-//! sees it: a run that lives gives the next one soon, and one that does not is silent from then on. The lock of a run that is not alive is taken over: by the one that gets the lock `<id>.json.after-<name>` first, so that
-//! two do not take it over from each other. A run on another machine that was suspended for longer loses its cases; they are then computed
-//! twice, with equal results.
+//! A run on this machine is alive if its process is; a run on another machine is alive as long as its file is no older than [`SILENT`] compared with
+//! the own one. If a sign of life is ahead by more than that, because the clock of the file system was set back, whoever sees it resets its time: a
+//! live run soon gives the next sign, and a dead one is silent from then on. The lock of a dead run is taken over by the run that first obtains the
+//! lock `<id>.json.after-<name>`, so that two runs do not take it over from each other. A run on another machine that was suspended for longer loses
+//! its cases; they are then computed twice, with equal results.
 
 use crate::storage::{self, TEXT_LIMIT, sha256, unix_time};
 use serde::{Deserialize, Serialize};
@@ -22,23 +22,23 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
 
-/// Time between two signs of life of a run.
+/// Interval between two signs of life of a run.
 const BEAT: Duration = Duration::from_secs(10);
-/// Age of the last sign of life from which a run on another machine counts as dead; networks may show times of change a minute late.
+/// Age of the last sign of life at which a run on another machine counts as dead; networks may report modification times with a delay of a minute.
 pub const SILENT: Duration = Duration::from_secs(120);
-/// Tries to be the only one, where two runs of different studies begin at the same moment.
+/// Largest number of attempts to be the only run, if runs of different studies start at the same moment.
 const TRIES: u32 = 5;
 
-/// A run, as others see it.
+/// A run as seen by others.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
 pub struct Owner {
-    /// Not that of any other run
+    /// Name that no other run has
     pub name: String,
     pub host: String,
-    /// Boot of the system and name space of its processes; empty where the system does not tell
+    /// Boot id of the system and process name space; empty if the system does not report them
     pub machine: String,
     pub pid: u32,
-    /// Start of the process in ticks of its system, as another process gets this number later
+    /// Start of the process in ticks of its system; it distinguishes processes that have the same number one after the other
     pub pid_started: u64,
     pub started_unix_s: u64,
     /// Digest of the study with all its changes and the contents of its files
@@ -57,21 +57,21 @@ pub enum LockError {
     OtherStudy { dir: PathBuf, owner: Box<Owner> },
 }
 
-/// The part of this run in a store; others see its end when this is dropped.
+/// The registration of this run in a store, which ends for other runs when it is dropped.
 pub struct Locks {
     dir: PathBuf,
     own: Owner,
     heart: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// The right to compute a case, until it is dropped.
+/// The exclusive right to compute a case, until it is dropped.
 pub struct Claim<'a> {
     locks: &'a Locks,
     path: PathBuf,
 }
 
 impl Locks {
-    /// Joins the runs of a store. Those that live must be of the same study.
+    /// Joins the runs of a store. All live runs must belong to the same study.
     pub fn join(dir: &Path, study_sha256: &str) -> Result<Self, LockError> {
         for folder in ["runs", "locks"].map(|name| dir.join(name)) {
             std::fs::create_dir_all(&folder).map_err(|e| io(&folder, &e))?;
@@ -85,14 +85,14 @@ impl Locks {
             if attempt == TRIES {
                 return Err(LockError::OtherStudy { dir: dir.into(), owner: Box::new(other) });
             }
-            // Two that began together wait for different times
+            // Two runs that started together wait for different times
             let digits = u64::from_str_radix(&locks.own.name[..4], 16).unwrap_or(1);
             std::thread::sleep(Duration::from_millis(20 + digits % 180));
         }
         let (stop, stopped) = channel::<()>();
         let (folder, own) = (locks.dir.clone(), locks.own.clone());
         let heart = std::thread::spawn(move || {
-            // A full disk lets a sign of life go by; the next one may get through
+            // On a full disk a sign of life is lost; the next one may succeed
             while stopped.recv_timeout(BEAT) == Err(RecvTimeoutError::Timeout) {
                 beat(&folder, &own).ok();
             }
@@ -106,7 +106,7 @@ impl Locks {
         !self.others().iter().any(|run| self.alive(run))
     }
 
-    /// The right to compute a case, or the run that has it.
+    /// Claims the right to compute a case; returns the run that has it if it is taken.
     pub fn claim(&self, id: &str) -> Result<Result<Claim<'_>, Owner>, LockError> {
         self.claim_file(self.dir.join("locks").join(format!("{id}.json")))
     }
@@ -120,7 +120,7 @@ impl Locks {
             if self.alive(&owner) {
                 return Ok(Err(owner));
             }
-            // Only one of those that see it dead takes it over, and only if it still is the owner then
+            // Only one of the runs that see it dead takes it over, and only if the owner is still the same
             let mut guard = path.clone().into_os_string();
             guard.push(format!(".after-{}", owner.name));
             let _guard = match self.claim_file(guard.into())? {
@@ -134,8 +134,8 @@ impl Locks {
         }
     }
 
-    /// The run that holds a lock; none where the lock is gone. What cannot be read belongs to a run without a name, which lives as long as
-    /// the file is young.
+    /// The run that holds a lock; `None` if the lock is gone. A lock that cannot be read belongs to a nameless run, which counts as alive as long as
+    /// the file is recent.
     fn owner(&self, path: &Path) -> Result<Option<Owner>, LockError> {
         match storage::read(path, TEXT_LIMIT) {
             Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).unwrap_or_else(|_| {
@@ -148,7 +148,7 @@ impl Locks {
         }
     }
 
-    /// The other runs that have not said that they end.
+    /// The other runs that have not reported their end.
     fn others(&self) -> Vec<Owner> {
         let files = std::fs::read_dir(self.dir.join("runs")).into_iter().flatten().flatten();
         let runs = files.filter_map(|file| storage::read(&file.path(), TEXT_LIMIT).ok());
@@ -164,8 +164,8 @@ impl Locks {
         file.is_file() && started(run.pid) == Some(run.pid_started)
     }
 
-    /// Age of a file against the own sign of life, by the clock of the file system. A file that is far ahead of it begins to age now, and
-    /// counts as silent where it cannot be dated.
+    /// Age of a file relative to the own sign of life, by the clock of the file system. A file that is far ahead is reset to the present time, and
+    /// counts as silent if its time cannot be set.
     fn age(&self, file: &Path) -> Option<Duration> {
         let changed = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
         let now = changed(&run_file(&self.dir, &self.own.name)).unwrap_or_else(SystemTime::now);
@@ -193,7 +193,7 @@ impl Drop for Locks {
 
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
-        // Another run may have taken it over meanwhile
+        // Another run may have taken it over in the meantime
         if matches!(self.locks.owner(&self.path), Ok(Some(owner)) if owner == self.locks.own) {
             std::fs::remove_file(&self.path).ok();
         }
@@ -201,7 +201,7 @@ impl Drop for Claim<'_> {
 }
 
 impl Owner {
-    /// This process, under a name that no other has.
+    /// Describes this process, under a unique name.
     fn this(study_sha256: &str) -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let now = unix_time();
@@ -221,10 +221,10 @@ impl Owner {
     }
 }
 
-/// Start of a process of this machine in ticks; none where it is gone or the system does not tell.
+/// Start of a process on this machine in ticks; `None` if it has ended or the system does not report it.
 fn started(pid: u32) -> Option<u64> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The name of the program, in brackets, may hold anything
+    // The name of the program, in brackets, may contain any character
     let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
     let ended = matches!(fields.next()?, "Z" | "X");
     fields.nth(18)?.parse().ok().filter(|_| !ended)
@@ -239,7 +239,7 @@ fn beat(dir: &Path, own: &Owner) -> Result<(), LockError> {
     storage::write(&path, json(own).as_bytes()).map_err(|e| io(&path, &e))
 }
 
-/// Makes a file with these contents; false where there is one.
+/// Creates a file with this content; returns false if it already exists.
 fn create(path: &Path, text: &str) -> std::io::Result<bool> {
     use std::io::Write;
     let folder = path.parent().unwrap_or(Path::new("."));
@@ -250,7 +250,7 @@ fn create(path: &Path, text: &str) -> std::io::Result<bool> {
         Err(e) if e.kind() == ErrorKind::AlreadyExists => return Ok(false),
         Err(_) => {}
     }
-    // A file system without links
+    // A file system without hard links
     match std::fs::File::create_new(path) {
         Ok(mut file) => file.write_all(text.as_bytes()).map(|()| true),
         Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),

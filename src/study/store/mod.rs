@@ -1,18 +1,18 @@
-//! Keeps the results of a study.
+//! Stores the results of a study.
 //!
 //! | Subject | File |
 //! |---|---|
-//! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
+//! | Inputs, files and build to which a result belongs | [`identity`], [`builds`] |
 //! | Requests for more than curves | [`asked`] |
-//! | The record of a case, and what of a run goes into it | [`record`], [`finished_run`], [`solver_record`], [`contact_record`], [`energy_record`], [`collapse_record`], [`sunk_record`], [`status`] |
+//! | The record of a case, and the parts of a run that it contains | [`record`], [`finished_run`], [`solver_record`], [`contact_record`], [`energy_record`], [`collapse_record`], [`sunk_record`], [`status`] |
 //! | The record of a study, and its cases as they are read back | [`study_record`], [`series`] |
-//! | Its other files | [`csv_text`], [`skin`], [`fields`], [`field_folder`], [`partial_series`] |
-//! | The build that wrote a record which this one cannot read | [`other_build`] |
+//! | Other files of a case | [`csv_text`], [`skin`], [`fields`], [`field_folder`], [`partial_series`] |
+//! | The build that wrote a record which this build cannot read | [`other_build`] |
 //! | Whether the text of a record is the one that was stored | [`seal`] |
-//! | The folder: which files belong to a case, and whether they are sound | [`names`], [`case_files`], [`folder`] |
-//! | How a result takes the place of an earlier one | [`placing`] |
-//! | Which results are of other inputs than the study has now | [`outdated`] |
-//! | Which files belong to the report, and whether it is of the present study | [`report_files`], [`superseded`] |
+//! | The folder: which files belong to a case, and whether they are intact | [`names`], [`case_files`], [`folder`] |
+//! | Replacing an earlier result by a new one | [`placing`] |
+//! | Results of inputs other than the present ones of the study | [`outdated`] |
+//! | The files of the report, and whether it belongs to the present study | [`report_files`], [`superseded`] |
 //! | The study whose results a folder holds | [`origin`] |
 //! | Several runs into one folder | [`lock`] |
 //! | Verification, cleaning and archives | [`upkeep`], [`archive`] |

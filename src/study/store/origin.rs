@@ -1,4 +1,4 @@
-//! `origin.json` in a folder of results: the file of their study, by which two studies of one name are told apart.
+//! `origin.json` in a folder of results: the file of their study, which distinguishes two studies of the same name.
 
 use crate::catalogue::brought;
 use crate::storage::{self, TEXT_LIMIT};
@@ -9,13 +9,13 @@ use std::path::{Component, Path, PathBuf};
 /// Name of the file.
 pub const FILE: &str = "origin.json";
 
-/// The file of a study as its results know it.
+/// The file of a study as recorded with its results.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 enum Origin {
-    /// Among the studies of the program or of a project with bodies: it is the same study wherever these lie
+    /// Path among the studies of the program or of a project with bodies: the study is the same wherever these are located
     Brought(String),
-    /// Relative to the folder of the results: both may be moved together
+    /// Path relative to the folder of the results, so that both can be moved together
     File(String),
 }
 
@@ -39,7 +39,7 @@ impl Origin {
     }
 }
 
-/// Notes the file of the study whose results a folder holds.
+/// Records the file of the study whose results a folder holds.
 ///
 /// # Errors
 ///
@@ -54,7 +54,7 @@ pub fn note(dir: &Path, file: &Path) -> Result<(), StoreError> {
     storage::write(&path, text.as_bytes()).map_err(|e| unwritable(&path, &e))
 }
 
-/// The file of another study whose results a folder holds. A study that is no longer where it was counts as moved.
+/// The file of another study whose results a folder holds. A study that is no longer at its recorded location counts as moved.
 pub fn other(dir: &Path, file: &Path) -> Option<PathBuf> {
     let stored = Origin::read(dir)?;
     if Origin::of(dir, file)? == stored {
@@ -66,7 +66,8 @@ pub fn other(dir: &Path, file: &Path) -> Option<PathBuf> {
     }
 }
 
-/// The file of the study whose results a folder holds, where it is noted and there: of those that the program or a project brings, that of the project of the folder.
+/// The file of the study whose results a folder holds, if it is recorded and exists. For a study of the program or of a project, the one in the project
+/// that contains the folder takes precedence.
 pub fn file(dir: &Path) -> Option<PathBuf> {
     let found = match Origin::read(dir)? {
         Origin::File(stored) => dir.join(stored),
@@ -80,7 +81,7 @@ pub fn file(dir: &Path) -> Option<PathBuf> {
     found.is_file().then_some(found)
 }
 
-/// The path of a file from a folder, of which both are absolute and without links.
+/// The path of a file relative to a folder; both are absolute and without symbolic links.
 fn relative(folder: &Path, file: &Path) -> PathBuf {
     let shared = folder.components().zip(file.components()).take_while(|(a, b)| a == b).count();
     if shared == 0 {

@@ -1,10 +1,10 @@
-//! Stored files that this build cannot read since another one wrote them: which one it was.
+//! Stored files that this build cannot read because another build wrote them, and which build that was.
 
 use crate::study::store::identity::Build;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// The build that wrote a record, in words; none where it was this one, or the file does not say.
+/// The build that wrote a record, in words; `None` if it was this one, or if the file does not say.
 pub fn writer(bytes: &[u8]) -> Option<String> {
     let file: Value = serde_json::from_slice(bytes).ok()?;
     let provenance = &file["provenance"];
@@ -18,7 +18,7 @@ pub fn writer(bytes: &[u8]) -> Option<String> {
     }
 }
 
-/// The reason for which a file does not parse: another build has written it, or it is no record at all.
+/// The reason why a file does not parse: another build wrote it, or it is not a record.
 pub fn explain(bytes: &[u8], why: &serde_json::Error) -> String {
     match writer(bytes) {
         Some(build) => format!("{build} has written it in a form that this build does not read: {why}"),

@@ -1,7 +1,8 @@
-//! Stored results that no longer count: those of other inputs than the study has now, which a later run leaves in their place.
+//! Stored results that no longer count, because they have other inputs than the study has now; later runs leave them in their place.
 //!
-//! `study.json` says what the cases are computed from, apart from the mesh. In addition `outdated/<id>` holds the digest of the identity of the record that does not count. It says nothing about another record of this case, so
-//! that a new result counts without it being taken away first, and an old one counts again when a run finds its inputs again.
+//! `study.json` states the inputs of the cases, apart from the mesh. In addition `outdated/<id>` holds the digest of the identity of a record that does
+//! not count. It does not affect other records of this case, so that a new result counts without the file being removed first, and an old one counts
+//! again when a run finds its inputs again.
 
 use crate::report::error::ReportError;
 use crate::report::files::json;
@@ -15,7 +16,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 impl Store {
-    /// Notes whether the stored result of a case counts: that is the one of the identity with this digest. Without a digest no stored result does.
+    /// Records whether the stored result of a case counts, which it does if its identity has the digest `now`. Without a digest no stored result
+    /// counts.
     ///
     /// # Errors
     ///
@@ -32,7 +34,7 @@ impl Store {
     }
 }
 
-/// Takes back the note on a case, if there is one.
+/// Removes the mark of a case, if there is one.
 ///
 /// # Errors
 ///
@@ -44,28 +46,29 @@ pub fn forget_note(dir: &Path, id: &str) -> std::io::Result<()> {
     }
 }
 
-/// Whether a result is of other inputs than the study has, or was found to be so.
+/// Whether a result has other inputs than the study, or was found to have.
 pub fn is_outdated(dir: &Path, study: &StudyRecord, record: &CaseRecord) -> bool {
     study.is_of_others(record) || is_noted(dir, &record.id, &record.provenance.identity.sha256)
 }
 
-/// Whether the result of this identity was found to be one of other inputs.
+/// Whether the result with this identity was found to have other inputs.
 fn is_noted(dir: &Path, id: &str, identity_sha256: &str) -> bool {
     storage::read_text(&dir.join(OUTDATED).join(id), TEXT_LIMIT).is_ok_and(|noted| noted == identity_sha256)
 }
 
-/// Digest of the identity that the record of a case has; none without a record that says so.
+/// Digest of the identity in the record of a case; `None` without a record that contains one.
 pub fn stored_identity(dir: &Path, id: &str) -> Option<String> {
     let bytes = storage::read(&dir.join("cases").join(format!("{id}.json")), DATA_LIMIT).ok()?;
     let record: WithIdentity = serde_json::from_slice(&bytes).ok()?;
     Some(record.provenance.identity.sha256)
 }
 
-/// Refuses a summary of other results than the folder has now. Records that were taken away to save space, and summaries of earlier versions, say nothing.
+/// Refuses a summary of results other than the present ones in the folder. Records that were removed to save space, and summaries of earlier versions,
+/// are not checked.
 ///
 /// # Errors
 ///
-/// A case that was computed since, or whose result counts no longer.
+/// A case that was computed since, or whose result no longer counts.
 pub fn check_summary(dir: &Path, study: &StudyRecord) -> Result<(), ReportError> {
     let path = dir.join("summary.json");
     let Some(summary) = json::<Summarised>(&path)? else { return Ok(()) };
@@ -85,7 +88,7 @@ pub fn check_summary(dir: &Path, study: &StudyRecord) -> Result<(), ReportError>
     }
 }
 
-/// The part of a summary that says which records it was made of.
+/// The part of a summary that says from which records it was made.
 #[derive(Deserialize)]
 struct Summarised {
     cases: Vec<SummarisedCase>,
@@ -98,7 +101,7 @@ struct SummarisedCase {
     record_sha256: String,
 }
 
-/// The part of a record that says what it was computed from.
+/// The part of a record that identifies its inputs.
 #[derive(Deserialize)]
 struct WithIdentity {
     provenance: OnlyIdentity,

@@ -1,4 +1,4 @@
-//! The time series of a run that goes on.
+//! The time series of a run in progress.
 
 use crate::scene::Scene;
 use crate::scene::output::ScheduleSpec;
@@ -9,14 +9,15 @@ use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The right to write the files of a name in a folder, as long as this value lives: the lock of a file that stays there and is never replaced.
+/// The exclusive right to write the files of a name in a folder, as long as this value lives: the lock on a file that remains there and is never
+/// replaced.
 pub struct NameLock(#[expect(dead_code, reason = "it is open as long as this value lives")] File);
 
 impl NameLock {
-    /// Takes the right; refused where another process has it.
+    /// Acquires the right; an error if another process has it.
     pub fn take(dir: &Path, name: &str) -> Result<Self, StoreError> {
         let path = dir.join(format!(".{name}.lock"));
-        // Windows locks no file that is open for appending alone
+        // Windows cannot lock a file that is opened only for appending
         let file = File::options().create(true).read(true).append(true).open(&path);
         let file = file.map_err(|e| unwritable(&path, &e))?;
         match file.try_lock() {
@@ -24,13 +25,13 @@ impl NameLock {
                 let reason = "another process runs a scene of this name there".into();
                 Err(StoreError::Unwritable { path: file_of(dir, name), reason })
             }
-            // A file system without locks tells nothing
+            // A file system without locks cannot tell
             _ => Ok(Self(file)),
         }
     }
 }
 
-/// The rows of a run while it goes on: `<name>.partial.csv`. A run that is killed leaves it; one that has written its files removes it.
+/// The rows of a run in progress: `<name>.partial.csv`. A killed run leaves it behind; a run that has written its files removes it.
 pub struct PartialSeries {
     path: PathBuf,
     file: File,
@@ -41,18 +42,18 @@ pub struct PartialSeries {
 }
 
 impl PartialSeries {
-    /// Creates the file with the names of the columns.
+    /// Creates the file with the names of the columns in its first line.
     pub fn create(dir: &Path, name: &str, scene: &Scene) -> Result<Self, StoreError> {
         let path = file_of(dir, name);
         let schedule = scene.spec.output.series.clone().unwrap_or_default();
-        // A link of this name is replaced, not followed
+        // A symbolic link of this name is replaced, not followed
         storage::write(&path, header(scene.columns().into_iter()).as_bytes())
             .and_then(|()| File::options().append(true).open(&path))
             .map(|file| Self { path: path.clone(), file, schedule, past: None, failure: None })
             .map_err(|e| unwritable(&path, &e))
     }
 
-    /// Appends a row, if it is due. False where it cannot be written: what follows could not be either.
+    /// Appends a row if it is due. Returns false once a row could not be written: later rows could not be written either.
     pub fn add(&mut self, row: &[f64]) -> bool {
         let due = self.schedule.due(self.past, row[0]);
         self.past = Some(row[0]);
@@ -63,7 +64,7 @@ impl PartialSeries {
         self.failure.is_none()
     }
 
-    /// The file of the rows.
+    /// Path of the file of the rows.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -73,7 +74,7 @@ impl PartialSeries {
         self.failure.take()
     }
 
-    /// Removes the file, when all that the run writes under this name is written.
+    /// Removes the file, once everything that the run writes under this name has been written.
     pub fn remove(self) {
         std::fs::remove_file(&self.path).ok();
     }

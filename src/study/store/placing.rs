@@ -1,8 +1,7 @@
-//! Puts the files of a result in the place of those of an earlier one, so that one of the two is whole at every moment.
+//! Replaces the files of a result by those of a new one, so that one of the two is complete at every moment.
 //!
-//! The new files are written into a folder of their own, `next/<id>`. The new record then takes the place of the old one: a record names its files by
-//! their digests, so that they count from here on. Last they take their places in `cases/`. Where a run is killed before that, whoever looks at the case
-//! next moves them.
+//! The new files are written into a separate folder, `next/<id>`. The new record then replaces the old one: a record names its files by their digests,
+//! so that they count from here on. Finally they are moved to `cases/`. If a run is killed before that, whoever opens the case next moves them.
 
 use crate::scene::FileDigest;
 use crate::storage::{self, DATA_LIMIT};
@@ -14,11 +13,11 @@ use std::path::{Path, PathBuf};
 /// A file that cannot be written, and why.
 pub type Unwritten = (PathBuf, Error);
 
-/// Replaces the files of a case by these, `<id>.<end>`, among them its record `json`, which names the digests of the others.
+/// Replaces the files of a case by `files`, `<id>.<suffix>`, which include its record `json` with the digests of the others.
 ///
 /// # Errors
 ///
-/// A folder that cannot be written. The earlier result is whole then, or the new one.
+/// A folder that cannot be written. Either the earlier result or the new one is complete then.
 pub fn place<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
     settle(dir, id);
     let folder = dir.join(NEXT).join(id);
@@ -40,7 +39,7 @@ pub fn place<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Resul
 
 /// Writes the new files, the record last.
 fn write<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
-    // A run that was killed has left files there that belong to no record
+    // A killed run has left files there that belong to no record
     clear(dir, id);
     let folder = dir.join(NEXT).join(id);
     std::fs::create_dir_all(&folder).map_err(|e| (folder.clone(), e))?;
@@ -51,8 +50,8 @@ fn write<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<()
     })
 }
 
-/// Moves the files that the record of a case names to their places, where a run was killed before it could. The files of a result whose record has not
-/// taken its place stay where they are, and so do all in a folder that cannot be written.
+/// Moves the files that the record of a case names to their places, if a run was killed before it could. The files of a result whose record is not in
+/// its place stay where they are, and so do all files in a folder that cannot be written.
 pub fn settle(dir: &Path, id: &str) {
     let folder = dir.join(NEXT).join(id);
     if !folder.is_dir() {
@@ -70,21 +69,21 @@ pub fn settle(dir: &Path, id: &str) {
     }
 }
 
-/// Settles every case.
+/// Settles the files of every case.
 pub fn settle_all(dir: &Path) {
     for id in pending(dir) {
         settle(dir, &id);
     }
 }
 
-/// Ids of the cases with files in `next/`. A folder with any other file is none of a case.
+/// Ids of the cases with files in `next/`. A folder that contains any other file does not belong to a case.
 pub fn pending(dir: &Path) -> Vec<String> {
     let has_own_only =
         |id: &String| names(&dir.join(NEXT).join(id)).is_ok_and(|all| all.iter().all(|name| is_own(id, name)));
     names(&dir.join(NEXT)).unwrap_or_default().into_iter().filter(has_own_only).collect()
 }
 
-/// Removes the files of a case in `next/`, and their folder where nothing else is in it.
+/// Removes the files of a case in `next/`, and their folder if it is then empty.
 pub fn clear(dir: &Path, id: &str) {
     let folder = dir.join(NEXT).join(id);
     for name in names(&folder).unwrap_or_default().iter().filter(|name| is_own(id, name)) {
@@ -97,12 +96,12 @@ fn names(folder: &Path) -> std::io::Result<Vec<String>> {
     std::fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
-/// Whether a file of this name in `next/<id>` is one of the case, whole or half-written.
+/// Whether a file of this name in `next/<id>` belongs to the case, complete or half-written.
 fn is_own(id: &str, name: &str) -> bool {
     is_of(id, name) || is_part(name)
 }
 
-/// Moves the files of a result whose record is in its place. First goes what the earlier result had and this one has not.
+/// Moves the files of a result whose record is in its place. Files of the earlier result that the new one does not have are removed first.
 fn move_files(dir: &Path, id: &str, files: &[String]) -> Result<(), Unwritten> {
     let (folder, cases) = (dir.join(NEXT).join(id), dir.join("cases"));
     let is_kept = |end: &str| end == "json" || end == SEARCH || files.iter().any(|file| *file == format!("{id}.{end}"));
@@ -116,7 +115,7 @@ fn move_files(dir: &Path, id: &str, files: &[String]) -> Result<(), Unwritten> {
     for file in files {
         let to = cases.join(file);
         match storage::keep(&folder.join(file), &to) {
-            // It is there already
+            // It is already there
             Err(e) if e.kind() != ErrorKind::NotFound => return Err((to, e)),
             _ => {}
         }
@@ -124,19 +123,19 @@ fn move_files(dir: &Path, id: &str, files: &[String]) -> Result<(), Unwritten> {
     Ok(())
 }
 
-/// Whether this is the name of a file of the case, and no way out of the folder.
+/// Whether this is the name of a file of the case, and does not lead out of the folder.
 fn is_of(id: &str, file: &str) -> bool {
     file.strip_prefix(id).and_then(|rest| rest.strip_prefix('.')).is_some_and(|end| ENDS.contains(&end))
 }
 
-/// The files that a record names; none where there is no record that can be read.
+/// The files that a record names; empty if there is no readable record.
 fn named(record: &Path) -> Vec<FileDigest> {
     let read = storage::read(record, DATA_LIMIT).ok();
     let record = read.and_then(|bytes| serde_json::from_slice::<WithFiles>(&bytes).ok());
     record.map_or_else(Vec::new, |record| record.provenance.results)
 }
 
-/// The part of a record that names its files.
+/// The part of a record that lists its files.
 #[derive(Deserialize)]
 struct WithFiles {
     provenance: Files,
@@ -163,7 +162,7 @@ mod tests {
         json!({"provenance": {"results": results}}).to_string()
     }
 
-    /// Names and contents of the files of the case.
+    /// Reads names and contents of the files of the case.
     fn found(dir: &Path) -> BTreeMap<String, String> {
         let files = std::fs::read_dir(dir.join("cases")).expect("there").flatten();
         let one = |file: std::fs::DirEntry| {
@@ -191,7 +190,7 @@ mod tests {
         }
     }
 
-    /// A run that is killed before the record counts leaves the earlier result, and after it the new one.
+    /// A run that is killed before the record counts leaves the earlier result; afterwards it leaves the new one.
     #[test]
     fn the_record_decides_which_result_counts() {
         let keep = tempfile::tempdir().expect("a temporary folder");
@@ -208,7 +207,7 @@ mod tests {
         assert_eq!(found(dir), wanted(&next));
     }
 
-    /// A folder of a user in `next/` stays with all that is in it, also where it has the name of a case.
+    /// A folder of the user in `next/` is kept with all its content, even if it has the name of a case.
     #[test]
     fn files_of_others_in_the_folder_of_next_results_stay() {
         let keep = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! Record of a finished case, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
+//! Record of a finished case, which all reports read: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
 use crate::math::units::Dimension;
@@ -26,18 +26,18 @@ pub use crate::study::store::status::{
 };
 pub use crate::study::store::study_record::{FamilyRecord, Member, Role, StudyQuantity, StudyRecord, VariantMember};
 
-/// Version of the form of `cases/<id>.json` and `study.json`. It grows when a program of today could not read them any more; files of a later
-/// version are refused.
+/// Format version of `cases/<id>.json` and `study.json`. It is increased when present programs could no longer read them; files of a later version are
+/// refused.
 pub const SCHEMA: u32 = 1;
 
-/// Record of a finished case, also of one that stopped early: its mesh, its status, its cost, and the extremes of its columns.
+/// Record of a finished case, including one that stopped early: its mesh, its status, its cost, and the extremes of its columns.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
-    /// `<family>-<variant>-<member>`, also the file stem
+    /// Id `<family>-<variant>-<member>`, also the file stem
     pub id: String,
-    /// Family of meshes or steps that it was first run in: `sizes`, `nested`, …
+    /// Family of meshes or steps in which it was first run: `sizes`, `nested`, …
     pub family: String,
-    /// Variant of the scene that it was first run in: `length` or `tension`
+    /// Variant of the scene in which it was first run: `length` or `tension`
     pub variant: String,
     /// Value that distinguishes it from the rest of its family: a size, a law
     #[serde(default)]
@@ -45,12 +45,12 @@ pub struct CaseRecord {
     pub mesh: MeshRecord,
     /// Short name of element and formulation: `tet4`, `tet10_up`, `mass_spring`
     pub formulation: String,
-    /// Name of the law, with its constants in SI; absent where springs are all that is elastic
+    /// Name of the law, with its constants in SI; absent if springs are the only elastic part
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawRecord>,
-    /// Name of the integrator of the stages in time, of several the last of the least order; where all stages are static, that of the last
+    /// Name of the integrator of the stages in time; of several, the last of those with the lowest order. If all stages are static, that of the last
     pub integrator: String,
-    /// Order of convergence of that integrator in the time step; none in statics, and in records of earlier versions
+    /// Order of convergence of that integrator in the time step; `None` in statics, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_in_time: Option<u8>,
     /// Longest time step \[s\]
@@ -58,36 +58,36 @@ pub struct CaseRecord {
     /// Time step of each stage \[s\]; empty in records of earlier versions
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stage_dt_s: Vec<f64>,
-    /// Permitted error that sets the time steps \[m\]; none where they have one length
+    /// Permitted error that determines the time steps \[m\]; `None` if they have a fixed length
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_error_m: Option<f64>,
-    /// Mean length of the time steps taken in stages that are not static \[s\]; none without such stages
+    /// Mean length of the time steps in stages that are not static \[s\]; `None` without such stages
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mean_dt_s: Option<f64>,
-    /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
+    /// Whether the states depend on the time steps, through dynamics or through the path of loading; `None` in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps_matter: Option<bool>,
-    /// Largest share of its range by which a prescribed signal goes beyond its values at the points of the time grid of stages in which no masses move \[–\]; none where none
-    /// does, and in records of earlier versions
+    /// Largest excess of a prescribed signal over its values at the time-grid points of stages in which no masses move, relative to its range \[–\];
+    /// `None` if there is none, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen_share: Option<f64>,
-    /// The same at the points of all stages, for quantities whose motion is not looked at, as forces; none where no masses move, and in records of
-    /// earlier versions
+    /// Largest excess of a prescribed signal over its values at the time-grid points of all stages, relative to its range \[–\], for quantities such as
+    /// forces whose motion is not checked; `None` if no masses move, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen_force_share: Option<f64>,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
-    /// Fact, place and remedy, where the status is not `Converged`
+    /// Fact, place and remedy, if the status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_detail: Option<String>,
     /// Work of the solver, and where it stopped
     #[serde(default)]
     pub solver: SolverRecord,
-    /// Wall time of the solution, mesh and report apart \[s\]
+    /// Wall time of the solution, without mesh and report \[s\]
     pub wall_s: f64,
-    /// CPU time of the threads that solved it \[s\], the cost that studies compare
+    /// CPU time of the threads that computed the solution \[s\], the cost that studies compare
     pub cpu_s: f64,
-    /// Another case ran at the same time: `wall_s` is then no measure of its cost
+    /// Whether another case ran at the same time: `wall_s` is then not a measure of its cost
     pub shared: bool,
     pub steps: usize,
     pub newton_iterations: usize,
@@ -95,21 +95,21 @@ pub struct CaseRecord {
     pub cuts: usize,
     /// Free degrees of freedom
     pub dofs: usize,
-    /// Entries of the Cholesky factor
+    /// Number of entries of the Cholesky factor
     pub factor_nnz: usize,
-    /// Name and cost of every effect and constraint that was assembled
+    /// Name and cost of every assembled effect and constraint
     pub effects: Vec<EffectRecord>,
     pub phases: PhaseRecord,
-    /// Counted work; zeros in records without it
+    /// Counted work; zeros in records of earlier versions
     #[serde(default)]
     pub work: WorkRecord,
-    /// Times of every run, where the case was run several times; `wall_s` and `cpu_s` are those of the median one
+    /// Times of every run, if the case was run several times; `wall_s` and `cpu_s` are those of the median one
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub repeats: Vec<RepeatRecord>,
-    /// Signs of volumetric locking at the state farthest from rest; none for a body that nothing moved
+    /// Signs of volumetric locking at the state farthest from rest; `None` for a body that does not move
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub locking: Option<LockingRecord>,
-    /// Per recorded column of the CSV
+    /// Extremes and last values of the recorded columns, by column of the CSV
     pub probes: BTreeMap<String, ProbeRecord>,
     /// Cables that went slack, taut, or to the limit of their drive
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -129,48 +129,49 @@ pub struct CaseRecord {
     /// Distances from measured markers
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<MarkerDistance>,
-    /// Errors estimated from this run alone, where the study asks for them
+    /// Errors estimated from this run alone, if the study requests them
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_run: Option<OneRunRecord>,
-    /// Derivatives by the constants that a law file gives intervals of
+    /// Derivatives with respect to constants whose law file gives an interval
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<UncertainConstantRecord>,
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
-    /// The controllers that have set signals, each from its time on
+    /// The controllers that set signals, each with the time from which it does so
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub controllers: Vec<ControllerRecord>,
-    /// Regions of constraints and effects whose border, given by place, runs through cells
+    /// Regions of constraints and effects, defined by position, whose border runs through cells
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cut_regions: Vec<String>,
-    /// Column → regions of its probe whose border, given by place, runs through cells
+    /// Column → regions of its probe, defined by position, whose border runs through cells
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub cut_columns: BTreeMap<String, Vec<String>>,
-    /// A held face ends at a re-entrant edge, where quantities converge with an order of about 1 or less
+    /// Whether a held face ends at a re-entrant edge, where quantities converge with an order of about 1 or less
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub glued_edge: bool,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
-    /// Adaptive meshes, the last of which is that of the run
+    /// Adaptive meshes; the last one is that of the run
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub refinement: Vec<RefinementRecord>,
     pub provenance: Provenance,
 }
 
 impl CaseRecord {
-    /// Regions on which a column depends, and whose border, given by place, runs through cells.
+    /// Regions on which a column depends, defined by position, whose border runs through cells.
     pub fn cut_regions_of(&self, column: &str) -> Vec<String> {
         distinct(self.cut_regions.iter().chain(self.cut_columns.get(column).into_iter().flatten()).cloned())
     }
 
-    /// Whether the computation itself broke: by a panic, a process that died, memory that was not sufficient, or a file that was edited meanwhile.
+    /// Whether the computation itself crashed: by a panic, a process that died, insufficient memory, or a file that was edited in the meantime.
     pub fn broke(&self) -> bool {
         [PANICKED, CRASHED, OUT_OF_MEMORY, INPUTS_CHANGED].contains(&self.status.as_str())
     }
 
-    /// Whether the result has what is asked of the case. A record of an earlier version does not say what was asked; its contents tell.
+    /// Whether the result has everything requested of the case. A record of an earlier version does not say what was requested; its contents are
+    /// checked.
     pub fn has(&self, asked: &Asked) -> bool {
         self.provenance.asked.as_ref().map_or_else(
             || {
@@ -181,7 +182,7 @@ impl CaseRecord {
         )
     }
 
-    /// Removes what the study does not ask for.
+    /// Removes everything that the study does not request.
     pub fn restrict(&mut self, asks: Asks, is_reference: bool) {
         if !asks.error_estimates || is_reference {
             self.one_run = None;
@@ -191,27 +192,27 @@ impl CaseRecord {
         }
     }
 
-    /// Whether the search of a calibration has found constants, also where its status says why they are no answer.
+    /// Whether the search of a calibration found constants, even if its status says why they are not an answer.
     pub fn has_constants(&self) -> bool {
         self.converged() || [NOT_SETTLED, OUT_OF_TIME, NOT_DETERMINED].contains(&self.status.as_str())
     }
 
-    /// Whether the run has reached its end. The numbers of a case that has not are in no analysis.
+    /// Whether the run reached its end. The numbers of a case that did not are not used in any analysis.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged.name()
     }
 
-    /// The case, its status, and the reason where it is known: `tet4-9300: Diverged: …`.
+    /// The case, its status, and the reason if known: `tet4-9300: Diverged: …`.
     pub fn end(&self) -> String {
         format!("{}: {}: {}", self.id, self.status, self.status_detail.as_deref().unwrap_or("see the report"))
     }
 
-    /// Iterations of Newton's method that the CPU time pays for, those of steps that were refused and cut included.
+    /// Number of Newton iterations included in the CPU time, also those of steps that were rejected and cut.
     pub fn all_iterations(&self) -> usize {
         self.newton_iterations + self.solver.lost_iterations
     }
 
-    /// Whether both ran on one mesh: by its digest, and by its sizes where an earlier version has left no digest.
+    /// Whether both ran on the same mesh: by its digest, or by its sizes if an earlier version recorded no digest.
     pub fn has_mesh_of(&self, other: &Self) -> bool {
         let key = |r: &Self| {
             let m = &r.mesh;
@@ -222,7 +223,7 @@ impl CaseRecord {
         may_be && self.mesh.source == other.mesh.source && key(self) == key(other)
     }
 
-    /// Whether both ran on the same cells, with or without nodes at the middles of their edges, which leave edges and quality as they are.
+    /// Whether both ran on the same cells, with or without mid-edge nodes, which do not change edges and quality.
     pub fn has_cells_of(&self, other: &Self) -> bool {
         let key = |r: &Self| {
             let m = &r.mesh;
@@ -231,19 +232,20 @@ impl CaseRecord {
         key(self) == key(other) && (self.mesh.nodes != other.mesh.nodes || self.has_mesh_of(other))
     }
 
-    /// Time steps of the stages \[s\]; of a record of an earlier version its longest one.
+    /// Time steps of the stages \[s\]; for a record of an earlier version, only the longest one.
     pub fn steps_s(&self) -> &[f64] {
         if self.stage_dt_s.is_empty() { std::slice::from_ref(&self.dt_s) } else { &self.stage_dt_s }
     }
 
-    /// Share of the range of a length or an angle that one time step covers, where masses move and the steps do not resolve it \[–\]. Changes up to `allowed` in its unit do not
-    /// count, and neither do forces, which may jump, nor gaps, which end where there is contact.
+    /// Share of the range of a length or an angle that one time step covers, if masses move and the steps do not resolve the motion \[–\]. Changes up
+    /// to `allowed`, in the unit of the column, do not count; nor do forces, which may jump, and gaps, which end at contact.
     pub fn unresolved(&self, column: &str, allowed: f64) -> Option<f64> {
         let motion = self.probes.get(column)?.motion.filter(|m| is_place(column) && m.largest_step > allowed)?;
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
     }
 
-    /// Share of its range by which a prescribed signal goes beyond its values at the points of the time grid, where no motion of this column would show that \[–\].
+    /// Excess of a prescribed signal over its values at the points of the time grid, relative to its range, if the motion of this column would not
+    /// reveal it \[–\].
     pub fn unseen(&self, column: &str) -> f64 {
         let of_all = self.unseen_force_share.filter(|_| !is_place(column));
         of_all.or(self.unseen_share).unwrap_or(0.0)
@@ -254,34 +256,34 @@ impl CaseRecord {
         self.order_in_time.or_else(|| integrator_order(&self.integrator)).map_or(2.0, f64::from)
     }
 
-    /// Whether another time step has another result; where no record says so, runs in time have.
+    /// Whether another time step would give another result; if the record does not say so, this holds for all runs in time.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
     }
 }
 
-/// Whether a column is the place or the angle of something, whose motion is looked at; gaps end where there is contact.
+/// Whether a column is a position or an angle, whose motion is checked. Gaps are excluded, since they end at contact.
 fn is_place(column: &str) -> bool {
     matches!(column::dimension(column).0, Dimension::LENGTH | Dimension::ANGLE) && !column.ends_with(GAP)
 }
 
-/// A mesh: its counts, sizes and quality
+/// A mesh: its counts, sizes and quality.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct MeshRecord {
     /// Number of cells
     pub cells: usize,
     /// Number of nodes
     pub nodes: usize,
-    /// (V/N)^{1/3} \[m\]
+    /// Size h = (V/N)^{1/3} \[m\]
     pub h_m: f64,
-    /// Mean length of the edges \[m\], the second definition of h; none in records of earlier versions
+    /// Mean edge length \[m\], the second definition of h; `None` in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_m: Option<f64>,
-    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\], without axes along which the whole body is held; none in
+    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\], without axes along which the whole body is held; `None` in
     /// records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub extents_m: Option<[f64; 4]>,
-    /// Cells across the thinnest wall; none where there is no wall, and in records of earlier versions
+    /// Cells across the thinnest wall; `None` if there is no wall, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_cells: Option<f64>,
     /// Thickness of that wall \[m\]
@@ -293,14 +295,14 @@ pub struct MeshRecord {
     pub mean_quality: f64,
     /// Volume \[m³\]
     pub volume_m3: f64,
-    /// File name or hash of the request that produced it
+    /// File name, or hash of the request from which it was made
     pub source: String,
 }
 
 /// The law of a case, with the values of its constants.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct LawRecord {
-    /// As scene files name it: `neo_hookean`
+    /// Name in scene files: `neo_hookean`
     pub name: String,
     /// Parameter name → value \[SI\]
     pub parameters: BTreeMap<String, f64>,
@@ -320,17 +322,17 @@ impl LawRecord {
     }
 }
 
-/// An effect or a constraint that was assembled, with the time that it took.
+/// An assembled effect or constraint, and the time that it took.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
-    /// Role of an effect in the energy balance; a constraint has none
+    /// Role of an effect in the energy balance; `None` for a constraint
     pub role: Option<String>,
     /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }
 
-/// A change of a cable to `slack`, `taut` or `yielding`, at the first accepted state after it.
+/// A change of a cable to `slack`, `taut` or `yielding`, recorded at the first accepted state after it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct CableEventRecord {
     pub t_s: f64,
@@ -350,30 +352,31 @@ pub struct PhaseRecord {
     pub assembly_s: f64,
     pub factorisation_s: f64,
     pub solve_s: f64,
-    /// Of the forces on contact points in corrections
+    /// Time for the forces on contact points in contact corrections
     #[serde(default)]
     pub contact_forces_s: f64,
     pub output_s: f64,
-    /// Before the first step, outside of `wall_s`: blocks, ordering, pattern
+    /// Time before the first step, not included in `wall_s`: blocks, ordering, pattern
     #[serde(default)]
     pub build_s: f64,
 }
 
-/// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/explanation/elements.md`.
+/// Signs of locking of the elastic effect whose pressures scatter most, with preference for one with an alarm; definitions in
+/// `docs/explanation/elements.md`.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct LockingRecord {
-    /// ‖p − p*‖/‖dev τ‖ \[–\]
+    /// Scatter of the pressures, ‖p − p*‖/‖dev τ‖ \[–\]
     pub pressure_scatter: f64,
-    /// Volumetric share of the energy \[–\]
+    /// Volumetric part of the energy, relative to the whole \[–\]
     pub volumetric_share: f64,
-    /// The formulation is in displacements alone, the law nearly incompressible, and the scatter above its threshold
+    /// Whether the formulation is in displacements only, the law nearly incompressible, and the scatter above its threshold
     pub alarm: bool,
 }
 
-/// A recorded column; the unit is in its name (`bending_angle_deg`).
+/// A recorded column; its unit is in its name (`bending_angle_deg`).
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
-    /// The value farthest from the first one; in a report on several cases the farthest one on the side that they have in common
+    /// The value farthest from the first one; in a report on several cases, the farthest on the side that they have in common
     pub peak: f64,
     /// Whether it is a minimum or a maximum
     pub peak_is: ExtremeKind,
@@ -382,15 +385,16 @@ pub struct ProbeRecord {
     /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
-    /// The farthest value on the other side of the first one; none where no value lies there, nor in records of earlier versions
+    /// The farthest value on the other side of the first one; `None` if no value lies there, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opposite: Option<OppositeRecord>,
-    /// Changes in the stages in which masses move; none without such a stage, nor of lengths and angles that symmetry or an equilibrium holds
+    /// Changes in the stages in which masses move; `None` without such a stage, and for lengths and angles that symmetry or an equilibrium keeps
+    /// constant
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRecord>,
 }
 
-/// The farthest value of a column on the side of the first one on which the peak does not lie
+/// The farthest value of a column on the side of the first value opposite to the peak.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct OppositeRecord {
     /// The value, in the unit of the column
@@ -399,24 +403,25 @@ pub struct OppositeRecord {
     pub t_s: f64,
 }
 
-/// Changes of a recorded column while masses move
+/// Changes of a recorded column while masses move.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct MotionRecord {
     /// Largest change within one time step
     pub largest_step: f64,
-    /// Largest less smallest value
+    /// Difference between the largest and the smallest value
     pub range: f64,
 }
 
-/// Share of the range of a motion that one time step covers at most, where the steps resolve it: of an oscillation with N steps a period it is π/N \[–\]
+/// Largest share of the range of a motion that one time step may cover if the steps resolve it; for an oscillation with N steps per period it is π/N
+/// \[–\]
 const RESOLVED: f64 = 1.0 / 3.0;
-/// End of the names of the least distances of contacts
+/// End of the column names of the smallest distances of contacts
 const GAP: &str = "_gap_m";
 
 /// Origin of a result: its scene, inputs and build, and the files that were stored with it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
-    /// [`SCHEMA`] of the program that wrote the record; 0 in records from before there was one
+    /// [`SCHEMA`] of the program that wrote the record; 0 in records that precede it
     #[serde(default)]
     pub schema: u32,
     /// The resolved scene, as TOML
@@ -425,10 +430,10 @@ pub struct Provenance {
     pub identity: Identity,
     #[serde(default)]
     pub build: Build,
-    /// Everything that the study asked of the case; none in records of earlier versions, and of a case without a run
+    /// Everything that the study requested of the case; `None` in records of earlier versions, and for a case without a run
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asked: Option<Asked>,
-    /// Start of the run, in seconds since 1970 UTC
+    /// Start of the run \[s since 1970-01-01 UTC\]
     #[serde(default)]
     pub started_unix_s: u64,
     /// Files of the results that were stored with the record
@@ -440,7 +445,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Whether a result is of these inputs and of this build of the program; `accept_build` allows any build.
+    /// Whether a result has these inputs and comes from this build of the program; `accept_build` allows any build.
     pub fn counts_for(&self, identity: &Identity, accept_build: bool) -> bool {
         self.identity == *identity && (accept_build || self.build == Build::this())
     }

@@ -1,4 +1,4 @@
-//! `report.json`: the files of a report, and what it was made of. The next report removes those that it does not write again.
+//! `report.json`: the files of a report and its sources. The next report removes those files that it does not write again.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::case_files::check_in;
@@ -12,7 +12,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Name of the file.
 pub const FILE: &str = "report.json";
-/// Files and folders next to a report that are none of it.
+/// Files and folders next to a report that do not belong to it.
 const OTHERS: [&str; 11] = [
     FILE,
     origin::FILE,
@@ -32,31 +32,31 @@ const OTHERS: [&str; 11] = [
 pub struct ReportFiles {
     /// Kind of the study
     pub kind: String,
-    /// Digest of the study, without what does not change its report
+    /// Digest of the study, without the parts that do not affect its report
     pub study_sha256: String,
     /// Case → digest of the identity of the result that counted
     pub identities: BTreeMap<String, String>,
-    /// Files that were made once for all reports of these results, as models are, relative to the folder
+    /// Files that were made once for all reports of these results, such as models, relative to the folder
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub derived: BTreeSet<String>,
-    /// All others
+    /// All other files, relative to the folder
     pub files: BTreeSet<String>,
 }
 
 impl ReportFiles {
-    /// The files of the last report in a folder; none where there was none, or one of an earlier version.
+    /// The files of the last report in a folder; `None` if there was no report, or one of an earlier version.
     pub fn read(dir: &Path) -> Option<Self> {
         let bytes = storage::read(&dir.join(FILE), DATA_LIMIT).ok()?;
         serde_json::from_slice(&bytes).ok()
     }
 
-    /// Notes the sources of a report.
+    /// Records the sources of a report.
     pub fn of<'a>(study: &StudyRecord, cases: impl Iterator<Item = &'a CaseRecord>) -> Self {
         let identities = cases.map(|r| (r.id.clone(), r.provenance.identity.sha256.clone())).collect();
         Self { kind: study.kind.clone(), study_sha256: digest(study), identities, ..Self::default() }
     }
 
-    /// Keeps the list, and removes the files of an earlier report that are in it no more. One that cannot be removed stays.
+    /// Stores the list, and removes the files of an earlier report that it no longer contains. A file that cannot be removed stays.
     ///
     /// # Errors
     ///
@@ -70,7 +70,7 @@ impl ReportFiles {
         storage::write(&dir.join(FILE), text.as_bytes())
     }
 
-    /// Removes what was made once for all reports of these results. A file that cannot be removed stays.
+    /// Removes the files that were made once for all reports of these results. A file that cannot be removed stays.
     pub fn remove_derived(&self, dir: &Path) {
         self.derived.iter().for_each(|file| remove(dir, file));
     }
@@ -80,7 +80,7 @@ impl ReportFiles {
         self.study_sha256 != digest(study)
     }
 
-    /// Whether a case has other inputs in this study, or a result of others.
+    /// Whether a case now has other inputs in this study, or a result with other inputs.
     pub fn is_of_other_inputs(&self, dir: &Path, study: &StudyRecord) -> bool {
         let is_other = |(id, identity): (&String, &String)| {
             stored_identity(dir, id).is_some_and(|stored| {
@@ -91,20 +91,20 @@ impl ReportFiles {
     }
 }
 
-/// Removes a file of a report, where it can be removed.
+/// Removes a file of a report, if possible.
 fn remove(dir: &Path, file: &str) {
     if is_inside(Path::new(file)) {
         std::fs::remove_file(dir.join(file)).ok();
     }
 }
 
-/// The names of files below a folder with slashes, without those that belong to no report.
+/// The names of files below a folder, with slashes, except those that cannot belong to a report.
 pub fn names(files: BTreeSet<PathBuf>, dir: &Path) -> BTreeSet<String> {
     let inside = files.iter().filter_map(|file| file.strip_prefix(dir).ok()).filter(|file| is_inside(file));
     inside.map(|file| file.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")).collect()
 }
 
-/// Whether a path leads to a file that a report may have.
+/// Whether a path leads to a file that can belong to a report.
 fn is_inside(path: &Path) -> bool {
     let mut parts = path.components();
     let first = parts.clone().next();
@@ -112,7 +112,7 @@ fn is_inside(path: &Path) -> bool {
         && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// Digest of a study without its version and its inputs, which the identities of its cases tell.
+/// Digest of a study without its version and its inputs, which the identities of its cases cover.
 fn digest(study: &StudyRecord) -> String {
     let own = StudyRecord { schema: 0, version: String::new(), inputs_sha256: BTreeMap::new(), ..study.clone() };
     sha256(serde_json::to_string(&own).expect("numbers and string keys only"))

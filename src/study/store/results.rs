@@ -1,4 +1,4 @@
-//! Reads what a study run has left: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json.gz`.
+//! Reads the results of a study run: `study.json`, `cases/<id>.json`, `.csv` and `.skin.json.gz`.
 
 use crate::calibrate::inverse::Calibration;
 use crate::report::error::ReportError;
@@ -21,24 +21,24 @@ use std::path::Path;
 pub struct Results {
     pub study: StudyRecord,
     pub cases: Vec<StoredCase>,
-    /// Case id → surface, where one was stored
+    /// Case id → surface, if one was stored
     pub skins: BTreeMap<String, Skin>,
-    /// Case id → motion, where the scene records it
+    /// Case id → motion, if the scene records it
     pub motions: BTreeMap<String, Packed>,
-    /// Case id → constants that were found there
+    /// Case id → constants found in the case
     pub found: BTreeMap<String, Calibration>,
-    /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`, in the rows of its time series
+    /// Case id → derivatives of its columns with respect to such constants, `d bending_angle_deg/d laws.rubber.mu`, at the times of its series
     pub sensitivities: BTreeMap<String, Series>,
-    /// Record of the work on all cases, [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
+    /// Record of the work on all cases, see [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
     pub derived: Option<serde_json::Value>,
-    /// Files that could not be read and are left out, in sentences
+    /// Files that could not be read and are left out, as sentences
     pub damaged: Vec<String>,
-    /// Cases whose stored results are of other inputs than the study has now, and are left out
+    /// Cases that are left out because their stored results have other inputs than the study has now
     pub outdated: Vec<String>,
 }
 
-/// Cases of the study are left out that have no files yet, whose numbers are not those that were stored, or whose inputs are no longer those of
-/// the study.
+/// Reads the results in a folder. Cases are left out if they have no files yet, if their numbers differ from those that were stored, or if their inputs
+/// are no longer those of the study.
 pub fn read(dir: &Path) -> Result<Results, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
@@ -62,7 +62,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
     }
 }
 
-/// The record of a case with its time series, sound or not; none where there is no record.
+/// The record of a case with its time series, intact or not; `None` if there is no record.
 pub fn stored(dir: &Path, id: &str) -> Result<Option<StoredCase>, ReportError> {
     let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
     let Some(record) = record(&file("json"))? else { return Ok(None) };
@@ -70,7 +70,7 @@ pub fn stored(dir: &Path, id: &str) -> Result<Option<StoredCase>, ReportError> {
 }
 
 impl Results {
-    /// Results of a study of which no case is done.
+    /// Results of a study without any finished case.
     pub fn without_cases(study: StudyRecord) -> Self {
         let (cases, derived, damaged, outdated) = (vec![], None, vec![], vec![]);
         let (skins, motions) = (BTreeMap::new(), BTreeMap::new());
@@ -78,7 +78,7 @@ impl Results {
         Self { study, cases, skins, motions, found, sensitivities, derived, damaged, outdated }
     }
 
-    /// Names a file that cannot be read, whose case does not count; other reasons concern the whole folder.
+    /// Reports a file that cannot be read, whose case does not count; other errors concern the whole folder.
     fn leave_out(&mut self, why: ReportError) -> Result<(), ReportError> {
         let fact = match why {
             ReportError::Malformed { path, source } => {
@@ -92,7 +92,7 @@ impl Results {
         Ok(())
     }
 
-    /// Gives every case its places in the study.
+    /// Assigns to every case its families, variants and members in the study.
     fn place(&mut self) {
         let named: HashMap<String, VariantMember> = (self.cases.iter())
             .map(|StoredCase { record: r, .. }| {
@@ -105,7 +105,7 @@ impl Results {
             cases.map(|case| if let Some(of) = places.get(&case.record.id) { case.at(of) } else { case }).collect();
     }
 
-    /// Reads the files of a case, if it has some.
+    /// Reads the files of a case, if it has any.
     fn add(&mut self, dir: &Path, id: &str) -> Result<(), ReportError> {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let Some(mut record) = record(&file("json"))? else { return Ok(()) };
@@ -114,7 +114,8 @@ impl Results {
             return Ok(());
         }
         self.study.asks.iter().for_each(|asks| record.restrict(*asks, self.study.is_reference(id)));
-        // A file that was taken away, to save space, does not make the numbers of the others wrong, but for the series: peaks count from its first value
+        // A file that was removed to save space does not make the numbers in the others wrong, except for the series: peaks are counted from its first
+        // value
         let is_series = |f: &Unsound| f.file == format!("cases/{id}.csv");
         let is_spared = |f: &Unsound| !is_series(f) && !dir.join(&f.file).exists();
         let (missing, changed): (Vec<Unsound>, Vec<Unsound>) =
@@ -132,7 +133,7 @@ impl Results {
         let missing = missing.iter().filter(|f| !is_picture(f));
         self.damaged.extend(missing.map(|f| sentence(f, "The case is without what it holds")));
         let series_of_case = series(&file("csv"))?.unwrap_or_default();
-        // They have the rows of every step; those of the series may be fewer
+        // They have the rows of every step; the series may have fewer
         let sensitivities = series(&file("sensitivities.csv"))?.map(|s| s.at(&series_of_case.t_s));
         let found = json::<Calibration>(&file("fit.json"))?;
         self.cases.push(StoredCase::new(record, series_of_case));
@@ -142,11 +143,11 @@ impl Results {
         Ok(())
     }
 
-    /// Reads what is drawn of a case, apart from the files that are not those that were stored.
+    /// Reads the drawable files of a case, except those that differ from the stored ones.
     fn add_pictures(&mut self, dir: &Path, id: &str, changed: &[Unsound]) {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let is_changed = |end: &str| changed.iter().any(|f| f.file == format!("cases/{id}.{end}"));
-        // Unpacked by hand it is read too
+        // The file is also read if it was unpacked by hand
         let skin = match read_with(&file("skin.json.gz"), Skin::unpacked) {
             Ok(None) => read_with(&file("skin.json"), Skin::unpacked),
             found => found,
@@ -169,12 +170,12 @@ impl Results {
     }
 }
 
-/// Whether a file is only drawn: no number comes from it.
+/// Whether a file is only drawn and no number comes from it.
 fn is_picture(file: &Unsound) -> bool {
     file.file.contains(".skin.") || file.file.ends_with(&format!(".{PAGE}"))
 }
 
-/// A record; none if the file does not exist. One that another build wrote in another form is refused by the name of that build.
+/// Reads a record; `None` if the file does not exist. A record that another build wrote in another form is refused with the name of that build.
 fn record(path: &Path) -> Result<Option<CaseRecord>, ReportError> {
     match json(path) {
         Err(ReportError::Malformed { path, source }) => match storage::read(&path, DATA_LIMIT).map(|b| writer(&b)) {
@@ -185,7 +186,7 @@ fn record(path: &Path) -> Result<Option<CaseRecord>, ReportError> {
     }
 }
 
-/// The motion of a case; none where its file does not exist.
+/// The motion of a case; `None` if its file does not exist.
 fn motion(path: &Path) -> Option<Result<Packed, String>> {
     if !path.is_file() {
         return None;
@@ -196,7 +197,7 @@ fn motion(path: &Path) -> Option<Result<Packed, String>> {
     Some(read.and_then(|mut cases| cases.pop().filter(|c| unpack(c).is_some()).ok_or_else(damaged)))
 }
 
-/// A surface of finite numbers whose arrays fit together; another one is not drawn.
+/// Whether a surface has only finite numbers and consistent arrays; otherwise it is not drawn.
 fn sound(s: &Skin) -> bool {
     let rigid_points = s.rigids.iter().flat_map(|r| &r.points);
     let mut points = s.points.iter().chain(&s.displacement).chain(s.cables.iter().flatten()).chain(rigid_points);
@@ -210,7 +211,7 @@ fn sound(s: &Skin) -> bool {
     s.displacement.len() == n && s.stretch.len() == n && inside(&s.triangles, n) && curved && rigid
 }
 
-/// Columns of numbers under a header; the first one is `t_s`. An empty cell is not a number and reads as NaN.
+/// Reads columns of numbers under a header; the first column is `t_s`. An empty cell reads as NaN.
 fn series(path: &Path) -> Result<Option<Series>, ReportError> {
     let bytes = match storage::read(path, DATA_LIMIT) {
         Ok(bytes) => bytes,

@@ -1,25 +1,25 @@
-//! The digest of a record within itself: whether the text of the record is still the one that was stored.
+//! The digest of a record within itself, which shows whether the text of the record is still the one that was stored.
 //!
-//! It is the SHA-256 of the text with an empty digest. A record without one was stored before there was one, or is not stored yet.
+//! It is the SHA-256 of the text with an empty digest. A record without a digest was stored by an early version, or is not stored yet.
 
 use crate::storage::sha256;
 use std::ops::Range;
 
 const KEY: &str = "\"record_sha256\": \"";
 
-/// The text of a record with its digest in the place of the empty one.
+/// Inserts the digest of a record into its text, in place of the empty one.
 pub fn sealed(text: &str) -> String {
     text.replacen(&format!("{KEY}\""), &format!("{KEY}{}\"", sha256(text)), 1)
 }
 
-/// Whether the text has no digest, or its own.
+/// Whether the text has no digest, or the correct one.
 pub fn is_intact(text: &str) -> bool {
     let Some(place) = place(text) else { return true };
     let without = [&text[..place.start], &text[place.end..]].concat();
     text[place] == sha256(without)
 }
 
-/// Where the digest is. A quotation mark within a string of JSON is escaped, so that no other value can look like it.
+/// The position of the digest. Quotation marks within JSON strings are escaped, so that no other value can look like it.
 fn place(text: &str) -> Option<Range<usize>> {
     let start = text.find(KEY)? + KEY.len();
     let end = start + text[start..].find('"')?;
@@ -41,7 +41,7 @@ mod tests {
             let mut bytes = sealed.clone().into_bytes();
             bytes[k] ^= 1;
             let changed = String::from_utf8(bytes).expect("ASCII");
-            // Without its key, the digest is not found
+            // The digest is not found without its key
             assert!(!is_intact(&changed) || !changed.contains(KEY), "byte {k}");
         }
     }

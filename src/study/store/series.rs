@@ -3,16 +3,16 @@
 use crate::study::store::record::CaseRecord;
 use std::collections::{BTreeMap, HashMap};
 
-/// A case that was read from the folder of results: its record, its time series, and its places in the study.
+/// A case read from the folder of results: its record, its time series, and its places in the study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredCase {
     pub record: CaseRecord,
     pub series: Series,
-    /// Empty where the study does not say them
+    /// Empty if the study does not list them
     places: Vec<Place>,
 }
 
-/// A place that a case has in a study. A scene that several families, variants or members ask for is run once and has several places.
+/// A family, variant and member to which a case belongs in a study. A scene that several of them request is run only once and has several places.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     pub family: String,
@@ -21,12 +21,12 @@ pub struct Place {
 }
 
 impl StoredCase {
-    /// A case whose only place is the one that its record names.
+    /// Builds a case whose only place is the one named in its record.
     pub fn new(record: CaseRecord, series: Series) -> Self {
         Self { record, series, places: vec![] }
     }
 
-    /// The same case with the places that the study gives it; its record names the first one.
+    /// Assigns to the case the places that the study gives it; its record names the first one.
     #[must_use]
     pub fn at(mut self, places: &[Place]) -> Self {
         if let Some(first) = places.first() {
@@ -45,7 +45,7 @@ impl StoredCase {
         names.chain(own)
     }
 
-    /// The variants that run it, each once.
+    /// The variants that run the case, without repetition.
     pub fn variants(&self) -> Vec<&str> {
         let mut all = vec![];
         for [_, variant, _] in self.names() {
@@ -56,7 +56,7 @@ impl StoredCase {
         all
     }
 
-    /// Whether the variant runs it, in whichever family.
+    /// Whether the variant runs the case, in any family.
     pub fn is_of(&self, variant: &str) -> bool {
         self.names().any(|[_, own, _]| own == variant)
     }
@@ -66,12 +66,12 @@ impl StoredCase {
         self.names().any(|[in_family, own, _]| in_family == family && own == variant)
     }
 
-    /// Whether it is a case of the family, in whichever variant.
+    /// Whether it is a case of the family, in any variant.
     pub fn is_of_family(&self, family: &str) -> bool {
         self.names().any(|[own, ..]| own == family)
     }
 
-    /// The members of the family that it is in the variant.
+    /// The members of the family that the case represents in the variant.
     pub fn members(&self, family: &str, variant: &str) -> impl Iterator<Item = &str> {
         self.names()
             .filter(move |[in_family, own, _]| *in_family == family && *own == variant)
@@ -79,17 +79,17 @@ impl StoredCase {
     }
 }
 
-/// Time series of a case, as `cases/<id>.csv` holds it: the columns over `t_s`.
+/// Time series of a case as stored in `cases/<id>.csv`: the columns over `t_s`.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Series {
-    /// \[samples\] time \[s\]
+    /// \[samples\] Time \[s\]
     pub t_s: Vec<f64>,
-    /// Column name → \[samples\], unit in the name
+    /// Column name, which includes the unit → \[samples\] values
     pub columns: BTreeMap<String, Vec<f64>>,
 }
 
 impl Series {
-    /// Its rows at these times; numbers are NaN where it has no row.
+    /// Returns its rows at these times; values are NaN at times without a row.
     pub fn at(&self, times: &[f64]) -> Self {
         let rows: HashMap<u64, usize> = self.t_s.iter().enumerate().map(|(k, t)| (t.to_bits(), k)).collect();
         let places: Vec<Option<usize>> = times.iter().map(|t| rows.get(&t.to_bits()).copied()).collect();
@@ -103,7 +103,7 @@ impl Series {
 mod tests {
     use super::*;
 
-    /// Derivatives of every step are those of the rows that were written, whichever these are.
+    /// Derivatives of every step are assigned to the written rows, whichever these are.
     #[test]
     fn rows_are_told_by_their_times() {
         let slopes = Series {

@@ -1,4 +1,4 @@
-//! Work of the solver in a case, and where it stopped, for the record and for `summary.json`.
+//! Work of the solver in a case, and where it stopped, as stored in its record and in `summary.json`.
 
 use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
@@ -15,50 +15,50 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Work of the solver in a case
+/// Work of the solver in a case.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct SolverRecord {
     /// Steps whose tangent was shifted towards positive definiteness
     pub shifted_steps: usize,
-    /// Steps that came through with projected tangents only
+    /// Steps that succeeded only with projected tangents
     pub projected_steps: usize,
-    /// Dynamic steps that were solved, and repeated in parts since their time error was too large
+    /// Dynamic steps that were solved, and repeated in parts because their time error was too large
     #[serde(default)]
     pub repeated_steps: usize,
-    /// Dynamic steps with a time error above `time_error` that could not be cut any more
+    /// Dynamic steps with a time error above `time_error` that could not be cut any further
     #[serde(default)]
     pub coarse_steps: usize,
-    /// Algebraic error: the largest correction that an accepted state still asks for, as a share of its largest displacement, as
-    /// estimated; 0 where no step was judged by one
+    /// Algebraic error: the largest estimated correction that an accepted state would still need, relative to its largest displacement; 0 if no step
+    /// was judged by one
     #[serde(default)]
     pub algebraic_error: f64,
-    /// Accepted steps that `algebraic_error` says nothing of: arc length, contact corrections, linearised steps
+    /// Accepted steps that `algebraic_error` does not cover: arc length, contact corrections, linearised steps
     #[serde(default)]
     pub steps_without_algebraic_error: usize,
-    /// Iterations of Newton's method in steps that were not accepted
+    /// Newton iterations in steps that were not accepted
     #[serde(default)]
     pub lost_iterations: usize,
-    /// Factorisations of shifted tangents, in accepted steps and in others
+    /// Factorisations of shifted tangents, in accepted and rejected steps
     #[serde(default)]
     pub shifted_factorisations: usize,
-    /// Steps that ended where the constrained tangent has negative eigenvalues
+    /// Steps that ended at a state whose constrained tangent has negative eigenvalues
     pub unstable_steps: usize,
-    /// Accepted states where negative eigenvalues were not counted: whether they are stable is not known
+    /// Accepted states without a count of negative eigenvalues, whose stability is therefore unknown
     #[serde(default)]
     pub uncounted_steps: usize,
     /// How linear systems were solved
     #[serde(default)]
     pub linear: LinearRecord,
-    /// Where more than a tenth of the energy of a dynamic stage came from nothing
+    /// A dynamic stage in which more than a tenth of the energy came from nothing
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_from_nothing: Option<EnergyRecord>,
     /// Cavities whose walls have passed through each other
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub collapsed_cavities: Vec<CollapseRecord>,
-    /// Contacts whose facets lie inside of the obstacle between their contact points
+    /// Contacts with facets that lie inside the obstacle between their contact points
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sunken_facets: Vec<SunkenRecord>,
-    /// Arc length: where the loads were largest or least
+    /// With arc length: states at which the loads were largest or smallest
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turning_points: Vec<TurningRecord>,
     /// Where and why the run stopped, if its status is not `Converged`
@@ -66,30 +66,30 @@ pub struct SolverRecord {
     pub stop: Option<StopRecord>,
 }
 
-/// The way in which linear systems were solved, and why.
+/// The method by which linear systems were solved, and the reason.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct LinearRecord {
     /// `direct` or `iterative`
     pub path: String,
-    /// Reason for the path, in words
+    /// Reason for this method, in words
     pub why: String,
-    /// The last hierarchy; none on the direct path
+    /// The last multigrid hierarchy; `None` on the direct path
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub multigrid: Option<MultigridRecord>,
 }
 
-/// The last hierarchy of the iterative path, and what the Krylov method did with it.
+/// The last hierarchy of the iterative path, and the work of the Krylov method with it.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct MultigridRecord {
-    /// The bottom included
+    /// Number of levels, including the coarsest
     pub levels: usize,
-    /// Entries of the matrices of all levels over those of the finest
+    /// Entries of the matrices of all levels, relative to those of the finest
     pub operator_complexity: f64,
-    /// Right sides that were solved for to the full accuracy, and the iterations for them
+    /// Right-hand sides solved to full accuracy
     pub full_solves: usize,
-    /// Iterations for them
+    /// Iterations for these right-hand sides
     pub full_iterations: usize,
-    /// Factorisations where the Krylov method met negative curvature or was slow
+    /// Factorisations made because the Krylov method met negative curvature or was slow
     pub factorised: usize,
 }
 
@@ -108,39 +108,39 @@ impl LinearRecord {
     }
 }
 
-/// A state at which the loads on a path of equilibria turn
+/// A state at which the loads on a path of equilibria have an extremum.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TurningRecord {
     /// Time of the state \[s\]
     pub t_s: f64,
-    /// The loads are largest there, else least
+    /// Whether the loads are largest there; otherwise they are smallest
     pub highest: bool,
-    /// Prescribed values there, by name with the unit
+    /// Prescribed values at this state, by name with the unit
     pub signals: BTreeMap<String, f64>,
 }
 
-/// The place and the reason of the end of a run
+/// The location and the reason of the end of a run.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct StopRecord {
-    /// Time of the last good state \[s\]
+    /// Time of the last accepted state \[s\]
     pub t_s: f64,
     /// The fact, in words
     pub fact: String,
     /// The remedy, in words
     pub remedy: String,
-    /// Name of the effect, where one is the cause
+    /// Name of the effect that caused it, if any
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effect: Option<String>,
-    /// Index in the mesh
+    /// Index of the cell in the mesh
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cell: Option<usize>,
-    /// Index in the mesh
+    /// Index of the node in the mesh
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node: Option<u32>,
-    /// Where cell or node is at rest \[m\]
+    /// Position of the cell or node at rest \[m\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place_m: Option<[f64; 3]>,
-    /// The largest loads that the path carries, by name with the unit
+    /// The largest loads on the path, by name with the unit
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub limit: BTreeMap<String, f64>,
 }
@@ -177,7 +177,7 @@ fn signals(scene: &Scene, now: Clock) -> BTreeMap<String, f64> {
     scene.signals.iter().map(|s| (s.name.clone(), s.signal.at(now))).collect()
 }
 
-/// The signals at the limit of the loads, with the inputs of the step that did not come through; none where the run ended otherwise.
+/// The signals at the limit of the loads, with the inputs of the step that failed; empty if the run ended otherwise.
 fn limit(scene: &Scene, run: &Run) -> BTreeMap<String, f64> {
     let at = |t| signals(scene, Clock { t, inputs: &run.last.inputs });
     run.status.limit().map(at).unwrap_or_default()
@@ -202,7 +202,7 @@ fn stop(scene: &Scene, run: &Run) -> Option<StopRecord> {
     })
 }
 
-/// Status with the loads of a limit point in numbers and the cables that pull.
+/// Status with the loads of a limit point in numbers and the cables that pull; `None` if the status has no time.
 pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
     if let Some(why) = &run.failure {
         return Some(why.to_string());
@@ -215,8 +215,8 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
     Some(format!("{status}{stated}{pulling}"))
 }
 
-/// Strain of an elastic cable from which on its tension is a matter of definition \[–\]: between ln(1 + ε) and ε + ½ε², of equal EA, tensions differ from
-/// EA ε by ½ε, here a twentieth.
+/// Strain of an elastic cable above which its tension depends on the definition of strain \[–\]: between ln(1 + ε) and ε + ½ε², with equal EA, tensions
+/// differ from EA ε by ½ε, here a twentieth.
 const LARGE_STRAIN: f64 = 0.1;
 
 /// Notes on elastic cables whose strain becomes large.
@@ -243,7 +243,7 @@ fn stretched(scene: &Scene, run: &Run) -> Vec<String> {
     notes.collect()
 }
 
-/// Notes on an unstable path, or on one that ends. Elements with pressures may lose a stability that the body has.
+/// Notes on a path that becomes unstable or ends. Elements with pressures may lose a stability that the body itself has.
 fn lost_stability(scene: &Scene, run: &Run) -> Vec<String> {
     let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
     let unstable = run.findings.unstable.first().map(|(t, modes)| {

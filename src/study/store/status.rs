@@ -1,8 +1,8 @@
 //! Statuses of a case that a study adds to those of a run.
 
-/// Status of a case whose search for constants found no further step before it had settled.
+/// Status of a case whose search for constants found no further step before it settled.
 pub const NOT_SETTLED: &str = "SearchNotSettled";
-/// Status of a case whose search for constants had no time left; the next run goes on from its answer.
+/// Status of a case whose search for constants ran out of time; the next run continues from its answer.
 pub const OUT_OF_TIME: &str = "SearchOutOfTime";
 /// Status of a case whose curves do not determine every constant.
 pub const NOT_DETERMINED: &str = "ConstantsNotDetermined";
@@ -10,12 +10,12 @@ pub const NOT_DETERMINED: &str = "ConstantsNotDetermined";
 pub const REFUSED: &str = "Refused";
 /// Status of a run that ended in a panic: a bug of this program.
 pub const PANICKED: &str = "Panicked";
-/// Status of a case whose process died: of memory, of a signal, or of a bug.
+/// Status of a case whose process died from lack of memory, a signal, or a bug.
 pub const CRASHED: &str = "Crashed";
 /// Status of a case that needs more memory than all cases together may take.
 pub const OUT_OF_MEMORY: &str = "OutOfMemory";
-/// Status of a case one of whose files was read with other contents than it had when the run began.
+/// Status of a case if one of its files was read with contents other than at the start of the run.
 pub const INPUTS_CHANGED: &str = "InputsChanged";
 
-/// The defect of a case that was not run, where a report lists the cases without a usable result.
+/// The defect of a case that was not run, in reports that list the cases without a usable result.
 pub const NOT_RUN: &str = "has no result";

@@ -11,58 +11,58 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Description of a study with the cases that belong to it: `study.json`, next to the folder `cases/`.
+/// Description of a study and its cases: `study.json`, next to the folder `cases/`.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct StudyRecord {
-    /// [`SCHEMA`](crate::study::store::record::SCHEMA) of the program that wrote it; 0 in files from before there was one
+    /// [`SCHEMA`](crate::study::store::record::SCHEMA) of the program that wrote it; 0 in files that precede it
     #[serde(default)]
     pub schema: u32,
-    /// Name of the study, as its folder is called
+    /// Name of the study, which is that of its folder
     pub study: String,
     /// `convergence`, `materials`, …
     pub kind: String,
     pub question: String,
     /// The expectation before the run
     pub expectation: String,
-    /// Largest error bar that is accepted, as a fraction of the value \[–\]
+    /// Largest accepted error bar, as a fraction of the value \[–\]
     pub tolerance: f64,
-    /// Variant → the quantities judged there; an imposed quantity is not listed
+    /// Variant → the quantities judged there; a prescribed quantity is not listed
     pub quantities: BTreeMap<String, Vec<StudyQuantity>>,
     /// Variants in the order of the report: `length`, `tension`
     pub variants: Vec<String>,
-    /// Variant → what it is in words, where it was said
+    /// Variant → its label, if one is given
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
-    /// Variant → heading of its group, where it was said
+    /// Variant → heading of its group, if one is given
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
-    /// Member → what it is in words, where it was said
+    /// Member → its label, if one is given
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub members: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
-    /// Further details that its kind keeps
+    /// Further details stored by its kind
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub details: serde_json::Value,
     pub version: String,
-    /// Everything that is asked of the cases in addition to their curves; absent in files of earlier versions
+    /// Everything requested of the cases in addition to their curves; absent in files of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asks: Option<Asks>,
-    /// Case → what its result is computed from, as its identity has it without the mesh; absent of cases that wait for constants
+    /// Case → digest of its inputs without the mesh, as in its identity; cases that wait for constants are absent
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub inputs_sha256: BTreeMap<String, String>,
-    /// Keys by which cases differ, and which changes of every case override
+    /// Keys in which cases differ, and which are overridden by changes of every case
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub overridden: Vec<String>,
 }
 
 impl StudyRecord {
-    /// Whether a result is of other inputs than the study has; false where one of the two does not say, and of a case that broke, which has no numbers.
+    /// Whether a result has other inputs than the study; false if one of the two does not say, and for a case that crashed, which has no numbers.
     pub fn is_of_others(&self, record: &CaseRecord) -> bool {
         let found = &record.provenance.identity.inputs_sha256;
         !found.is_empty() && !record.broke() && self.inputs_sha256.get(&record.id).is_some_and(|own| own != found)
     }
 
-    /// Why it has no verdict, where changes of every case override differences between them.
+    /// The reason why it has no verdict, if changes of every case override differences between cases.
     pub fn without_verdict(&self) -> Option<String> {
         let keys: Vec<String> = self.overridden.iter().map(|key| format!("`{key}`")).collect();
         let keys = (!keys.is_empty()).then(|| all(&keys))?;
@@ -77,12 +77,12 @@ impl StudyRecord {
         self.quantities.values().flatten().map(|q| q.name.as_str()).collect()
     }
 
-    /// Whether a case belongs to a reference run.
+    /// Whether a case is a reference run.
     pub fn is_reference(&self, id: &str) -> bool {
         self.families.iter().any(|f| f.role == Role::Reference && f.cases.iter().any(|case| case == id))
     }
 
-    /// Case → its places in the order of the families. `unsaid` finds variant and member of a case in a family that does not say them.
+    /// Case → its places in the order of the families. `unsaid` provides variant and member of a case in a family that does not list them.
     pub fn places(&self, unsaid: impl Fn(&str) -> Option<VariantMember>) -> HashMap<String, Vec<Place>> {
         let mut places: HashMap<String, Vec<Place>> = HashMap::new();
         for family in &self.families {
@@ -106,7 +106,7 @@ impl StudyRecord {
         for family in self.families.iter().filter(|f| f.role == role) {
             let said = family.cases.iter().zip(&family.members).filter(|(_, m)| m.variant == variant);
             all.extend(said.map(|(id, m)| (m.member.as_str(), converged(id))));
-            // A file of an earlier version does not say its members
+            // A file of an earlier version does not list its members
             if family.members.is_empty() {
                 let cases = stored.iter().filter(|c| c.record.converged());
                 all.extend(cases.flat_map(|c| c.members(&family.name, variant).map(move |member| (member, Some(c)))));
@@ -115,7 +115,7 @@ impl StudyRecord {
         all
     }
 
-    /// The family that a case is listed under, in a variant or in all: the first of those that have it, one of seeds or time steps last.
+    /// The family under which a case is listed, in one variant or in all: the first that contains it, but families of seeds or time steps come last.
     pub fn family_of(&self, case: &StoredCase, variant: Option<&str>) -> Option<&FamilyRecord> {
         let is_own = |f: &&FamilyRecord| match variant {
             Some(variant) => case.is_in(&f.name, variant),
@@ -129,12 +129,12 @@ impl StudyRecord {
         self.families.iter().filter(is_own).min_by_key(is_last)
     }
 
-    /// Words for a variant: its label, or its name.
+    /// The label of a variant, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
     }
 
-    /// Words for a member: its label, the title of the law or the integrator, or its name with blanks.
+    /// The label of a member, or else the title of the law or the integrator, or its name with spaces.
     pub fn member(&self, name: &str) -> String {
         self.members.get(name).cloned().unwrap_or_else(|| title(name))
     }
@@ -161,7 +161,7 @@ impl StudyRecord {
     }
 }
 
-/// A member of a variant, with its case where that has converged.
+/// A member of a variant, with its case if that has converged.
 pub type Member<'a> = (&'a str, Option<&'a StoredCase>);
 
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
@@ -170,49 +170,49 @@ pub type Member<'a> = (&'a str, Option<&'a StoredCase>);
 pub struct StudyQuantity {
     /// Column, with its unit as the suffix: `bending_angle_deg`
     pub name: String,
-    /// In words: `bending angle`
+    /// Label in words: `bending angle`
     pub label: String,
-    /// Letter in formulae and on axes: `θ`
+    /// Symbol in formulae and on axes: `θ`
     pub symbol: String,
     /// Unit as printed: `°`
     pub unit: String,
-    /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
+    /// Quantity against which it is drawn in addition to time, if the loop between the two is meaningful: `cable_length_m`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<Box<StudyQuantity>>,
-    /// Error that is accepted whatever the value is, in the unit of the column; a quantity near zero needs one
+    /// Error accepted whatever the value, in the unit of the column; a quantity near zero needs one
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub absolute_tolerance: Option<f64>,
-    /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
+    /// Whether it decides which setting a convergence study recommends; if no quantity of a variant does, all of them decide
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub deciding: bool,
-    /// A convergence study is summarised by this quantity, in its variant
+    /// Whether it summarises a convergence study, in its variant
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub headline: bool,
 }
 
 impl StudyQuantity {
-    /// The accepted error, where `relative` is that of the study.
+    /// The accepted error; `relative` is the tolerance of the study.
     pub fn tolerance(&self, relative: f64) -> Tolerance {
         Tolerance { relative, absolute: self.absolute_tolerance.unwrap_or(0.0) }
     }
 }
 
-/// A family of cases that differ in one thing only.
+/// A family of cases that differ in one respect only.
 #[derive(Serialize, Deserialize, Clone, Debug)]
 pub struct FamilyRecord {
     pub name: String,
     pub role: Role,
-    /// Short name of element and formulation: `tet4`, `tet10_up`; that of the last variant, where variants differ in it
+    /// Short name of element and formulation: `tet4`, `tet10_up`; that of the last variant if variants differ
     pub formulation: String,
-    /// Ids of the cases, of every variant, also those that have no result yet
+    /// Ids of the cases in all variants, including those without a result
     pub cases: Vec<String>,
-    /// Variant and member of each of these cases; empty in files of earlier versions, whose records have them
+    /// Variant and member of each of these cases; empty in files of earlier versions, where the records contain them
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub members: Vec<VariantMember>,
 }
 
 impl FamilyRecord {
-    /// Formulation of these members of it: variants may differ in it, and of members that do the finest mesh tells.
+    /// Formulation of these members of the family. Variants may differ in it; if the members do, the finest mesh decides.
     pub fn formulation_of<'a>(&'a self, members: &[&'a StoredCase]) -> &'a str {
         let finest = members.iter().map(|c| &c.record).min_by(|a, b| a.mesh.h_m.total_cmp(&b.mesh.h_m));
         finest.map(|r| r.formulation.as_str()).filter(|own| !own.is_empty()).unwrap_or(&self.formulation)
@@ -220,7 +220,7 @@ impl FamilyRecord {
 }
 
 impl PartialEq for FamilyRecord {
-    /// A record of an earlier version, which does not say its members, is not of another family for that.
+    /// A record of an earlier version that does not list its members does not count as a different family for that reason.
     fn eq(&self, other: &Self) -> bool {
         let key = |f: &Self| (f.name.clone(), f.role, f.formulation.clone());
         let is_unsaid = self.members.is_empty() || other.members.is_empty();
@@ -239,52 +239,52 @@ pub struct VariantMember {
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// The mesh sizes the study is about, meshed one by one
+    /// The mesh sizes that the study examines, meshed separately
     Sizes,
     /// Each cell split into eight: one size ratio, no mesh noise
     Nested,
-    /// Meshed one by one with one size ratio
+    /// Separately meshed with one size ratio
     Remeshed,
-    /// One size, several seeds of the mesher: the scatter
+    /// One size, several seeds of the mesher, to measure the scatter
     Seeds,
     /// Another element at a few sizes
     Element,
-    /// Adaptive meshes, for several tolerances
+    /// Adaptive meshes for several tolerances
     Adaptive,
     /// One mesh, several time steps
     TimeStep,
     /// One mesh, several laws, formulations or effects
     Members,
-    /// The same members on a finer mesh
+    /// The compared members on a finer mesh
     Finer,
     /// The points of a sweep
     Grid,
     /// Effects added one by one
     Cumulative,
-    /// A dimension that is not known exactly, over its range
+    /// A dimension that is not known exactly, varied over its range
     Nuisance,
     /// One mesh, several settings of the solver
     Solver,
     /// A reference run, far finer than needed
     Reference,
-    /// Where a law is used with the constants that were found, from coarse to fine
+    /// Uses of a law with the constants found, on meshes from coarse to fine
     Use,
-    /// Scenes that break simulators
+    /// Scenes that are hard for simulators
     Suite,
-    /// Points of a map of where a scene holds
+    /// Points of a robustness map
     Map,
     /// Points of a response surface, with derivatives
     Design,
-    /// Points that show how far a response surface is off
+    /// Points that measure the error of a response surface
     Check,
-    /// States that a reduced model is made of
+    /// States from which a reduced model is built
     Training,
-    /// States that its error bars are made of
+    /// States from which its error bars are determined
     HeldBack,
 }
 
 impl Role {
-    /// Words for the role in a report.
+    /// The name of the role in a report.
     pub fn words(self) -> &'static str {
         match self {
             Self::Sizes => "sizes",

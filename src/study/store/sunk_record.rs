@@ -1,4 +1,4 @@
-//! Facets of a case that lie inside of an obstacle between their contact points, for the record and for the reader.
+//! Facets of a case that lie inside an obstacle between their contact points, as stored in its record and as described to the reader.
 
 use crate::scene::SunkenFacet;
 use crate::wording::few;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// The remedy for facets in an obstacle.
 const REMEDY: &str = "contact is felt at points of the mesh alone; refine the mesh there, or take tet10";
 
-/// The deepest place of the facets of a contact inside of its obstacle
+/// The deepest point of the facets of a contact inside its obstacle.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct SunkenRecord {
     /// Name of the contact
@@ -17,7 +17,7 @@ pub struct SunkenRecord {
     pub t_s: f64,
     /// Depth \[m\]
     pub depth_m: f64,
-    /// Where it is in space \[m\]
+    /// Position in space \[m\]
     pub place_m: [f64; 3],
 }
 
@@ -29,7 +29,7 @@ impl From<&SunkenFacet> for SunkenRecord {
 }
 
 impl SunkenRecord {
-    /// A warning for the reader of one run.
+    /// The warning for a single run.
     pub fn warning(&self) -> String {
         let Self { contact, t_s, depth_m, place_m: [x, y, z] } = self;
         format!(
@@ -43,7 +43,7 @@ impl SunkenRecord {
     }
 }
 
-/// A warning where facets of cases lie in obstacles, each case given by its name.
+/// A warning if facets lie in obstacles in some of the cases, which are given with their names.
 pub fn warning<'a>(cases: impl Iterator<Item = (&'a str, &'a [SunkenRecord])>) -> Option<String> {
     let deepest = |all: &[SunkenRecord]| all.iter().map(|found| found.depth_m).reduce(f64::max);
     let (names, depths): (Vec<&str>, Vec<f64>) = cases.filter_map(|(name, all)| Some((name, deepest(all)?))).unzip();

@@ -1,4 +1,5 @@
-//! Marks a report whose study has changed since: its verdict is not that of the present inputs. Models that were made for it do not stay under other inputs.
+//! Marks a report whose study has changed since: its verdict does not belong to the present inputs. Models made from results of other inputs are
+//! removed.
 
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::store::folder::{StoreError, unwritable};
@@ -11,8 +12,8 @@ use std::path::Path;
 const WORDS: &str = "The study or its inputs have changed since this report was written: its verdict is that of the earlier ones. \
                      Run the study to the end, or call durometer report, to write it anew.";
 
-/// Marks the page and the summary of a report in a folder, where they are of another study, or of other inputs than it has now. What was made once of the
-/// results of other inputs, as reduced models are, is removed: such a file is used without its report.
+/// Marks the page and the summary of a report in a folder if they belong to another study, or to inputs other than the present ones. Files made once
+/// from results of other inputs, such as reduced models, are removed, since they are used without the report.
 ///
 /// # Errors
 ///
@@ -36,7 +37,7 @@ pub fn mark(dir: &Path, study: &StudyRecord) -> Result<(), StoreError> {
     add(dir, "summary.json", ("{\n", &format!("{{\n  \"superseded\": \"{WORDS}\",\n")))
 }
 
-/// Adds a mark at its place in a file, once.
+/// Inserts a mark at its position in a file, once.
 fn add(dir: &Path, name: &str, (place, marked): (&str, &str)) -> Result<(), StoreError> {
     let path = dir.join(name);
     let Ok(text) = storage::read_text(&path, DATA_LIMIT) else { return Ok(()) };

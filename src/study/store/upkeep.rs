@@ -1,4 +1,4 @@
-//! Upkeep of a folder of results: every digest is verified, and what no case uses is removed.
+//! Upkeep of a folder of results: verifies all digests, and removes what no case uses.
 
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::case_files::{
@@ -13,10 +13,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Findings of a verification.
+/// Result of a verification.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Verified {
-    /// Cases whose files are all those that were stored
+    /// Number of cases whose files are all those that were stored
     pub sound: usize,
     /// Cases of the study without a record
     pub missing: Vec<String>,
@@ -42,18 +42,18 @@ pub fn verify(dir: &Path) -> Result<Verified, FolderError> {
     Ok(out)
 }
 
-/// Files that were removed, or would be, and those that stay.
+/// Files that were removed, or would be, and those that are kept.
 #[derive(Serialize, Clone, Debug, PartialEq, Default)]
 pub struct Cleaned {
     pub removed: Vec<Removed>,
-    /// Files and folders that this program does not know, relative to the folder of the results; they stay
+    /// Files and folders that this program does not know, relative to the folder of the results; they are kept
     pub unknown: Vec<String>,
 }
 
 /// A file or folder that nothing uses.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Removed {
-    /// Relative to the folder of the results
+    /// Path relative to the folder of the results
     pub file: String,
     pub bytes: u64,
     pub why: &'static str,
@@ -68,10 +68,10 @@ pub enum CleanError {
     Kept { path: PathBuf, reason: String },
 }
 
-/// Age of the sign of life from which a run counts as dead, however young the rest is that is to be removed.
+/// Age of the sign of life at which a run counts as dead, however small the age limit for removing files.
 const DEAD: Duration = Duration::from_secs(2 * SILENT.as_secs());
 
-/// Removes what belongs to no case of the study, and what killed runs have left and nobody has changed for `age`. With `dry` it is only named.
+/// Removes files that belong to no case of the study, and files left by killed runs that have not changed for `age`. With `dry` they are only listed.
 pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError> {
     let study = study(dir)?;
     let known = ids(&study);
@@ -119,13 +119,13 @@ pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError
     Ok(out)
 }
 
-/// The id of a case one of whose damaged results was set aside under this name.
+/// The id of the case of which a damaged result was set aside under this name.
 fn damaged(id: &str) -> Option<&str> {
     let (id, number) = id.rsplit_once(".damaged-")?;
     (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then_some(id)
 }
 
-/// The ends of those files of this name that a run has stored: its record names them. Others may be files of a user.
+/// The suffixes of those files of this name that a run has stored: its record names them. Other files may belong to the user.
 fn own_ends(dir: &Path, id: &str, ends: &BTreeSet<&'static str>) -> BTreeSet<&'static str> {
     if damaged(id).is_some() {
         return ends.clone();
@@ -136,7 +136,7 @@ fn own_ends(dir: &Path, id: &str, ends: &BTreeSet<&'static str>) -> BTreeSet<&'s
     ends.iter().filter(|end| ["json", SEARCH].contains(end) || is_named(end)).copied().collect()
 }
 
-/// Looks at a folder among the cases: fields that belong to no case of the study are removed, files of others stay.
+/// Checks a folder among the cases: fields that belong to no case of the study are removed, other files are kept.
 fn clean_folder(dir: &Path, name: &str, (known, has_files): (&BTreeSet<&str>, bool), out: &mut Cleaned) {
     let (fields, others) = field_folder::names(dir, name);
     let folder = format!("cases/{name}");
@@ -173,19 +173,19 @@ fn removed(dir: &Path, file: String, why: &'static str) -> Removed {
     Removed { bytes: size(&dir.join(&file)), file, why }
 }
 
-/// Names in a folder; none where there is no such folder.
+/// Names in a folder; empty if there is no such folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect()
 }
 
-/// A file without a time counts as young: it is not removed.
+/// Whether a file is older than `age`. A file without a time counts as young and is not removed.
 fn is_older(path: &Path, age: Duration) -> bool {
     let changed = std::fs::metadata(path).and_then(|m| m.modified());
     changed.is_ok_and(|t| SystemTime::now().duration_since(t).is_ok_and(|since| since >= age))
 }
 
-/// Bytes of a file, or of all files of a folder.
+/// Size of a file, or of all files in a folder \[bytes\].
 fn size(path: &Path) -> u64 {
     match std::fs::symlink_metadata(path) {
         Ok(m) if m.is_dir() => std::fs::read_dir(path).into_iter().flatten().flatten().map(|e| size(&e.path())).sum(),

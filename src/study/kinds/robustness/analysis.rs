@@ -278,7 +278,7 @@ mod tests {
         }
     }
 
-    /// What is to be like a run that stopped has no reference at its end, also where the numbers agree.
+    /// A check against a run that stopped has no reference at its end, even if the numbers agree.
     #[test]
     fn a_run_that_stopped_is_no_reference() {
         let like = Check { reference: None, like: Some("other".into()), ..check("end") };
