@@ -68,7 +68,7 @@ pub enum Grade {
     Unjudged,
     /// The answer is not within the tolerance, but within 10 %
     Poor,
-    /// Farther off than 10 %, although the run reports success
+    /// Farther off than both the tolerance and 10 %, although the run converged
     Wrong,
     /// A stated reason instead of an answer
     Stated,
