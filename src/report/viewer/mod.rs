@@ -1,4 +1,4 @@
-//! The 3-D viewer: one page that shows the motion of cases, with everything that it needs in it.
+//! The 3-D viewer: a self-contained page that shows the motion of cases.
 //!
 //! ```text
 //! run ──► film ──► footage ──► pack ──► page        a run: its states are gathered and become principal modes
