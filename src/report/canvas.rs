@@ -71,7 +71,7 @@ pub fn mm(v: f64) -> i32 {
 
 /// Marks around text that is set in italics.
 pub const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
-/// Marks around text that is raised, such as an exponent. [`LOWERED`] ends the lowered text that follows it.
+/// Marks around text that is raised, such as an exponent. `LOWERED` ends the lowered text that follows it.
 pub const RAISED: (char, char) = ('\u{e002}', '\u{e003}');
 const LOWERED: char = '\u{e004}';
 /// Marks around text that is lowered, such as an index; the text after it is raised again until `LOWERED`.

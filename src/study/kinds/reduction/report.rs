@@ -111,7 +111,7 @@ pub fn made_of(a: &ReductionFindings) -> String {
     )
 }
 
-/// The course of the greedy search, in a sentence.
+/// How the greedy search proceeded, in a sentence.
 fn of_search(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     let (first, last) = (derived.search.first()?, derived.search.last()?);
     let share = |step: &SearchStep| step.largest.map_or("unknown".into(), percent);

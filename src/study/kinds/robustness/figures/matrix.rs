@@ -44,7 +44,7 @@ struct Line<'a> {
     member: Option<&'a str>,
 }
 
-/// Draws one figure for each sheet of lines and columns; nothing for fewer than [`LEAST`] cases, which the table lists.
+/// Draws one figure for each sheet of lines and columns; nothing for fewer than four cases, which the table lists.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     if a.cases.len() < LEAST {
         return vec![];
