@@ -1,4 +1,4 @@
-//! Why a report could not be made, with the file and the remedy.
+//! Errors of reports, with the file and the remedy.
 
 use std::io;
 use std::path::PathBuf;

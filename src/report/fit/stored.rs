@@ -26,12 +26,12 @@ pub struct StoredFit {
     pub weighting: Weighting,
     pub loss: Loss,
     pub interval_assumption: String,
-    /// `None` for an open end, because JSON has no infinity
+    /// Intervals for use; `None` for an open end, because JSON has no infinity
     pub in_use: Vec<[Option<f64>; 2]>,
     pub measurement: Vec<Contribution>,
     pub scatter: Option<Scatter>,
     pub otherwise: Vec<Otherwise>,
-    /// `nu` or `kappa` \[Pa\], as given
+    /// Given value of `nu` or `kappa` \[Pa\]
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
     /// Contraction in fits that are not incompressible
     #[serde(default)]
@@ -97,7 +97,7 @@ pub struct Specimen {
     pub level: Option<f64>,
 }
 
-/// The same fit to data that were treated differently.
+/// The fit repeated with data that were treated differently.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Otherwise {
     pub treatment: Treatment,

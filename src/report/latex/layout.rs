@@ -42,7 +42,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Chooses the layout with the largest type; nothing is broken, moved or divided if the table fits as a whole.
+    /// Chooses the first of these that fits: the table as it is, with broken headings, with equal columns moved into the caption, with texts set as
+    /// paragraphs, or divided into parts; each in the largest type that fits.
     pub fn of(t: &Table, columns: &[Column]) -> Self {
         let fits = |shown: &[usize], wide: fn(&Column) -> f64, sizes: &[Size]| {
             let part: ColumnGroup = shown.iter().map(|k| (*k, wide(&columns[*k]))).collect();

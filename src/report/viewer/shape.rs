@@ -62,7 +62,7 @@ pub struct ShapePart {
 #[derive(Clone, Debug)]
 pub struct Marked {
     pub name: String,
-    /// `region`, `cavity` or `held`
+    /// Kind of the set: `region`, `cavity` or `held`
     pub kind: &'static str,
     /// Facets of the shape
     pub facets: Vec<u32>,

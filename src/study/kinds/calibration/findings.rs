@@ -26,7 +26,7 @@ pub struct CalibratedVariant {
     /// The verdict on element and mesh in words: whether the constants belong to the material or partly to the mesh
     #[serde(rename = "element")]
     pub mesh_verdict: String,
-    /// Pressure scatter of the finest mesh where it raises the locking alarm \[–\]
+    /// Pressure scatter of the finest mesh if it raises the locking alarm \[–\]
     pub locking: Option<f64>,
     /// Errors of the data points, in words
     pub errors: String,

@@ -38,7 +38,7 @@ pub struct CalibrationStudy {
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Where the law is used afterwards
+    /// Scene in which the law is used afterwards
     #[serde(rename = "use")]
     pub usage: Option<UseSpec>,
 }

@@ -3,7 +3,7 @@
 //! Pure: stored cases in, [`ComparisonFindings`] out. f is a quantity of a member, g the same quantity of the reference:
 //!
 //! ```text
-//! difference of the peaks (f̂ − ĝ)/ĝ             that of the magnitudes where both have one sign, below −1 where they have not
+//! difference of the peaks (f̂ − ĝ)/ĝ             difference of the magnitudes if the signs agree, below −1 if they differ
 //! distance ‖f − g‖₂/‖g − g₀‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
 //! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree

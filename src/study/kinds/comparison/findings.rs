@@ -17,7 +17,7 @@ pub struct ComparisonRecord {
 pub struct ComparisonFindings {
     /// The member that the others are compared with
     pub reference: String,
-    /// \[variants × quantities\], without the quantities that the protocol imposes
+    /// Differences in every quantity that the protocol does not impose \[variants × quantities\]
     pub quantities: Vec<ByQuantity<MemberDifferences>>,
     /// Members that lack a curve, imposed quantities excepted
     pub incomparable: Vec<Incomparable>,
@@ -41,7 +41,7 @@ pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// (f̂ − ĝ)/ĝ: negative if the magnitude is smaller, below −1 if the signs differ. Relative to the scale of the absolute tolerance if that is
+    /// Difference of the peaks, (f̂ − ĝ)/ĝ: negative if the magnitude is smaller, below −1 if the signs differ. Relative to the scale of the absolute tolerance if that is
     /// larger \[–\]
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]

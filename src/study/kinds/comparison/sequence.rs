@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! cost of a step      T/n            T CPU seconds of the run, n its steps
-//! added               T/n of the member less that of the one before: with all that follows (iterations, factorisations)
+//! added               T/n of the member minus T/n of the previous one, including all consequences (iterations, factorisations)
 //! evaluation          t T/(W n)      t wall seconds in the evaluations of one effect, W those of the run
 //! ```
 //!

@@ -32,7 +32,7 @@ pub struct Noise {
     pub seeds: usize,
     pub h_m: f64,
     pub mean: f64,
-    /// max − min \[unit of f\]
+    /// Largest minus smallest value \[unit of f\]
     pub scatter: f64,
     /// Half-width of the 95 % interval of one value, which is part of U(f*) \[unit of f\]
     pub half_width: f64,

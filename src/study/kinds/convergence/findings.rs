@@ -16,7 +16,7 @@ use serde::Serialize;
 /// Findings of a convergence study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvergenceFindings {
-    /// \[variants × quantities\]
+    /// Findings in every quantity \[variants × quantities\]
     pub quantities: Vec<ByQuantity<MeshErrors>>,
     /// Mesh and formulation, cheapest first
     pub settings: Vec<MeshSetting>,

@@ -1,7 +1,8 @@
 //! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
 //!
 //! ```text
-//! constants     √(Σⱼₖ rⱼₖ cⱼ cₖ)/scale,   cₖ = ∂J/∂θₖ · the larger side of the 95 % interval of θₖ,   rⱼₖ the correlation of θⱼ and θₖ      on the finest mesh of the leading family
+//! constants     √(Σⱼₖ rⱼₖ cⱼ cₖ)/scale                                     on the finest mesh of the leading family
+//!               cₖ = ∂J/∂θₖ · the larger side of the 95 % interval of θₖ,   rⱼₖ the correlation of θⱼ and θₖ
 //! together      √(bar² + constants²)                                        after ASME V&V 20-2009, section 1-5
 //! ```
 

@@ -19,7 +19,7 @@ const OF_SIZE: [&str; 2] = ["divisions", "fine"];
 /// Tables of `[mesh]` that are the same on every mesh of a problem.
 const OF_SHAPE: [&str; 4] = ["grid", "deform", "parameters", "regions"];
 
-/// Factor within which the change of volume between meshes of one body agrees with the law for ever finer facets \[–\]
+/// Factor within which the change of volume between meshes of one body follows the law of refined facets \[–\]
 const OF_FACETS: f64 = 4.0;
 /// Change of the volume relative to the tolerance that is worth reporting \[–\]
 const TELLING: f64 = 0.2;
@@ -79,7 +79,7 @@ fn orders(members: &[&StoredCase]) -> Option<Vec<String>> {
 }
 
 /// Largest relative change of the volume from mesh to mesh, if it is not that of meshes of one body: facets on a curved surface miss its volume by c
-/// h², so a change is of another kind if by this law it is at least four times as large or as small as its neighbour, or of opposite sign.
+/// h², so a change is of another kind if, scaled by this law, it differs from its neighbour by more than a factor of four or in sign.
 fn other_volume(members: &[&StoredCase], tolerance: f64) -> Option<f64> {
     let mut meshes: Vec<(f64, f64)> = members.iter().map(|c| (c.record.mesh.h_m, c.record.mesh.volume_m3)).collect();
     meshes.sort_by(|a, b| b.0.total_cmp(&a.0));

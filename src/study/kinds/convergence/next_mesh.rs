@@ -59,8 +59,8 @@ impl NextMesh {
     }
 }
 
-/// Returns the mesh that would help if there is no verdict; `None` if no family can be refined through its keys, or if a quantity near zero first
-/// needs an absolute tolerance.
+/// Returns the mesh that would help if there is no verdict; `None` if no family can be refined through its keys, if a quantity near zero first needs
+/// an absolute tolerance, or if a reason remains that no mesh removes.
 pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<NextMesh> {
     let deciding = || quantities.iter().filter(|q| q.deciding);
     let is_supported = deciding().all(|q| q.supported);

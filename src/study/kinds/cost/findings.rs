@@ -26,7 +26,7 @@ pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostFindings {
     pub levels: Vec<f64>,
-    /// \[variants × quantities\]
+    /// Findings in every quantity \[variants × quantities\]
     pub quantities: Vec<ByQuantity<CostOfAccuracy>>,
     pub growth: Vec<GrowthLaw>,
 }
@@ -68,7 +68,7 @@ pub struct CostedCase {
     pub family: String,
     pub label: String,
     pub cost_s: f64,
-    /// (max − min)/median of the repeats \[–\]; `None` for a single run and for times of zero
+    /// Spread (max − min)/median of the repeats \[–\]; `None` for a single run and for times of zero
     pub spread: Option<f64>,
     pub value: f64,
     /// Errors of the peak and of the curve \[–\]
@@ -100,7 +100,7 @@ pub struct GrowthLaw {
     pub variant: String,
     pub formulation: String,
     pub of: Grows,
-    /// (cells, value) with the value in \[s\] or \[bytes\]
+    /// Measured points as (cells, value), with the value in \[s\] or \[bytes\]
     pub points: Vec<(f64, f64)>,
     pub law: PowerLaw,
     /// Twice the largest number of cells

@@ -13,7 +13,7 @@ use serde::Serialize;
 pub struct Line {
     pub family: String,
     pub label: String,
-    /// (cost \[s\], error \[–\]), cheapest first
+    /// Points as (cost \[s\], error \[–\]), cheapest first
     pub points: Vec<(f64, f64)>,
     /// Cost of every level, in their order; `None` if the error of the most expensive case is above the level and no law extrapolates it
     pub costs: Vec<Option<LevelCost>>,

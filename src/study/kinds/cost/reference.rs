@@ -29,7 +29,7 @@ pub struct ReferenceCurve {
     pub method: String,
     /// Families that it comes from, in words
     pub from: String,
-    /// f* \[unit of f\]
+    /// Peak f* \[unit of f\]
     pub peak: f64,
     /// Value that errors are relative to, |f*| unless the tolerance is absolute \[unit of f\]
     pub scale: f64,

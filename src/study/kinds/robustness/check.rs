@@ -25,7 +25,7 @@ const CONSTANT: f64 = 1e-6;
 /// Variables that are numbers of the whole run.
 const OF_THE_RUN: [&str; 4] = ["steps", "unstable_steps", "newton_iterations", "cuts"];
 
-/// `[[suite.check]]`
+/// Keys of a `[[suite.check]]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSpec {

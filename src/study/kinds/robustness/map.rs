@@ -20,7 +20,7 @@ pub struct Map {
     pub family: String,
     pub setup: String,
     pub quantity: StudyQuantity,
-    /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the map
+    /// Kind of the peak over the cases of the map: `maximum`, `minimum`, `extreme` or `largest change of`
     pub peak_is: &'static str,
     pub axes: Vec<AxisRecord>,
     /// Peak of the reference for each value along y

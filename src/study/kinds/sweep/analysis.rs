@@ -97,7 +97,7 @@ pub struct SweepFindings {
     pub judged: Judged,
     /// Whether the axes vary together, so that the points form one line
     pub list: bool,
-    /// \[variants × quantities\]
+    /// Findings in every quantity \[variants × quantities\]
     pub quantities: Vec<ByQuantity<Dependence>>,
 }
 

@@ -109,7 +109,7 @@ pub struct Solution {
     pub covariance: DMatrix<f64>,
     /// J \[data × (constants + sources)\]
     jacobian: DMatrix<f64>,
-    /// (d − f − C s)/σ at the solution \[data\]
+    /// Residuals (d − f − C s)/σ at the solution \[data\]
     pub residuals: Vec<f64>,
     /// Sum of squares at the solution, including those of the sources
     pub chi2: f64,

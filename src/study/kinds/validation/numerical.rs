@@ -12,7 +12,7 @@
 //! independent (JCGM 100:2008, 5.1.2; ASME V&V 20-2009, u_num).
 //!
 //! ```text
-//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²      over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
+//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²   over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
 //! ```
 //!
 //! is the variance due to the response surfaces, to first order.
