@@ -41,8 +41,8 @@ pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// Difference of the peaks, (f̂ − ĝ)/ĝ: negative if the magnitude is smaller, below −1 if the signs differ. Relative to the scale of the absolute tolerance if that is
-    /// larger \[–\]
+    /// Difference of the peaks, (f̂ − ĝ)/ĝ: negative if the magnitude is smaller, below −1 if the signs differ. Relative to the scale of the absolute
+    /// tolerance if that is larger \[–\]
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,

@@ -93,7 +93,7 @@ pub fn errors(
 }
 
 /// Share of a peak that the time grid may miss because a prescribed signal has its extremum between two grid points. It is three times the missed
-/// share of the signal, because a response may grow faster than its load, and from the middle of its range.
+/// share of the signal, because a response may grow faster than its load, and may start to grow in the middle of the range of the load.
 fn missed(run: &CaseRecord, quantity: &str) -> f64 {
     CAUTIOUS_FACTOR * run.unseen(quantity)
 }

@@ -6,7 +6,7 @@ use crate::study::kinds::reduction::record::ReductionInputRecord;
 use crate::study::spec::Mistake;
 use std::path::Path;
 
-/// Keys that are neither signals nor constants of laws: the prefix that identifies them, why they cannot be inputs, and the remedy.
+/// Keys that are neither signals nor constants of laws: the part of the key that identifies them, why they cannot be inputs, and the remedy.
 const OTHERS: [(&str, &str, &str); 5] = [
     (
         "mesh.",
