@@ -1,19 +1,19 @@
-//! An axis: range, scale, label, and ticks with numbers that are short.
+//! An axis: range, scale, label, and ticks with short numbers.
 
 use crate::report::numbers::raised;
 use crate::report::unit;
 
-/// Numbers of a larger size are not drawn: no axis has room for them \[any unit\].
+/// Largest number that is drawn; no axis has room for larger ones \[any unit\].
 const LARGEST: f64 = 1e250;
-/// Numbers of a smaller size are zero on a linear axis, and not drawn on a logarithmic one.
+/// Smallest number that is drawn; a smaller one is zero on a linear axis, and not drawn on a logarithmic one.
 const SMALLEST: f64 = 1e-250;
-/// Values that differ by less of themselves are one value: the rest is rounding.
+/// Relative difference below which values count as equal; it is rounding.
 pub const ROUNDING: f64 = 1e-11;
-/// Over a smaller range than this share of its values an axis shows the change from a round value.
+/// Range relative to the values below which an axis shows the change from a round value.
 const CHANGE: f64 = 1e-3;
-/// The least error that an axis reaches, over the largest \[–\].
+/// Ratio of the smallest to the largest error that an axis reaches \[–\].
 const DEPTH: f64 = 1e-4;
-/// Ticks of a logarithmic axis that have a number, in a decade; the first that leaves room is taken.
+/// Ticks with a number in a decade of a logarithmic axis; the first choice that has room is taken.
 const NAMED: [&[f64]; 4] = [&[1.0, 2.0, 3.0, 5.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
 
 /// One axis: range, scale and label.
@@ -22,17 +22,17 @@ pub struct Axis {
     pub lo: f64,
     pub hi: f64,
     pub log: bool,
-    /// Distance of ticks on a linear axis
+    /// Distance between ticks on a linear axis
     pub step: f64,
-    /// Numbers of the ticks are those of the axis less the offset, times this power of ten: metres are read in millimetres with 3
+    /// Power of ten by which the ticks, minus the offset, are multiplied for printing: 3 shows metres in millimetres
     pub power: i32,
-    /// Numbers are changes from this value
+    /// Value that is subtracted from the printed numbers
     pub offset: f64,
     pub label: String,
 }
 
 impl Axis {
-    /// Widened to whole ticks; a unit in the brackets of the label is replaced by one that leaves short numbers.
+    /// Builds a linear axis, widened to whole ticks; a unit in the brackets of the label is replaced by one that gives short numbers.
     pub fn linear(values: impl Iterator<Item = f64>, label: &str) -> Self {
         let drawn = |v: f64| if v.abs() < SMALLEST { 0.0 } else { v };
         let (mut lo, mut hi) = bounds(values.map(drawn)).unwrap_or((0.0, 1.0));
@@ -47,7 +47,7 @@ impl Axis {
         Self { lo, hi, power, label, ..axis }
     }
 
-    /// Exactly from `lo` to `hi`. An axis without a label keeps its numbers, since nothing could name another unit.
+    /// Builds an axis exactly from `lo` to `hi`. An axis without a label keeps its numbers, because nothing could name another unit.
     pub fn exact(lo: f64, hi: f64, label: &str) -> Self {
         let step = step((hi - lo).abs(), 5.0);
         if label.is_empty() {
@@ -58,7 +58,7 @@ impl Axis {
         Self { lo, hi, log: false, step, power, offset, label }
     }
 
-    /// Positive values only, with a margin of a twelfth of the length on both sides and two ticks with numbers at least.
+    /// Builds a logarithmic axis of the positive values, with a margin of a twelfth of the length on both sides and at least two ticks with numbers.
     pub fn log(values: impl Iterator<Item = f64>, label: &str) -> Self {
         let (lo, hi) = bounds(values.filter(|v| *v >= SMALLEST)).unwrap_or((0.1, 1.0));
         let (mut a, mut b) = (lo.log10(), hi.log10());
@@ -78,7 +78,7 @@ impl Axis {
         Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, power: 0, offset: 0.0, label }
     }
 
-    /// A logarithmic axis with this share of its length, 0.6 at most, free above the values: room for text.
+    /// Builds a logarithmic axis with the fraction `head` of its length, at most 0.6, free above the values: room for text.
     pub fn log_below(values: impl Iterator<Item = f64> + Clone, head: f64, label: &str) -> Self {
         let top = values.clone().fold(0.0, f64::max);
         let with = |k: u32| Self::log(values.clone().chain([top * 10f64.powf(0.05 * f64::from(k))]), label);
@@ -86,31 +86,32 @@ impl Axis {
         (0..400).map(with).find(is_free).unwrap_or_else(|| with(0))
     }
 
-    /// A logarithmic axis for errors and the ends of their bars, with the tolerance: it reaches the least of them, four decades below the largest at most.
-    /// An error below, such as zero, has no place of its own.
+    /// Builds a logarithmic axis for errors and the ends of their bars, with the tolerance: it reaches down to the smallest of them, but at most four
+    /// decades below the largest. A smaller error, such as zero, has no position of its own.
     pub fn of_errors(values: impl Iterator<Item = f64> + Clone, tolerance: f64, head: f64, label: &str) -> Self {
         let largest = values.clone().filter(|v| *v <= LARGEST).fold(tolerance, f64::max);
         let shown = values.filter(|v| (DEPTH * largest..=LARGEST).contains(v));
         Self::log_below(shown.chain([tolerance]), head, label)
     }
 
-    /// The largest of errors that are so far below the tolerance that [their axis](Self::of_errors) reaches none of them; `None` where it reaches one.
+    /// Returns the largest error, if all errors are so far below the tolerance that [their axis](Self::of_errors) shows none of them; otherwise
+    /// `None`.
     pub fn below(errors: impl Iterator<Item = f64>, tolerance: f64) -> Option<f64> {
         let largest = errors.fold(0.0, f64::max);
         (largest < DEPTH * tolerance).then_some(largest)
     }
 
-    /// Position in \[0, 1\].
+    /// Returns the position of a value on the axis, from 0 to 1 within its range.
     pub fn place(&self, v: f64) -> f64 {
         if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
     }
 
-    /// (value, label); an empty label is a minor tick.
+    /// Returns the ticks as (value, label); an empty label denotes a minor tick.
     pub fn ticks(&self) -> Vec<(f64, String)> {
         self.ticks_where(|_| true)
     }
 
-    /// The ticks with as many numbers as have room, as `fits` tells of a choice.
+    /// Returns the ticks with as many numbers as fit, according to `fits`.
     pub fn ticks_where(&self, fits: impl Fn(&[(f64, String)]) -> bool) -> Vec<(f64, String)> {
         let choices = if self.log { self.logarithmic() } else { vec![self.even()] };
         if let Some(ticks) = choices.iter().find(|ticks| fits(ticks)) {
@@ -131,7 +132,7 @@ impl Axis {
         (2..named.max(3)).map(thinned).find(|ticks| fits(ticks)).unwrap_or_else(|| thinned(named.max(1)))
     }
 
-    /// Ticks of a linear axis.
+    /// The ticks of a linear axis.
     fn even(&self) -> Vec<(f64, String)> {
         let step = self.step;
         if !(SMALLEST..=LARGEST).contains(&step) {
@@ -148,8 +149,8 @@ impl Axis {
             .collect()
     }
 
-    /// Choices of ticks of a logarithmic axis: at even distances of the values where its decades have two numbers or less, by its decades, then fewer numbers;
-    /// each has two at least where there are two.
+    /// Choices of ticks for a logarithmic axis: at equal distances of the values if its decades give at most two numbers, then by decades, then with
+    /// fewer numbers; each choice has at least two numbers if that is possible.
     fn logarithmic(&self) -> Vec<Vec<(f64, String)>> {
         let by_decades = self.decades();
         let is_short = by_decades[0].iter().filter(|t| !t.1.is_empty()).count() <= 2 && self.hi / self.lo < 10.0;
@@ -170,7 +171,7 @@ impl Axis {
         all[least..=last].to_vec()
     }
 
-    /// All numbers have one form: 0.001 to 10000, or all with a power of ten.
+    /// Ticks whose numbers all have one form: 0.001 to 10000, or all with a power of ten.
     fn decades_with(&self, named: &[f64]) -> Vec<(f64, String)> {
         let mut ticks = vec![];
         for e in self.lo.log10().floor() as i32..=self.hi.log10().ceil() as i32 {
@@ -191,7 +192,7 @@ impl Axis {
     }
 }
 
-/// The label with the unit that leaves short numbers, and its power of ten: `x [m]` becomes `x − 40 mm [nm]` where the numbers are changes from 40 mm.
+/// The label with the unit that gives short numbers, and its power of ten: `x [m]` becomes `x − 40 mm [nm]` if the numbers are changes from 40 mm.
 fn readable(label: &str, (lo, hi): (f64, f64), (offset, step): (f64, f64)) -> (i32, String) {
     let largest = (lo - offset).abs().max((hi - offset).abs());
     if offset == 0.0 {
@@ -207,7 +208,7 @@ fn readable(label: &str, (lo, hi): (f64, f64), (offset, step): (f64, f64)) -> (i
     unit::readable(&format!("{words} {sign} {number}{space}{name} [{own}]"), largest, step)
 }
 
-/// Decimals that a round number has, twelve at most.
+/// Number of decimals of a round number, at most twelve.
 fn decimals(v: f64) -> usize {
     let is_whole = |n: &usize| {
         let scaled = v * 10f64.powi(*n as i32);
@@ -216,7 +217,7 @@ fn decimals(v: f64) -> usize {
     (0..12).find(is_whole).unwrap_or(12)
 }
 
-/// The roundest value near a small range of large values; zero for others.
+/// The roundest value near a small range of large values; zero for other ranges.
 fn offset(lo: f64, hi: f64) -> f64 {
     let (span, largest, middle) = ((hi - lo).abs(), lo.abs().max(hi.abs()), 0.5 * (lo + hi));
     if span >= CHANGE * largest || span <= 0.0 || !largest.is_finite() {
@@ -224,7 +225,7 @@ fn offset(lo: f64, hi: f64) -> f64 {
     }
     let first = largest.log10().floor() as i32;
     let round = |e: i32| {
-        // Division by a whole power of ten gives the nearest number to the decimal
+        // Dividing by a whole power of ten gives the float nearest to the decimal number
         let ten = 10f64.powi(e.abs());
         if e < 0 { (middle * ten).round() / ten } else { (middle / ten).round() * ten }
     };
@@ -238,7 +239,7 @@ fn bounds(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     (b.0 <= b.1).then_some(b)
 }
 
-/// 1, 2 or 5 times a power of ten, for about `count` intervals.
+/// The tick distance 1, 2 or 5 times a power of ten that gives about `count` intervals.
 fn step(span: f64, count: f64) -> f64 {
     let raw = span / count;
     let base = 10f64.powf(raw.log10().floor());
@@ -267,7 +268,7 @@ mod tests {
         }
     }
 
-    /// An axis of errors has a place for each of them, however far below their uncertainty; one of zero does not stretch it.
+    /// Every error has a position on an axis of errors, however far below their uncertainty; an error of zero does not stretch the axis.
     #[test]
     fn an_axis_of_errors_reaches_the_least_of_them() {
         let lowest = |errors: &[f64]| Axis::of_errors(errors.iter().copied(), 2.0, 0.0, "error [%]").lo;
@@ -339,7 +340,7 @@ mod tests {
         assert_eq!(Axis::linear([2.0, 2.0 + 1e-13].into_iter(), "x [mm]").label, "x [mm]");
     }
 
-    /// Decades have two numbers or less within a short range, whose ticks are at even distances of the values.
+    /// Within a short range, where decades have at most two numbers, the ticks are at equal distances of the values.
     #[test]
     fn a_short_logarithmic_axis_has_more_than_two_numbers() {
         let named = |lo: f64, hi: f64| names(&Axis::log([lo, hi].into_iter(), ""));

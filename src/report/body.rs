@@ -1,4 +1,4 @@
-//! Draws the body of a scene at rest with its regions in colours, what is held, and its cables.
+//! Draws the body of a scene at rest with its coloured regions, its supports and its cables.
 
 use crate::report::canvas::{At, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend};
@@ -11,25 +11,25 @@ const EYES: [[f64; 3]; 2] = [[0.55, -1.0, 0.45], [-0.55, 1.0, -0.45]];
 const PLAIN: RGB = RGB(0xdd, 0xe3, 0xe9);
 /// Height of each view \[mm\].
 const TALL: f64 = 78.0;
-/// Marks of nodes are thinned out to about as many; those over regions of facets leave the colour below them to be seen.
+/// Approximate number of marks to which nodes are thinned out; over regions of facets there are fewer, so that the colour below remains visible.
 const MARKED: usize = 400;
 const MARKED_HELD: usize = 100;
-/// Sizes of the mark of a node that is seen, and of one that the body hides
+/// Size of the mark of a visible node, and of one hidden by the body
 const SEEN: i32 = 12;
 const HIDDEN: i32 = 5;
 
-/// Content of the picture; positions \[m\].
+/// Content of the picture, with positions in \[m\].
 pub struct BodyPicture {
     pub points: Vec<[f64; 3]>,
-    /// Facets of the boundary, outward: three corners, and three mid-nodes where they are curved
+    /// Outward facets of the boundary: three corners, plus three mid-nodes if they are curved
     pub facets: Vec<Vec<u32>>,
-    /// Name of a region, and its facets; a later one is drawn over an earlier one
+    /// Regions by name, with their facets; later ones are drawn over earlier ones
     pub regions: Vec<(String, Vec<usize>)>,
-    /// Name of a region of nodes, and their numbers; a later one is drawn over an earlier one
+    /// Regions of nodes by name, with the node numbers; later ones are drawn over earlier ones
     pub nodes: Vec<(String, Vec<u32>)>,
     /// Nodes that are held or moved
     pub held: BTreeSet<u32>,
-    /// Name of a cable, and its points from the pull point on
+    /// Cables by name, with their points starting at the pull point
     pub cables: Vec<(String, Vec<[f64; 3]>)>,
 }
 
@@ -37,14 +37,14 @@ pub struct BodyPicture {
 struct Marked {
     shape: Mark,
     color: RGB,
-    /// Those that are drawn
+    /// Nodes that are drawn
     nodes: Vec<u32>,
     words: String,
 }
 
-/// The body from two sides, with a legend. Marks of nodes and cables are drawn over the body, those of hidden nodes small.
+/// Draws the body from two sides, with a legend. Marks of nodes and cables are drawn over the body, marks of hidden nodes small.
 pub fn draw(name: &str, body: &BodyPicture) -> Figure {
-    // The cables, which are thin, have the strongest colours
+    // Cables are thin and get the strongest colours
     let cables = body.cables.len();
     let mut colors = vec![PLAIN; body.facets.len()];
     for (k, (_, facets)) in body.regions.iter().enumerate() {
@@ -55,7 +55,7 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         color: &|t| colors[t],
         edge: Some((RGB(0x66, 0x70, 0x7c), 1.0)),
         outline: Some((RGB(0x22, 0x2a, 0x33), 5.0)),
-        // Little, so that a region has the colour of the legend
+        // Weak shading, so that a region keeps the colour of the legend
         shade: 0.25,
     };
     let under: String = views.iter().map(|(view, fit)| surface(&body.points, &body.facets, view, fit, &look)).collect();
@@ -88,7 +88,7 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
     Figure { name: name.into(), svg, caption: "The body at rest with its regions.".into() }
 }
 
-/// Every number-th color of the palette, paler in the second round and in the third, which is that of all later ones.
+/// The colour of number `k` of the palette, paler in the second and in the third round; all later rounds repeat the third.
 fn color(k: usize) -> RGB {
     let RGB(r, g, b) = PALETTE[k % PALETTE.len()];
     let round = (k / PALETTE.len()).min(2);
@@ -104,8 +104,8 @@ fn fitted(body: &BodyPicture, k: usize) -> (View, Fit) {
     (view, Fit::new(extent(all.map(|p| view.project(*p))), to))
 }
 
-/// The marks of regions of nodes, and of held nodes that are in none of them. A node has one mark: a cross where it is held or moved, in the colour of
-/// its last region.
+/// The marks of regions of nodes, and of held nodes outside them. A node has one mark, in the colour of its last region: a cross if it is held or
+/// moved.
 fn marked(body: &BodyPicture) -> Vec<Marked> {
     let of_regions = body.nodes.iter().enumerate().flat_map(|(k, (_, nodes))| nodes.iter().map(move |node| (*node, k)));
     let last: BTreeMap<u32, usize> = of_regions.collect();
@@ -155,7 +155,7 @@ fn entries(body: &BodyPicture, marked: &[Marked], any_hidden: bool) -> Vec<(Samp
 mod tests {
     use super::*;
 
-    /// A node has one mark, also where it is in several regions and held; the legend counts the nodes of each, and says what is left out.
+    /// A node has one mark, even if it is in several regions and held; the legend counts the nodes of each, and says what is left out.
     #[test]
     fn every_node_has_one_mark() {
         let body = |held: u32| BodyPicture {

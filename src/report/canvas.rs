@@ -1,4 +1,4 @@
-//! The sheet a figure is drawn on: sizes, type, colours and the few marks that all figures share.
+//! The sheet on which a figure is drawn: sizes, type, colours and the few marks shared by all figures.
 //!
 //! One unit is a tenth of a typographic point, so that the integer coordinates of plotters are fine enough for print.
 
@@ -10,20 +10,20 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Units per millimetre.
 const PER_MM: f64 = 720.0 / 25.4;
-/// Type sizes: labels and annotations \[units\].
+/// Type sizes of labels and of annotations \[units\].
 pub const LABEL: i32 = 80;
 pub const SMALL: i32 = 70;
 
-/// Height of the tallest figure that a page of A4 has with its caption \[mm\].
+/// Height of the tallest figure that fits on an A4 page with its caption \[mm\].
 const TALLEST: f64 = 230.0;
 
 pub const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
 pub const PALE: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
-/// Remainder of a bar of which only some parts are named.
+/// Colour of the remainder of a bar whose parts are only partly named.
 pub const REMAINDER: RGBColor = RGBColor(0xd0, 0xd0, 0xd0);
-/// Okabe & Ito 2008: blue, vermilion, bluish green, reddish purple, orange, sky blue, black.
+/// Colours of Okabe & Ito 2008: blue, vermilion, bluish green, reddish purple, orange, sky blue, black.
 pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
@@ -34,7 +34,7 @@ pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x00, 0x00),
 ];
 
-/// Areas next to each other, which are apart in grey too; the first three are the high contrast of Tol 2021.
+/// Colours of adjacent areas, which remain distinguishable in grey; the first three are the high-contrast set of Tol 2021.
 pub const AREAS: [RGBColor; 7] = [
     RGBColor(0x00, 0x44, 0x88),
     RGBColor(0xdd, 0xaa, 0x33),
@@ -48,36 +48,36 @@ pub const AREAS: [RGBColor; 7] = [
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Point = (i32, i32);
 
-/// Width of a figure over the whole width of the [style] \[mm\].
+/// Returns the width of a figure of full width in the [style] \[mm\].
 pub fn page_width() -> f64 {
     style::current().sheet()
 }
 
-/// Height of the tallest figure of the [style] on its sheet \[mm\].
+/// Returns the height of the tallest figure of the [style] on its sheet \[mm\].
 pub fn page_height() -> f64 {
     TALLEST / style::current().zoom(page_width())
 }
 
-/// Columns of panels that a sheet takes, `most` at most: each is at least `least` wide \[mm\].
+/// Returns the number of columns of panels that fit on a sheet, at most `most`, each at least `least` wide \[mm\].
 pub fn columns(most: usize, (left, gap, least): (f64, f64, f64)) -> usize {
     let fit = ((page_width() - left + gap) / (least + gap)).floor();
     (fit.max(1.0) as usize).min(most.max(1))
 }
 
-/// Millimetres to units.
+/// Converts millimetres to units.
 pub fn mm(v: f64) -> i32 {
     (v * PER_MM).round() as i32
 }
 
-/// Text between these marks is set in italics.
+/// Marks around text that is set in italics.
 pub const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
-/// Text between these marks is raised, as an exponent. The third one ends the text that is lowered again behind it.
+/// Marks around text that is raised, such as an exponent. `LOWERED` ends the lowered text that follows it.
 pub const RAISED: (char, char) = ('\u{e002}', '\u{e003}');
 const LOWERED: char = '\u{e004}';
-/// Text between these marks is lowered, as an index; the text behind it is raised again until `LOWERED`.
+/// Marks around text that is lowered, such as an index; the text after it is raised again until `LOWERED`.
 pub const BELOW: (char, char) = ('\u{e005}', '\u{e006}');
 
-/// A symbol, in italics; what follows a letter and `_` is its index: `J_m`.
+/// Sets a symbol in italics; the part after a letter and `_` is its index: `J_m`.
 pub fn italic(symbol: &str) -> String {
     let slanted = |text: &str| match text {
         "" => String::new(),
@@ -90,12 +90,12 @@ pub fn italic(symbol: &str) -> String {
     format!("{}{}{index}{}{}", slanted(letter), BELOW.0, BELOW.1, slanted(rest))
 }
 
-/// The words of a figure without marks: an index follows `_` again.
+/// Removes the marks from the text of a figure: an index follows `_` again.
 pub fn unmarked(text: &str) -> String {
     text.replace([ITALIC.0, ITALIC.1, BELOW.1], "").replace(BELOW.0, "_")
 }
 
-/// A figure of `width` × `height` \[mm\] on the sheet; `under` is raw SVG in units that goes below what `paint` draws.
+/// Draws a figure of `width` × `height` \[mm\] on the sheet; `under` is raw SVG in units, placed below what `paint` draws.
 pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -> String {
     let (w, h) = (mm(width) as u32, mm(height) as u32);
     let mut svg = String::new();
@@ -123,12 +123,12 @@ fn hundredths(v: f64) -> f64 {
     (100.0 * v).round() / 100.0
 }
 
-/// Width that a drawing states \[mm\].
+/// Returns the width stated in a drawing \[mm\].
 pub fn width_mm(svg: &str) -> f64 {
     svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(180.0)
 }
 
-/// Anchor of a text: the point of it that lies at the position.
+/// The anchor of a text: the point of the text that is placed at the position.
 #[derive(Clone, Copy)]
 pub enum At {
     Left,
@@ -137,11 +137,11 @@ pub enum At {
     Middle,
     /// Centred below the point
     Below,
-    /// Turned by 90°, centred, left of the point
+    /// Rotated by 90°, centred, left of the point
     Turned,
 }
 
-/// Draws on a string cannot fail.
+/// Draws an element; drawing on a string cannot fail.
 fn put<'a, E>(area: &Area<'a>, element: E)
 where
     for<'b> &'b E: plotters::element::PointCollection<'b, (i32, i32)>,
@@ -150,7 +150,7 @@ where
     area.draw(&element).expect("a string accepts every write");
 }
 
-/// A text that a drawing can hold: without control characters, and with marks of italics and exponents in pairs.
+/// A text that can be part of a drawing: without control characters, and with balanced marks of italics and exponents.
 fn printable(text: &str) -> String {
     let (mut out, mut open) = (String::with_capacity(text.len()), false);
     let (mut small, mut lowered) = (false, 0);
@@ -192,7 +192,7 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
         At::Below => (HPos::Center, VPos::Top, false),
         At::Turned => (HPos::Center, VPos::Bottom, true),
     };
-    // plotters writes size/1.24
+    // plotters writes the size divided by 1.24
     let mut look = TextStyle::from((style::current().family.css(), f64::from(size) * 1.24).into_font())
         .color(&color)
         .pos(Pos::new(h, v));
@@ -208,7 +208,7 @@ pub fn line(area: &Area, points: &[Point], color: RGBColor, width: u32) {
     }
 }
 
-/// Dashes of equal ink and gap \[units\].
+/// Draws a line with dashes and gaps of equal length \[units\].
 pub fn dashed(area: &Area, points: &[Point], color: RGBColor, width: u32, dash: f64) {
     let (mut piece, mut left, mut ink): (Vec<Point>, f64, bool) = (vec![], dash, true);
     for w in points.windows(2) {
@@ -240,12 +240,12 @@ pub fn fill(area: &Area, points: &[Point], color: RGBAColor) {
     put(area, Polygon::new(points.to_vec(), color.filled()));
 }
 
-/// Filled rectangle between two corners.
+/// Draws a filled rectangle between two corners.
 pub fn block(area: &Area, a: Point, b: Point, color: RGBColor) {
     put(area, Rectangle::new([a, b], color.filled()));
 }
 
-/// Shapes that stay apart without colour.
+/// Shapes that can be told apart without colour.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Mark {
     Circle,
@@ -260,13 +260,13 @@ pub enum Mark {
 pub const MARKS: [Mark; 7] =
     [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Ring, Mark::Down, Mark::Cross];
 
-/// The outline of a mark, white inside.
+/// Draws the outline of a mark, white inside.
 pub fn hollow(area: &Area, shape: Mark, at: Point, r: i32, color: RGBColor) {
     match shape {
         Mark::Ring | Mark::Cross => mark(area, shape, at, r, color),
         _ => {
             mark(area, shape, at, r, color);
-            // A triangle's centre is below the middle of its box
+            // The centre of a triangle is below the middle of its box
             let down = match shape {
                 Mark::Triangle => 1,
                 Mark::Down => -1,
@@ -303,7 +303,7 @@ pub fn mark(area: &Area, shape: Mark, (x, y): Point, r: i32, color: RGBColor) {
 mod tests {
     use super::*;
 
-    /// Luma of Rec. 601, which printers of one colour use.
+    /// Luma of Rec. 601, as used by monochrome printers.
     fn grey(RGBColor(r, g, b): RGBColor) -> f64 {
         0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b)
     }

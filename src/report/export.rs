@@ -11,11 +11,11 @@ use std::panic::catch_unwind;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-/// Dots per inch of the PNG.
+/// Resolution of the PNG \[dots per inch\].
 const DPI: f32 = 300.0;
-/// The same per metre, for programs that place the picture.
+/// Resolution of the PNG in pixels per metre, for programs that place the picture.
 const PER_METRE: u32 = 11_811;
-/// Most pixels of a PNG, eight times a page of A4.
+/// Largest number of pixels of a PNG, eight times an A4 page.
 const MOST_PIXELS: u64 = 64 << 20;
 /// CSS pixels per inch, the unit of a parsed SVG.
 const CSS_DPI: f32 = 96.0;
@@ -42,10 +42,10 @@ fn fonts() -> Arc<usvg::fontdb::Database> {
     FONTS.get_or_init(load).clone()
 }
 
-/// The drawing with a question mark in place of each letter that the embedded font lacks, whose layout could fail.
+/// The drawing with a question mark in place of each character that the embedded font lacks, because its layout could fail.
 fn with_glyphs(svg: &str) -> String {
     let has_glyph = |c: char| match c {
-        // Latin, Greek, Cyrillic, without combining marks
+        // Latin, Greek and Cyrillic, without combining marks
         '\n'
         | '\r'
         | '\t'
@@ -53,12 +53,12 @@ fn with_glyphs(svg: &str) -> String {
         | '\u{370}'..='\u{482}'
         | '\u{48a}'..='\u{52f}'
         | '\u{1e00}'..='\u{1fff}' => c != '\u{ad}',
-        // Punctuation, raised and lowered digits, letters of formulae, arrows, signs of operations, shapes
+        // Punctuation, raised and lowered digits, letters of formulae, arrows, operators, shapes
         '\u{2010}'..='\u{2027}' | '\u{2030}'..='\u{205e}' | '\u{2070}'..='\u{20cf}' | '\u{2100}'..='\u{25ff}' => true,
         _ => false,
     };
     let shown = |c: char| match c {
-        // Thin blanks have no glyph of their own
+        // Thin spaces have no glyph of their own
         '\u{2000}'..='\u{200a}' | '\u{202f}' => '\u{a0}',
         c if has_glyph(c) => c,
         _ => '?',
@@ -73,7 +73,7 @@ fn parse(name: &str, svg: &str) -> Result<usvg::Tree, ReportError> {
         .map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
 }
 
-/// PNG at 300 dpi on white.
+/// Renders a PNG at 300 dpi on white.
 pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let refuse = |what: &str| ReportError::Figure { name: name.into(), what: what.into() };
     let tree = parse(name, svg)?;
@@ -86,14 +86,14 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
         tiny_skia::Pixmap::new(size.width(), size.height()).ok_or_else(|| refuse("it is too large to rasterise"))?;
     map.fill(tiny_skia::Color::WHITE);
     resvg::render(&tree, tiny_skia::Transform::from_scale(scale, scale), &mut map.as_mut());
-    // Opaque, so a quarter of the bytes carries nothing
+    // The image is opaque, so the alpha channel carries nothing
     let rgb: Vec<u8> = map.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
     let mut out = vec![];
     let mut encoder = png::Encoder::new(&mut out, map.width(), map.height());
     encoder.set_color(png::ColorType::Rgb);
-    // The best one saves a seventh, and takes most of the time of a report
+    // The best level saves a seventh, but takes most of the time of a report
     encoder.set_compression(png::Compression::Default);
-    // Large areas of one colour are best left as they are
+    // Large areas of one colour compress best without a filter
     encoder.set_filter(png::FilterType::NoFilter);
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: PER_METRE, yppu: PER_METRE, unit: png::Unit::Meter }));
     let mut writer = encoder.write_header().map_err(|e| refuse(&e.to_string()))?;
@@ -101,10 +101,10 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     Ok(out)
 }
 
-/// PDF of the size that the SVG states, with the glyphs that it uses embedded. The same figure has the same bytes: no time is written.
+/// Renders a PDF of the size stated in the SVG, with the glyphs that it uses embedded. The same figure has the same bytes: no time is written.
 pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let refuse = |what: String| ReportError::Figure { name: name.into(), what };
-    // krilla-svg takes the tree of the usvg that resvg brings
+    // krilla-svg takes the tree of the usvg that resvg re-exports
     let tree = parse(name, svg)?;
     let points = POINTS / CSS_DPI;
     let size = Size::from_wh(tree.size().width() * points, tree.size().height() * points);
@@ -119,7 +119,7 @@ pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     drawn.map(|()| written).ok_or_else(|| refuse("it has no PDF".into()))
 }
 
-/// A figure in the formats that are stored.
+/// A figure in all formats that are stored.
 pub struct Pictures {
     svg: String,
     png: Vec<u8>,
@@ -127,7 +127,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Converts a figure. What the font layout or a converter cannot take is an error of this figure alone.
+    /// Converts a figure. Anything that the font layout or a converter cannot handle is an error of this figure alone.
     pub fn of(name: &str, svg: &str) -> Result<Self, ReportError> {
         let convert = || Ok(Self { svg: svg.into(), png: png(name, svg)?, pdf: pdf(name, svg)? });
         catch_unwind(convert).unwrap_or_else(|_| Err(ReportError::drawing(name)))

@@ -17,22 +17,22 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Width that it was drawn for \[mm\].
+    /// Returns the width that it was drawn for \[mm\].
     pub fn width_mm(&self) -> f64 {
         width_mm(&self.svg)
     }
 }
 
-/// A figure, or why it could not be drawn.
+/// A figure, or the reason why it could not be drawn.
 pub type Drawn = Result<Figure, ReportError>;
 
-/// Draws a figure. One that cannot be drawn by a bug does not cost the report.
+/// Draws a figure. A panic while drawing does not abort the report.
 pub fn drawn<F: Into<Option<Figure>>>(name: &str, draw: impl FnOnce() -> F) -> Option<Drawn> {
     let outcome = catch_unwind(AssertUnwindSafe(|| draw().into()));
     outcome.map_or_else(|_| Some(Err(ReportError::drawing(name))), |figure| figure.map(Ok))
 }
 
-/// Name of a sheet of a figure that may have several, and its part for the caption: nothing where there is one sheet.
+/// Returns the name of one sheet of a figure, and the part number for its caption, which is empty for a single sheet.
 pub fn numbered(name: &str, sheet: usize, of: usize) -> (String, String) {
     match of {
         1 => (name.into(), String::new()),
@@ -44,16 +44,16 @@ pub fn numbered(name: &str, sheet: usize, of: usize) -> (String, String) {
 pub enum Sample {
     Line(RGB),
     Dashed(RGB),
-    /// A line with the colour and the dashes of a number
+    /// A line with the colour and the dashes of this number
     Stroke(usize),
     Mark(Mark, RGB),
     Hollow(Mark, RGB),
     Block(RGB),
-    /// None: the words go on with those of the entry above
+    /// No sample: the text continues that of the entry above
     Nothing,
 }
 
-/// A legend downwards from a point, outside of the data.
+/// Draws a legend downwards from a point outside the data.
 pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
     for (sample, words) in entries {
         let (a, b) = ((x, y), (x + mm(5.0), y));
@@ -66,23 +66,23 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
             Sample::Nothing => {}
             Sample::Block(c) => crate::report::canvas::block(area, (x, y - mm(1.1)), (x + mm(5.0), y + mm(1.1)), *c),
         }
-        // A long name ends with the sheet
+        // A long name ends at the edge of the sheet
         let room = area.dim_in_pixel().0 as i32 - x - mm(6.5) - 6;
         text(area, &shortened(words, SMALL, room), (x + mm(6.5), y), At::Left, SMALL, INK);
         y += mm(4.2);
     }
 }
 
-/// A legend in the corner of a frame in which the fewest of the lines and marks are.
+/// Draws a legend in the corner of a frame that contains the fewest lines and marks.
 pub fn legend_inside(area: &Area, frame: [i32; 4], drawn: &[Vec<Point>], entries: &[(Sample, String)]) {
     let size = (mm(legend_width(entries)), mm(LINE * (entries.len() as f64 - 1.0)));
     legend(area, emptiest(frame, size, drawn), entries);
 }
 
-/// Distance of a legend inside of a frame from its sides \[mm\].
+/// Distance of a legend inside a frame from its sides \[mm\].
 const INSIDE: f64 = 3.0;
 
-/// The start of a legend of this size, from its first to its last line, in the corner of a frame that has the fewest places of the lines in it.
+/// The start of a legend of this size, from its first to its last line, in the corner of a frame with the fewest points of the lines.
 fn emptiest([left, top, right, bottom]: [i32; 4], (wide, tall): (i32, i32), drawn: &[Vec<Point>]) -> Point {
     let inside = mm(INSIDE);
     let [x, y] = [[left + inside, right - wide - inside], [top + inside, bottom - tall - inside]];
@@ -95,7 +95,7 @@ fn emptiest([left, top, right, bottom]: [i32; 4], (wide, tall): (i32, i32), draw
     corners.into_iter().min_by_key(taken).expect("four corners")
 }
 
-/// Places along a line, a few units from each other.
+/// Points along a line, a few units apart.
 fn along(line: &[Point]) -> impl Iterator<Item = Point> {
     let between = |w: &[Point]| {
         let [(a, b), (c, d)] = [w[0], w[1]];
@@ -105,28 +105,28 @@ fn along(line: &[Point]) -> impl Iterator<Item = Point> {
     line.windows(2).flat_map(between).chain(line.last().copied())
 }
 
-/// Least distance of the columns of a legend below the panels \[mm\].
+/// Smallest distance between columns of a legend below the panels \[mm\].
 const ENTRY: f64 = 40.5;
-/// Distance of its lines \[mm\].
+/// Distance between lines of a legend \[mm\].
 pub const LINE: f64 = 4.2;
 
-/// Lines of a legend below panels, across this width \[mm\].
+/// Returns the number of lines of a legend below panels with this width \[mm\].
 pub fn legend_lines(entries: &[(Sample, String)], width: f64) -> f64 {
     entries.len().div_ceil(columns(entries, width).0) as f64
 }
 
-/// Width that a legend needs \[mm\]: sample, longest name and a margin.
+/// Returns the width that a legend needs \[mm\]: sample, longest name and a margin.
 pub fn legend_width(entries: &[(Sample, String)]) -> f64 {
     6.5 + entries.iter().map(|(_, words)| width_in_mm(words, SMALL)).fold(0.0, f64::max) + 1.5
 }
 
-/// Number and distance of the columns of a legend: the longest name fits into one.
+/// Number of columns of a legend and their distance, such that the longest name fits.
 fn columns(entries: &[(Sample, String)], width: f64) -> (usize, f64) {
     let each = legend_width(entries).max(ENTRY).min(width);
     (((width / each + 1e-9).floor() as usize).max(1), each)
 }
 
-/// A legend below panels, in as many columns as fit into `width`, from a point on \[mm\].
+/// Draws a legend below panels, starting at a point \[mm\], in as many columns as fit into `width`.
 pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: Vec<(Sample, String)>) {
     let (columns, each) = columns(&entries, width);
     for (k, entry) in entries.into_iter().enumerate() {
@@ -135,10 +135,10 @@ pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: V
     }
 }
 
-/// Dashes of lines by number, the first of which is solid \[units\]; neighbours differ without their colours.
+/// Dash lengths of lines by number, the first being solid \[units\]; neighbours differ even without colour.
 const DASHES: [f64; 4] = [0.0, 18.0, 8.0, 60.0];
 
-/// A line in the colour and with the dashes of a number: 28 lines are different.
+/// Draws a line in the colour and with the dashes of a number; there are 28 different lines.
 pub fn stroke(area: &Area, points: &[Point], number: usize, width: u32) {
     let color = PALETTE[number % PALETTE.len()];
     match DASHES[number % DASHES.len()] {
@@ -147,7 +147,7 @@ pub fn stroke(area: &Area, points: &[Point], number: usize, width: u32) {
     }
 }
 
-/// Points in their order of which none covers another one, as they are drawn: closer than `apart` to none that is kept \[units\].
+/// Keeps, in order, every point that is at least `apart` \[units\] from all points kept before, so that marks do not overlap.
 pub fn apart(points: impl IntoIterator<Item = Point>, apart: i32) -> Vec<Point> {
     let cell = |p: Point| (p.0.div_euclid(apart.max(1)), p.1.div_euclid(apart.max(1)));
     let mut kept: HashMap<Point, Vec<Point>> = HashMap::new();
@@ -164,18 +164,18 @@ pub fn apart(points: impl IntoIterator<Item = Point>, apart: i32) -> Vec<Point> 
     out
 }
 
-/// Places of a column of panels and of its legend \[mm\]: next to each other, or on a narrow page one below the other, so that type is never shrunk.
+/// Layout of a column of panels and its legend \[mm\]: side by side, or stacked on a narrow page, so that the type size is never reduced.
 pub struct WithLegend {
     /// Width of the panels
     pub wide: f64,
-    /// First line of the legend
+    /// Position of the first line of the legend
     pub legend: (f64, f64),
     /// Width and height of the figure
     pub size: (f64, f64),
 }
 
 impl WithLegend {
-    /// Places the legend, of so many lines, for panels from `left` and `top` down to `bottom`, where their last axis ends.
+    /// Places a legend of `lines` lines for panels from `left` and `top` down to `bottom`, where their last axis ends.
     pub fn new((left, top, bottom): (f64, f64, f64), lines: f64) -> Self {
         let page = page_width();
         if page < 180.0 {
@@ -187,18 +187,18 @@ impl WithLegend {
     }
 }
 
-/// `sizes (tet4)`, but `tet10 mixed` for a family named after its element.
+/// Labels a family as `sizes (tet4)`, or just `tet10 mixed` if it is named after its element.
 pub fn family_label(family: &str, formulation: &str) -> String {
     let element = names::title(formulation);
     let name = names::family(family);
     if name == element { element } else { format!("{name} ({element})") }
 }
 
-/// Colour of a region below what a reference can resolve.
+/// Colour of a region below the resolution of a reference.
 pub const UNRESOLVED: RGB = RGB(0xee, 0xee, 0xee);
 
-/// Mark and colour of the `family`-th family. Each round of the colours begins with another mark, so that no pair repeats before all of
-/// them are used.
+/// Returns the mark and colour of the `family`-th family. Each round of the colours starts with another mark, so that no pair repeats before all of
+/// them have been used.
 pub fn style(family: usize) -> (Mark, RGB) {
     let (marks, colours) = (MARKS.len(), PALETTE.len());
     (MARKS[(family + family / colours) % marks], PALETTE[family % colours])

@@ -1,8 +1,8 @@
-//! Widths of texts in the type of the figures, and texts that fit into a width.
+//! Widths of texts in the type of the figures, and texts fitted to a width.
 
 use crate::report::canvas::{BELOW, ITALIC, LABEL, RAISED, SMALL};
 
-/// Advances of the letters from the blank to the tilde in Liberation Sans \[1/1000 em\]; Liberation Serif is narrower.
+/// Advance widths from the space to the tilde in Liberation Sans \[1/1000 em\]; Liberation Serif is narrower.
 const ADVANCES: [u16; 95] = [
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556, 556, 556, 556, 556,
     556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833,
@@ -10,7 +10,7 @@ const ADVANCES: [u16; 95] = [
     556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334,
     260, 334, 584,
 ];
-/// Size of raised digits in sizes of the type around them.
+/// Size of raised digits relative to the surrounding type.
 pub const RAISED_SIZE: f64 = 0.7;
 
 fn advance(c: char) -> f64 {
@@ -21,14 +21,14 @@ fn advance(c: char) -> f64 {
         '°' => 0.4,
         '…' | '\u{2190}'..='\u{21ff}' => 1.0,
         '№' => 1.1,
-        // Letters of East Asia are as wide as high
+        // East Asian characters are as wide as they are high
         '\u{2e80}'..='\u{9fff}' | '\u{ac00}'..='\u{d7af}' | '\u{ff00}'..='\u{ff60}' => 1.0,
         c if c.is_uppercase() => 0.75,
         _ => 0.6,
     }
 }
 
-/// Width of a text \[units\].
+/// Returns the width of a text \[units\].
 pub fn width(s: &str, size: i32) -> i32 {
     let (mut ems, mut of) = (0.0, 1.0);
     for c in s.chars() {
@@ -42,12 +42,12 @@ pub fn width(s: &str, size: i32) -> i32 {
     (ems * f64::from(size)).round() as i32
 }
 
-/// Width of a text \[mm\].
+/// Returns the width of a text \[mm\].
 pub fn width_in_mm(s: &str, size: i32) -> f64 {
     f64::from(width(s, size)) * 25.4 / 720.0
 }
 
-/// The text, or its beginning with an ellipsis where it is wider than `room` \[units\].
+/// Returns the text, or its beginning with an ellipsis if it is wider than `room` \[units\].
 pub fn shortened(s: &str, size: i32, room: i32) -> String {
     if width(s, size) <= room {
         return s.into();
@@ -62,7 +62,7 @@ pub fn shortened(s: &str, size: i32, room: i32) -> String {
     format!("{}…", out.trim_end())
 }
 
-/// The text in `count` lines at most, divided at blanks; the last one is shortened where the rest is too long.
+/// Divides the text at spaces into at most `count` lines; the last line is shortened if the rest is too long.
 pub fn wrapped(s: &str, size: i32, room: i32, count: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![];
     for word in s.split(' ') {
@@ -75,20 +75,20 @@ pub fn wrapped(s: &str, size: i32, room: i32, count: usize) -> Vec<String> {
     lines.into_iter().map(|line| shortened(&line, size, room)).collect()
 }
 
-/// Size of type and lines of a heading for this room \[units\]: in labels where it fits, else smaller, then in two lines.
+/// Returns the type size and the lines of a heading for this room \[units\]: in label size if it fits, otherwise smaller, then in two lines.
 pub fn heading_lines(words: &str, room: i32) -> (i32, Vec<String>) {
     let size = if width(words, LABEL) <= room { LABEL } else { SMALL };
     (size, wrapped(words, size, room, 2))
 }
 
-/// Label of an axis in this room \[units\]: the words are shortened, the symbol and the unit behind them stay.
+/// Returns the type size and the label of an axis within this room \[units\]: words are shortened, the symbol and the unit after them are kept.
 pub fn label_within(label: &str, room: i32) -> (i32, String) {
     let size = if width(label, LABEL) <= room { LABEL } else { SMALL };
     let (words, kept) = symbol_and_unit(label);
     (size, format!("{}{kept}", shortened(words, size, room - width(kept, size))))
 }
 
-/// The label of an axis in two lines where the words would be shortened in one.
+/// Returns the label of an axis in two lines if its words would be shortened in one.
 pub fn label_lines(label: &str, room: i32) -> (i32, Vec<String>) {
     let (size, line) = label_within(label, room);
     let (words, kept) = symbol_and_unit(label);
@@ -102,7 +102,7 @@ pub fn label_lines(label: &str, room: i32) -> (i32, Vec<String>) {
     }
 }
 
-/// The words of a label, and the symbol and the unit behind them; of several symbols, as of `modulus E (with ρ) [kPa]`, all stay.
+/// Splits a label into its words and the symbol and unit after them; several symbols, as in `modulus E (with ρ) [kPa]`, are all kept.
 fn symbol_and_unit(label: &str) -> (&str, &str) {
     let unit = label.rfind(" [").unwrap_or(label.len());
     let symbol = label[..unit].find(&format!(" {}", ITALIC.0));

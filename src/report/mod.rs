@@ -1,6 +1,6 @@
-//! Toolkit of reports: canvas, plots, surfaces, tables, pages, their export and the 3-D viewer; and the reports of fits.
+//! Toolkit for reports: canvas, plots, surfaces, tables, pages, their export and the 3-D viewer; also the reports of fits.
 //!
-//! Nothing here knows a study; the kinds of study draw their reports with it.
+//! This module knows nothing about studies; the kinds of study draw their reports with it.
 
 pub mod axis;
 pub mod body;

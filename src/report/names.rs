@@ -1,16 +1,16 @@
-//! Names as a paper writes them.
+//! Names as written in a paper.
 
 use crate::math::units;
 use crate::{material, solve};
 
-/// A law, an integrator, an element or another word of a file as a paper writes it: `Neo-Hookean`, `implicit Euler`, `tet10 mixed`; a name
-/// without one has blanks, and a quantity one before its unit.
+/// Returns a law, an integrator, an element or another word of a file as written in a paper: `Neo-Hookean`, `implicit Euler`, `tet10 mixed`; other
+/// names get spaces, and a quantity one before its unit.
 pub fn title(name: &str) -> String {
     without_law(name).unwrap_or_else(|| material::title(name))
 }
 
-/// A family of cases as figures, tables and verdicts call it: the title of the integrator or the element that it is named after, or its name with blanks;
-/// never that of a law, since its scenes say which one they have.
+/// Returns the name of a family of cases for figures, tables and verdicts: the title of the integrator or element that it is named after, or its name
+/// with spaces; never the title of a law, because its scenes state their law.
 pub fn family(name: &str) -> String {
     without_law(name).unwrap_or_else(|| name.replace('_', " "))
 }
@@ -20,7 +20,7 @@ fn without_law(name: &str) -> Option<String> {
     known.or_else(|| units::spaced(name))
 }
 
-/// The symbol of a constant by its key in files: `mu` is μ, `tau1` is τ₁, `C10` is C₁₀; other names, and symbols, stay.
+/// Returns the symbol of a constant by its key in files: `mu` is μ, `tau1` is τ₁, `C10` is C₁₀; other names and symbols are unchanged.
 pub fn symbol(key: &str) -> String {
     const GREEK: [(&str, &str); 7] =
         [("alpha", "α"), ("beta", "β"), ("kappa", "κ"), ("mu", "μ"), ("nu", "ν"), ("rho", "ρ"), ("tau", "τ")];
@@ -33,7 +33,7 @@ pub fn symbol(key: &str) -> String {
     letter.chars().chain(below).collect()
 }
 
-/// A constant of a law by its key in a scene: `laws.rubber.mu` is μ of rubber; another key stays.
+/// Names a constant of a law by its key in a scene: `laws.rubber.mu` is μ of rubber; other keys are unchanged.
 pub fn constant(key: &str) -> String {
     match key.strip_prefix("laws.").and_then(|rest| rest.split_once('.')) {
         Some((law, name)) => format!("{} of {}", symbol(name), law.replace('_', " ")),
@@ -41,7 +41,7 @@ pub fn constant(key: &str) -> String {
     }
 }
 
-/// A label with its symbol, as this is shown; a label that begins with the symbol has it already: `x of m1`.
+/// Returns a label followed by `shown`, the printed form of its symbol; a label that begins with the symbol is unchanged: `x of m1`.
 pub fn with_symbol(label: &str, symbol: &str, shown: &str) -> String {
     if label.split_whitespace().next() == Some(symbol) { label.into() } else { format!("{label} {shown}") }
 }

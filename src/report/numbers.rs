@@ -1,6 +1,6 @@
-//! Numbers as they are printed in sentences and tables: rounding, units, names of magnitudes.
+//! Numbers as printed in sentences and tables: rounding, units, names of magnitudes.
 
-/// `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
+/// Formats a share in per cent: `3.42 %`, `12 %`, and whole numbers as such: `5 %`.
 pub fn percent(x: f64) -> String {
     let v = 100.0 * x;
     if v != 0.0 && v.abs() < 0.01 {
@@ -12,7 +12,7 @@ pub fn percent(x: f64) -> String {
     }
 }
 
-/// A share in per cent for a table: three significant digits, two decimals at most.
+/// Formats a share in per cent for a table: three significant digits, at most two decimals.
 pub fn percent_cell(share: f64) -> String {
     let v = 100.0 * share;
     let decimals = if v.abs() >= 99.95 {
@@ -25,7 +25,7 @@ pub fn percent_cell(share: f64) -> String {
     format!("{v:.decimals$}")
 }
 
-/// Rounded to this many significant digits, printed without an exponent unless it is too small to be read.
+/// Rounds to this many significant digits, without an exponent unless the number is too small to read.
 pub fn significant(x: f64, digits: i32) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x:.0}");
@@ -38,18 +38,18 @@ pub fn significant(x: f64, digits: i32) -> String {
     format!("{:.*}", (-last).max(0) as usize, (x / unit).round() * unit)
 }
 
-/// A measured number for a table: three significant digits, and all of those before the point.
+/// Formats a measured number for a table: three significant digits, and all digits before the point.
 pub fn measured(x: f64) -> String {
     format!("{x:.*}", digits(0.1 * x))
 }
 
-/// Five digits, whatever the size.
+/// Formats a number with five digits, whatever its size.
 pub fn five_digits(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value:.5}") } else { format!("{value:.4e}") }
 }
 
-/// A number that is printed as zero has no sign: `-0.00` is `0.00`.
+/// Removes the sign of a number that is printed as zero: `-0.00` becomes `0.00`.
 pub fn unsigned_zero(cell: &str) -> &str {
     match cell.strip_prefix(['-', '−']) {
         Some(zero) if !zero.is_empty() && zero.chars().all(|c| c == '0' || c == '.') => zero,
@@ -57,7 +57,7 @@ pub fn unsigned_zero(cell: &str) -> &str {
     }
 }
 
-/// Minus signs in place of the hyphens before numbers, `−857.1 to 0.0`; hyphens within words and exponents stay.
+/// Replaces hyphens before numbers by minus signs, `−857.1 to 0.0`; hyphens within words and exponents are kept.
 pub fn minus_signs(text: &str) -> String {
     let mut before = ' ';
     let mut rest = text.chars().peekable();
@@ -70,7 +70,7 @@ pub fn minus_signs(text: &str) -> String {
     out
 }
 
-/// A value with so many decimals; with a power of ten where these, its zeros behind the point, or its digits before it, are too many to be read.
+/// Formats a value with `decimals` decimals, or with a power of ten if these, the zeros after the point or the digits before it are too many to read.
 pub fn readable(value: f64, decimals: usize) -> String {
     let are_few = decimals <= FEW_DECIMALS;
     if value == 0.0 {
@@ -83,15 +83,15 @@ pub fn readable(value: f64, decimals: usize) -> String {
     format!("{value:.digits$e}")
 }
 
-/// Decimals, and numbers, beyond which a number is read with a power of ten
+/// Number of decimals, and sizes of numbers, beyond which a power of ten is used
 const MOST_DECIMALS: usize = 10;
 const SMALLEST: f64 = 1e-4;
 const LARGEST: f64 = 1e9;
 
-/// Decimals that show nothing below [`SMALLEST`]
+/// Largest number of decimals that show nothing below [`SMALLEST`]
 const FEW_DECIMALS: usize = 4;
 
-/// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
+/// Formats a time: `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`.
 pub fn seconds(s: f64) -> String {
     const LONG: [(f64, &str); 3] = [(365.25 * 86_400.0, "years"), (86_400.0, "d"), (3600.0, "h")];
     if let Some((unit, name)) = LONG.iter().find(|(unit, _)| s >= 2.0 * unit) {
@@ -101,23 +101,23 @@ pub fn seconds(s: f64) -> String {
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
-/// A ratio: `2.4`, `180`, `6e5`.
+/// Formats a ratio: `2.4`, `180`, `6e5`.
 pub fn times(x: f64) -> String {
     if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
 }
 
-/// Decimals that leave two significant digits, thirty at most.
+/// Returns the number of decimals that leaves two significant digits, at most thirty.
 pub fn digits(x: f64) -> usize {
     if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 30) as usize }
 }
 
-/// A power of ten in a figure, with its exponent raised.
+/// Formats a power of ten for a figure, with its exponent raised.
 pub fn raised(exponent: i32) -> String {
     let (up, down) = crate::report::canvas::RAISED;
     format!("10{up}{}{down}", exponent.to_string().replace('-', "−"))
 }
 
-/// A number with a minus sign and these decimals; a number that would be printed as zero is below the least one: `< 0.01`.
+/// Formats a number with a minus sign and this many decimals; a number that would be printed as zero becomes a bound: `< 0.01`.
 pub fn fixed(value: f64, decimals: usize) -> String {
     let least = 10f64.powi(-(decimals as i32));
     let bound = if value > 0.0 { format!("< {least:.decimals$}") } else { format!("> −{least:.decimals$}") };
@@ -125,7 +125,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     if is_lost { bound } else { format!("{value:.decimals$}").replace('-', "−") }
 }
 
-/// A unit behind its number: all but the degree sign follow a space, and a number in the unit 1 stays alone.
+/// Returns a unit as printed after its number: all except the degree sign follow a space, and a number in the unit 1 has none.
 pub fn space(unit: &str) -> String {
     match unit {
         "" | "1" => String::new(),
@@ -134,7 +134,7 @@ pub fn space(unit: &str) -> String {
     }
 }
 
-/// First letter in upper case, where the text begins with a word: symbols and names keep their letters, `μ = 1 MPa`, `p = −U′(J)`, `tip_x_m`.
+/// Capitalises the first letter if the text begins with a word; symbols and names are unchanged: `μ = 1 MPa`, `p = −U′(J)`, `tip_x_m`.
 pub fn capital(s: &str) -> String {
     let first = s.split_whitespace().next().unwrap_or_default();
     let word =
@@ -147,14 +147,15 @@ pub fn capital(s: &str) -> String {
     c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
 }
 
-/// `0.87 to 1.00`, or `1.86` where both ends are printed alike; none of no values.
+/// Formats a range as `0.87 to 1.00`, or `1.86` if both ends are printed equally; `None` without values.
 pub fn span(values: impl IntoIterator<Item = f64>, print: impl Fn(f64) -> String) -> Option<String> {
     let (low, high) = values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let (a, b) = (print(low), print(high));
     (low <= high).then(|| if a == b { a } else { format!("{a} to {b}") })
 }
 
-/// A value with two digits of its error, where this is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`. An error that four decimals do not show is left out.
+/// Formats a value with two digits of its error, if that is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`. An error that is invisible in four
+/// decimals is left out.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error {
         Some(error) if error >= 5e-5 => {
@@ -166,17 +167,17 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
-/// A value with two digits of its uncertainty, five of its own at most, see [`readable`].
+/// Formats a value with two digits of its uncertainty, at most five of its own, see [`readable`].
 pub fn within(value: f64, uncertainty: f64) -> String {
     readable(value, digits(uncertainty.abs().max(1e-4 * value.abs())))
 }
 
-/// A number in a cell of a table; a dash where there is none.
+/// Formats a number for a table cell; a dash if it is not finite.
 pub fn cell(x: f64, print: impl Fn(f64) -> String) -> String {
     if x.is_finite() { print(x) } else { "–".into() }
 }
 
-/// `36 600`, `2 290 000`, with thin spaces.
+/// Formats an integer with thin spaces: `36 600`, `2 290 000`.
 pub fn thousands(n: usize) -> String {
     let digits = n.to_string();
     if digits.len() < 5 {

@@ -1,4 +1,4 @@
-//! `index.html`: one file that opens from disk, with nothing outside of it.
+//! `index.html`: a single self-contained file that opens from disk.
 
 use crate::report::canvas::width_mm;
 use crate::report::figure::Figure;
@@ -18,7 +18,7 @@ th{font-weight:normal;border-bottom:1px solid #222;text-align:left;vertical-alig
 td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}@media print{details:not([open])>*{display:block}}
 details pre{font-size:12px;line-height:1.35;overflow-x:auto;background:#f5f5f5;padding:.8rem}code{font-size:.9em}";
 
-/// A whole page around a body.
+/// Returns a whole page with this body.
 pub fn document(title: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{} – Durometer</title>\n<style>{STYLE}</style></head><body>\n{body}</body></html>\n",
@@ -26,7 +26,7 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// A numbered figure with its caption.
+/// Returns a numbered figure with its caption.
 pub fn drawing(f: &Figure, number: usize) -> String {
     format!(
         "<figure id=\"{0}\">\n{1}<figcaption>Figure {number}. {2} <a href=\"figures/{0}.pdf\">PDF</a></figcaption></figure>\n",
@@ -36,18 +36,18 @@ pub fn drawing(f: &Figure, number: usize) -> String {
     )
 }
 
-/// A bulleted list of plain texts.
+/// Returns a bulleted list of plain texts.
 pub fn list(items: impl Iterator<Item = String>) -> String {
     items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", prose(&item))) + "</ul>\n"
 }
 
-/// On the page a figure takes the part of the width that it takes of the width of its style.
+/// On the page, a figure takes the same fraction of the width as it takes of the width of its style.
 fn sized(svg: &str) -> String {
     let mm = width_mm(svg);
     svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / style::current().width_mm), 1)
 }
 
-/// A text in which names between backticks are set as code; a single backtick stays.
+/// Sets names between backticks as code; a single backtick is kept.
 pub fn prose(s: &str) -> String {
     let mut parts = s.split('`');
     let mut h = escape(parts.next().unwrap_or_default());

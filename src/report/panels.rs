@@ -1,14 +1,14 @@
-//! Places of equal panels: in rows as long as the page allows, so that type is never shrunk.
+//! Layout of equal panels in rows as long as the page allows, so that the type size is never reduced.
 
 use crate::report::canvas::{Area, At, INK, Point, mm, page_height, page_width, text};
 use crate::report::measure::heading_lines;
 use std::fmt::{self, Display, Write};
 
-/// Panels of a figure with their rows. All lengths are on the sheet \[mm\].
+/// The panels of a figure in rows. All lengths are on the sheet \[mm\].
 #[derive(Clone, Copy, Debug)]
 pub struct Panels {
     count: usize,
-    /// Panels of a row
+    /// Number of panels in a row
     pub columns: usize,
     /// Width of a panel
     pub each: f64,
@@ -18,8 +18,8 @@ pub struct Panels {
 }
 
 impl Panels {
-    /// Places for `count` panels with room at the left of a row, between two panels and at the right of a row. A row has as many panels of at least `least` as
-    /// the page takes; they are as wide as it allows, up to `most`.
+    /// Lays out `count` panels with room to the left of a row, between two panels and to the right of a row. A row has as many panels of at least
+    /// `least` width as fit on the page; they are as wide as it allows, up to `most`.
     pub fn new(count: usize, (left, gap, right): (f64, f64, f64), (least, most): (f64, f64)) -> Self {
         let room = page_width() - left - right;
         let columns = (((room + gap + 1e-9) / (least + gap)).floor().max(1.0) as usize).min(count.max(1));
@@ -28,49 +28,50 @@ impl Panels {
         Self { count, columns, each, left, gap, right }
     }
 
-    /// Left edge of panel `k`.
+    /// Returns the left edge of panel `k`.
     pub fn x(&self, k: usize) -> f64 {
         self.left + (k % self.columns) as f64 * (self.each + self.gap)
     }
 
-    /// Row of panel `k`, from zero.
+    /// Returns the row of panel `k`, counted from zero.
     pub fn row(&self, k: usize) -> f64 {
         (k / self.columns) as f64
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> f64 {
         self.count.div_ceil(self.columns).max(1) as f64
     }
 
-    /// Left, top, right and bottom of panel `k`, which is so `tall`: the first row begins at `top`, and each other one a `row` further down.
+    /// Returns left, top, right and bottom of panel `k` with height `tall`: the first row begins at `top`, and each further one `row` below.
     pub fn frame(&self, k: usize, (top, row): (f64, f64), tall: f64) -> [f64; 4] {
         let (x, y) = (self.x(k), top + row * self.row(k));
         [x, y, x + self.each, y + tall]
     }
 
-    /// Height of a panel, see [`row_height`].
+    /// Returns the height of a panel, see [`row_height`].
     pub fn tall(&self, usual: f64, room: (f64, f64)) -> f64 {
         row_height(usual, self.rows(), room)
     }
 
-    /// Width of the figure.
+    /// Returns the width of the figure.
     pub fn width(&self) -> f64 {
         self.left + self.columns as f64 * (self.each + self.gap) - self.gap + self.right
     }
 
-    /// Whether panel `k` is the first one of its row.
+    /// Whether panel `k` is the first of its row.
     pub fn begins_row(&self, k: usize) -> bool {
         k.is_multiple_of(self.columns)
     }
 }
 
-/// Height of each of `rows` of panels \[mm\]: `usual`, or less where a page does not take them with so much `between` two rows and for all `other` things.
+/// Returns the height of each of `rows` rows of panels \[mm\]: `usual`, or less if a page has no room for them with `between` two rows and `other`
+/// for everything else.
 pub fn row_height(usual: f64, rows: f64, (between, other): (f64, f64)) -> f64 {
     usual.min((page_height() - other + between) / rows - between).max(LOWEST)
 }
 
-/// Letter of a panel by its number from zero: a to z, then aa, ab and so on.
+/// The letter of a panel by its index: a to z, then aa, ab and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Letter(usize);
 
@@ -83,17 +84,17 @@ impl Display for Letter {
     }
 }
 
-/// Letter of panel `k` of a figure; a single panel has none.
+/// Returns the letter of panel `k` of a figure; a single panel has none.
 pub fn letter(k: usize, count: usize) -> Option<Letter> {
     (count > 1).then_some(Letter(k))
 }
 
-/// `(b)  Cable tension`, the heading of a panel with a letter.
+/// Returns the heading of a panel with its letter: `(b)  Cable tension`.
 pub fn heading(letter: Option<Letter>, words: &str) -> String {
     letter.map_or_else(|| words.into(), |letter| format!("({letter})  {words}"))
 }
 
-/// The heading of a panel above its left upper corner, as wide as the panel; a long one has two lines.
+/// Draws the heading of a panel above its upper left corner, as wide as the panel; a long one takes two lines.
 pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<Letter>, words: &str) {
     let (size, lines) = heading_lines(&heading(letter, words), wide + mm(2.0));
     match &lines[..] {
@@ -105,7 +106,7 @@ pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<Letter>
     }
 }
 
-/// A panel below this width or this height shows nothing \[mm\].
+/// Smallest width and height at which a panel is readable \[mm\].
 const MINIMUM: f64 = 20.0;
 const LOWEST: f64 = 20.0;
 

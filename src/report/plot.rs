@@ -7,17 +7,18 @@ use crate::report::numbers::percent;
 use crate::report::panels::{Letter, headed};
 use crate::wording::all;
 
-/// Distances between the numbers of neighbouring ticks: along x, and of their lines along y \[units\].
+/// Smallest distances between the numbers of neighbouring ticks along x, and between their lines along y \[units\].
 const APART: i32 = 25;
 const LINE: i32 = 80;
 
-/// Room at the left of a frame that every figure leaves \[mm\].
+/// Width to the left of a frame that every figure leaves free \[mm\].
 const SIDE: f64 = 14.0;
 
 /// Words of a caption about marks that are [on the axis](Plot::floored).
 pub const BELOW: &str = "a mark on the axis is of an error below it";
 
-/// The end of a caption that names what has no panel, as its errors are [below any axis](Axis::below), with the largest of them \[%\].
+/// Returns the end of a caption that names quantities without a panel, because their errors are [below any axis](Axis::below), with the largest error
+/// of each \[%\].
 pub fn without_panel(left_out: &[(String, f64)]) -> String {
     let words = |(what, largest): &(String, f64)| format!("{what} (at most {})", percent(0.01 * largest));
     let words: Vec<String> = left_out.iter().map(words).collect();
@@ -71,7 +72,7 @@ impl Plot<'_, '_> {
         self.y.ticks_where(fits)
     }
 
-    /// Grid, to be drawn before the data.
+    /// Draws the grid, to be called before the data.
     pub fn grid(&self) {
         let [l, _, r, _] = self.frame;
         for (v, name) in self.ticks_of_y() {
@@ -83,7 +84,7 @@ impl Plot<'_, '_> {
         self.grid_x();
     }
 
-    /// Vertical lines only.
+    /// Draws the vertical grid lines only.
     pub fn grid_x(&self) {
         let [_, t, _, b] = self.frame;
         for (v, name) in self.ticks_of_x() {
@@ -94,13 +95,13 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// Both axes, to be drawn after the data. `names`: with numbers and label along x.
+    /// Draws both axes, to be called after the data. `names` adds numbers and label along x.
     pub fn axes(&self, names: bool) {
         self.ticks_x(names);
         self.axis_y();
     }
 
-    /// The axis along y with its numbers, and the line of the one along x.
+    /// Draws the axis along y with its numbers, and the line of the axis along x.
     pub fn axis_y(&self) {
         let [l, t, r, b] = self.frame;
         line(self.area, &[(l, t), (l, b), (r, b)], INK, 6);
@@ -127,7 +128,7 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// The axis along x only.
+    /// Draws the axis along x only.
     pub fn axis_x(&self) {
         let [l, _, r, b] = self.frame;
         line(self.area, &[(l, b), (r, b)], INK, 6);
@@ -141,7 +142,7 @@ impl Plot<'_, '_> {
             let long = if name.is_empty() { 12 } else { 25 };
             line(self.area, &[(x, b), (x, b + long)], INK, 5);
             if names && !name.is_empty() {
-                // The last number ends with the sheet
+                // The last number ends at the edge of the sheet
                 let end = self.area.dim_in_pixel().0 as i32 - width(&name, SMALL) / 2;
                 text(self.area, &name, (x.min(end), b + 38), At::Below, SMALL, INK);
             }
@@ -152,7 +153,7 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// A title with the letter of the panel, above the frame.
+    /// Draws a title with the letter of the panel above the frame.
     pub fn title(&self, letter: Option<Letter>, words: &str) {
         let [l, t, r, _] = self.frame;
         headed(self.area, (l, t), r - l, letter, words);

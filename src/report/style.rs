@@ -1,14 +1,14 @@
 //! Style of figures: width on the page, size and family of the type.
 //!
-//! Figures are laid out on a sheet whose type has 8 points; the drawing is then scaled to the size of type that the style asks for. A column of 88 mm
-//! with a type of 7 points is a sheet of 101 mm. A figure that needs a wider sheet is scaled down to the width of the style, and its type with it.
+//! Figures are laid out on a sheet with 8-point type; the drawing is then scaled to the type size of the style. A column of 88 mm with 7-point type
+//! is a sheet of 101 mm. A figure that needs a wider sheet is scaled down to the width of the style, together with its type.
 
 use std::cell::Cell;
 
 /// Size of labels on the sheet \[pt\].
 const SHEET_PT: f64 = 8.0;
 
-/// Family of the letters, of which the fonts are embedded.
+/// Font family, with embedded fonts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     Sans,
@@ -16,7 +16,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// Names for a drawing that is shown where the fonts are not embedded.
+    /// Returns font names for a drawing that is shown where the fonts are not embedded.
     pub fn css(self) -> &'static str {
         match self {
             Self::Sans => "Liberation Sans, Arial, Helvetica, sans-serif",
@@ -30,7 +30,7 @@ impl Family {
 pub struct Style {
     /// Width of the largest figures \[mm\]
     pub width_mm: f64,
-    /// Size of labels \[pt\]; annotations have 7/8 of it
+    /// Size of labels \[pt\]; annotations have 7/8 of this size
     pub font_pt: f64,
     pub family: Family,
 }
@@ -43,10 +43,10 @@ pub const STYLES: [(&str, Style); 4] = [
     ("slides", Style { width_mm: 254.0, font_pt: 16.0, family: Family::Sans }),
 ];
 
-/// Sizes of type that can be read on paper or from the last row \[pt\].
+/// Range of type sizes that can be read on paper or from the last row \[pt\].
 const SIZES: std::ops::RangeInclusive<f64> = 4.0..=48.0;
 
-/// A style that does not exist.
+/// Error for a style that does not exist.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum StyleError {
     #[error("\"{0}\" is no style of figures; known: {known}", known = STYLES.map(|(name, _)| name).join(", "))]
@@ -58,10 +58,10 @@ pub enum StyleError {
 }
 
 impl Style {
-    /// The style of this name, with another size or family of the type where they are given.
+    /// Returns the style with this name, with another type size or family if given.
     ///
     /// # Errors
-    /// A name, a size or a family that does not exist.
+    /// Returns an error for a name, a size or a family that does not exist.
     pub fn named(name: &str, font_pt: Option<f64>, family: Option<&str>) -> Result<Self, StyleError> {
         let style = STYLES.iter().find(|(known, _)| *known == name).map(|(_, style)| *style);
         let mut style = style.ok_or_else(|| StyleError::Unknown(name.into()))?;
@@ -77,12 +77,12 @@ impl Style {
         Ok(style)
     }
 
-    /// Width of the sheet that a figure of full width is laid out on \[mm\].
+    /// Returns the width of the sheet for a figure of full width \[mm\].
     pub fn sheet(self) -> f64 {
         self.width_mm * SHEET_PT / self.font_pt
     }
 
-    /// Factor from a sheet of this width to the page.
+    /// Returns the factor from a sheet of this width to the page.
     pub fn zoom(self, sheet: f64) -> f64 {
         (self.font_pt / SHEET_PT).min(self.width_mm / sheet)
     }
@@ -92,12 +92,12 @@ thread_local! {
     static STYLE: Cell<Style> = const { Cell::new(STYLES[0].1) };
 }
 
-/// The style of the figures that this thread draws.
+/// Returns the style of the figures drawn by this thread.
 pub fn current() -> Style {
     STYLE.get()
 }
 
-/// Draws in a style: all figures that `draw` makes in this thread have it.
+/// Runs `draw` in a style, which applies to all figures drawn in this thread.
 pub fn within<T>(style: Style, draw: impl FnOnce() -> T) -> T {
     struct Back(Style);
     impl Drop for Back {

@@ -1,8 +1,8 @@
-//! Draws a surface of triangles: orthographic, back faces removed, far triangles first, flat shading, thin edges. A triangle with mid-nodes is drawn
-//! through them; where it faces is where its corners do.
+//! Draws a triangle surface: orthographic, back faces removed, far triangles first, flat shading, thin edges. A triangle with mid-nodes is drawn
+//! through them; its orientation is that of its corners.
 //!
-//! The order is by depth of the centroid. That is enough for slim bodies of triangles that are small compared with the
-//! features of the body; long triangles next to small ones may be put in the wrong order.
+//! Triangles are ordered by the depth of their centroids. That is sufficient for slim bodies of triangles that are small compared with the features
+//! of the body; long triangles next to small ones may be drawn in the wrong order.
 
 use crate::report::canvas::RGB;
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,7 +10,8 @@ use std::fmt::Write;
 
 type V = [f64; 3];
 
-/// A node is hidden by a facet that is in front of it by more than this share of the extent of the body: more than a curved facet is off its corners.
+/// Depth relative to the extent of the body by which a facet must be in front of a node to hide it: more than a curved facet deviates from its
+/// corners.
 const BEHIND: f64 = 2e-3;
 
 fn sub(a: V, b: V) -> V {
@@ -27,7 +28,7 @@ fn unit(a: V) -> V {
     a.map(|v| v / n)
 }
 
-/// Camera: to the right, up, and towards the eye.
+/// Camera: unit vectors to the right, up, and towards the eye.
 #[derive(Clone, Copy)]
 pub struct View {
     right: V,
@@ -36,14 +37,14 @@ pub struct View {
 }
 
 impl View {
-    /// Seen from the direction `eye`, z upwards.
+    /// Returns the view from the direction `eye`, with z upwards.
     pub fn from(eye: V) -> Self {
         let eye = unit(eye);
         let right = unit(cross([0.0, 0.0, 1.0], eye));
         Self { right, up: cross(eye, right), eye }
     }
 
-    /// Position on the picture, y downwards \[unit of x\].
+    /// Returns the position in the picture, y downwards \[unit of x\].
     pub fn project(&self, x: V) -> (f64, f64) {
         (dot(x, self.right), -dot(x, self.up))
     }
@@ -56,7 +57,7 @@ pub struct Fit {
     offset: (f64, f64),
 }
 
-/// Extent of projected points: left, top, right, bottom.
+/// Returns the extent of projected points: left, top, right, bottom.
 pub fn extent(points: impl Iterator<Item = (f64, f64)>) -> [f64; 4] {
     points.fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |b, (x, y)| {
         [b[0].min(x), b[1].min(y), b[2].max(x), b[3].max(y)]
@@ -64,7 +65,7 @@ pub fn extent(points: impl Iterator<Item = (f64, f64)>) -> [f64; 4] {
 }
 
 impl Fit {
-    /// `from` centred in `to`, both left, top, right, bottom.
+    /// Fits `from`, centred, into `to`, both given as left, top, right, bottom.
     pub fn new(from: [f64; 4], to: [i32; 4]) -> Self {
         let to = to.map(f64::from);
         let scale = ((to[2] - to[0]) / (from[2] - from[0])).min((to[3] - to[1]) / (from[3] - from[1]));
@@ -78,15 +79,15 @@ impl Fit {
     }
 }
 
-/// Look of a surface.
+/// Appearance of a surface.
 pub struct Look<'a> {
     /// Colour of triangle k before shading
     pub color: &'a dyn Fn(usize) -> RGB,
-    /// Colour and width of all edges \[units\]; `None`: edges take the colour of their triangle
+    /// Colour and width of all edges \[units\]; with `None`, edges take the colour of their triangle
     pub edge: Option<(RGB, f64)>,
     /// Colour and width of silhouette and sharp edges only \[units\]
     pub outline: Option<(RGB, f64)>,
-    /// 0 flat colour … 1 full shading
+    /// Strength of the shading, from 0 (flat colour) to 1 (full shading)
     pub shade: f64,
 }
 
@@ -94,19 +95,19 @@ fn hex(c: RGB) -> String {
     format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2)
 }
 
-/// The corners of a facet, outward.
+/// The corners of a facet, in outward order.
 fn corners(facet: &impl AsRef<[u32]>) -> [u32; 3] {
     let nodes = facet.as_ref();
     [nodes[0], nodes[1], nodes[2]]
 }
 
-/// The nodes from a corner of a facet to the next one, which is left out: with the mid-node, where it has them.
+/// The nodes from a corner of a facet to the next one, exclusive: including the mid-node if the facet has one.
 fn side(facet: &impl AsRef<[u32]>, corner: usize) -> impl Iterator<Item = u32> {
     let nodes = facet.as_ref();
     std::iter::once(nodes[corner]).chain(nodes.get(3 + corner).copied())
 }
 
-/// Moves the pen through places, from the first one on.
+/// Moves the pen through points, starting at the first one.
 fn through(path: &mut String, places: impl IntoIterator<Item = (i32, i32)>) {
     let mut last = None;
     for (x, y) in places {
@@ -118,7 +119,8 @@ fn through(path: &mut String, places: impl IntoIterator<Item = (i32, i32)>) {
     }
 }
 
-/// The surface as SVG paths, neighbours of one colour in one path. Facets are given by three corners, and three mid-nodes where they are curved.
+/// Draws the surface as SVG paths, with neighbours of one colour in one path. Facets are given by three corners, plus three mid-nodes if they are
+/// curved.
 pub fn surface<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View, fit: &Fit, look: &Look) -> String {
     let light = unit([
         0.75 * view.eye[0] - 0.4 * view.right[0] + 0.6 * view.up[0],
@@ -158,7 +160,7 @@ pub fn surface<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View, fit: &F
         through(&mut path, (0..3).flat_map(|corner| side(&facets[k], corner)).map(place));
         path.push('z');
         if let Some((color, width)) = look.outline.filter(|_| sides[k] != 0) {
-            // Drawn with its triangle, so that nearer ones cover it
+            // Drawn with its triangle, so that nearer triangles cover it
             flush(&mut svg, &mut path, &last);
             let mut d = String::new();
             for corner in (0..3).filter(|corner| sides[k] & (1 << corner) != 0) {
@@ -174,7 +176,7 @@ pub fn surface<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View, fit: &F
     svg + "</g>\n"
 }
 
-/// The outline of the whole surface, filled with one pale colour; `name` is an id of the page.
+/// Draws the outline of the whole surface, filled with one pale colour; `name` is an id of the page.
 pub fn ghost<F: AsRef<[u32]>>(
     points: &[V],
     facets: &[F],
@@ -192,7 +194,7 @@ pub fn ghost<F: AsRef<[u32]>>(
             path.push('z');
         }
     }
-    // All edges wide in the colour of the line, then all triangles on top: what is left of the line is the outline
+    // All edges are drawn wide in the line colour, then all triangles on top: the rest of the lines is the outline
     let used = |c: RGB, width: u32| {
         let c = hex(c);
         format!(
@@ -206,9 +208,9 @@ fn scale(v: u8, factor: f64) -> u8 {
     (f64::from(v) * factor).round().clamp(0.0, 255.0) as u8
 }
 
-/// Per facet the sides (bit k: from corner k) that are silhouette or sharp (above 35°).
+/// The sides of each facet that are silhouette or sharp (above 35°), as bits (bit k: the side from corner k).
 fn feature_sides<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View) -> Vec<u8> {
-    // Edge → its triangles: normal, number, side
+    // Triangles of each edge: normal, number, side
     type Users = Vec<(V, usize, u8)>;
     let mut edges: BTreeMap<(u32, u32), Users> = BTreeMap::new();
     for (k, t) in facets.iter().map(corners).enumerate() {
@@ -229,7 +231,7 @@ fn feature_sides<F: AsRef<[u32]>>(points: &[V], facets: &[F], view: &View) -> Ve
     sides
 }
 
-/// The nodes in front of which the surface is, as seen by the eye.
+/// Returns the nodes that are hidden behind the surface, as seen by the eye.
 pub fn hidden<F: AsRef<[u32]>>(points: &[V], facets: &[F], nodes: &[u32], view: &View) -> BTreeSet<u32> {
     let seen = |x: V| [dot(x, view.right), dot(x, view.up), dot(x, view.eye)];
     let depths = points.iter().map(|x| seen(*x));
@@ -252,7 +254,7 @@ pub fn hidden<F: AsRef<[u32]>>(points: &[V], facets: &[F], nodes: &[u32], view: 
     nodes.iter().copied().filter(is_hidden).collect()
 }
 
-/// viridis (van der Walt & Smith 2015), nine stops; s in \[0, 1\].
+/// Returns the colour of viridis (van der Walt & Smith 2015) from nine stops, for s in \[0, 1\].
 pub fn viridis(s: f64) -> RGB {
     const STOPS: [[f64; 3]; 9] = [
         [68.0, 1.0, 84.0],
@@ -276,7 +278,7 @@ pub fn viridis(s: f64) -> RGB {
 mod tests {
     use super::*;
 
-    /// Of a tetrahedron with a corner towards the eye, the node behind its facets is hidden, and those of its outline are not.
+    /// In a tetrahedron with a corner towards the eye, the node behind its facets is hidden, and those of its outline are not.
     #[test]
     fn nodes_behind_the_surface_are_hidden() {
         let view = View::from([0.0, -1.0, 0.0]);

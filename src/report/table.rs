@@ -1,41 +1,41 @@
-//! Tables, once as data: written as CSV and LaTeX, and set into the page.
+//! Tables as data, written as CSV and LaTeX and embedded in the page.
 
 use crate::report::numbers::{minus_signs, unsigned_zero};
 use crate::report::page::escape;
 
-/// Columns with a heading and a unit; cells are text, ready to print.
+/// Columns with a heading and a unit; cells are text that is ready to print.
 pub struct Table {
     pub name: &'static str,
     pub caption: String,
-    /// (heading, unit, numbers?)
+    /// Columns as (heading, unit, whether they hold numbers)
     pub columns: Vec<(String, String, bool)>,
     pub rows: Vec<Vec<String>>,
     /// First cell of the row that is the answer
     pub pick: Option<String>,
 }
 
-/// Columns from literals: heading, unit, and whether they hold numbers.
+/// Builds columns from literals: heading, unit, and whether they hold numbers.
 pub fn headings(columns: &[(&str, &str, bool)]) -> Vec<(String, String, bool)> {
     columns.iter().map(|(heading, unit, number)| (heading.to_string(), unit.to_string(), *number)).collect()
 }
 
-/// Rows of a table on the page; a browser takes seconds for ten thousand of them
+/// Largest number of rows of a table on the page; a browser takes seconds for ten thousand of them
 const SHOWN: usize = 500;
 
 impl Table {
-    /// The heading of a column by its number, with its unit.
+    /// Returns the heading of column `k` with its unit.
     pub fn heading(&self, k: usize) -> String {
         let (name, unit, _) = &self.columns[k];
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
     }
 
-    /// The caption as a sentence, which another one may follow.
+    /// Returns the caption as a complete sentence, to which another can be appended.
     pub fn sentence(&self) -> String {
         let ends = self.caption.is_empty() || self.caption.ends_with(['.', '?', '!']);
         if ends { self.caption.clone() } else { format!("{}.", self.caption) }
     }
 
-    /// The table in the page: of a long one the first rows and the answer, and where the others are.
+    /// Returns the table for the page; a long one shows the first rows and the answer, and says where the others are.
     pub fn html(&self) -> String {
         let class = |k: usize| if self.columns[k].2 { " class=\"n\"" } else { "" };
         // Many columns may be wider than the text
@@ -71,7 +71,7 @@ impl Table {
     }
 }
 
-/// A cell of a table of comma-separated values; RFC 4180 quotes what would divide it.
+/// Returns a cell of a CSV table, quoted by RFC 4180 if it contains a separator.
 pub fn quoted(cell: &str) -> String {
     let divides = cell.contains([',', '"', '\n', '\r']) || cell.trim() != cell;
     if divides { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into() }

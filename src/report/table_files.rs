@@ -1,4 +1,4 @@
-//! Files of a table: comma-separated values and LaTeX.
+//! Files of a table: CSV and LaTeX.
 
 use crate::report::error::ReportError;
 use crate::report::files::write;
@@ -10,7 +10,7 @@ impl Table {
     /// Writes `<name>.csv` and `<name>.tex` into `dir`.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// Returns an error if a file cannot be written.
     pub fn save(&self, dir: &Path) -> Result<(), ReportError> {
         write(&dir.join(format!("{}.csv", self.name)), self.csv().as_bytes())?;
         write(&dir.join(format!("{}.tex", self.name)), latex::table(self).as_bytes())

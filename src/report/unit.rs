@@ -1,8 +1,8 @@
-//! Units with the prefix that leaves short numbers, as an axis or a map shows them; tables keep SI units.
+//! Units with the prefix that gives short numbers, as shown by axes and maps; tables keep SI units.
 
 use crate::report::numbers::raised;
 
-/// A unit, the units that replace it with their power of ten, and the least magnitude for each, largest first.
+/// A unit with the units that replace it: smallest magnitude, power of ten and name of each, largest first.
 type Replaced = (&'static str, &'static [(f64, i32, &'static str)]);
 
 const UNITS: [Replaced; 12] = [
@@ -19,13 +19,13 @@ const UNITS: [Replaced; 12] = [
     ("deg", &[(0.0, 0, "°")]),
     ("1", &[(0.0, 0, "–")]),
 ];
-/// Numbers of an axis or a map from this size on, and below the other one, have a power of ten in their unit.
+/// Sizes of numbers on an axis or a map from which on, and below which, their unit gets a power of ten.
 const LONG: f64 = 1e5;
 const SHORT: f64 = 1e-3;
-/// Four decimals are enough below 1.
+/// Smallest number below 1 that four decimals can show.
 const FINE: f64 = 0.999e-4;
 
-/// The power of ten by which numbers in `unit` are to be multiplied, and the unit that they have then, for numbers up to `largest`.
+/// Returns the power of ten by which numbers in `unit` are to be multiplied, and their unit then, for numbers up to `largest`.
 pub fn shown(unit: &str, largest: f64) -> (i32, &str) {
     let spelled = match unit {
         "m3" | "m^3" => "m³",
@@ -39,7 +39,8 @@ pub fn shown(unit: &str, largest: f64) -> (i32, &str) {
     best.map_or_else(|| (0, renamed()), |(_, power, name)| (*power, *name))
 }
 
-/// The power of ten and the unit of [`shown`], with a power of ten before the unit where numbers that differ by `step` would still be long: `10⁻⁶ N`.
+/// Returns the power of ten and the unit of [`shown`], with a power of ten before the unit if numbers that differ by `step` would still be long:
+/// `10⁻⁶ N`.
 pub fn with_power(unit: &str, largest: f64, step: f64) -> (i32, String) {
     let (power, name) = shown(unit, largest);
     let size = largest * 10f64.powi(power);
@@ -53,7 +54,7 @@ pub fn with_power(unit: &str, largest: f64, step: f64) -> (i32, String) {
     (power - ten, times(ten, name))
 }
 
-/// The power of ten and the unit of [`with_power`], so that numbers up to `largest` have this many digits before the point.
+/// Returns the power of ten and the unit of [`with_power`] for which numbers up to `largest` have `digits` digits before the point.
 pub fn with_digits(unit: &str, largest: f64, digits: i32) -> (i32, String) {
     let (power, name) = shown(unit, largest);
     let size = largest * 10f64.powi(power);
@@ -61,7 +62,7 @@ pub fn with_digits(unit: &str, largest: f64, digits: i32) -> (i32, String) {
     (power - ten, times(ten, name))
 }
 
-/// `10⁻⁶ N`; a power alone without a unit, and a unit alone without a power.
+/// Formats a power and a unit, `10⁻⁶ N`; either of them alone if the other is missing.
 fn times(ten: i32, name: &str) -> String {
     match name {
         _ if ten == 0 => name.into(),
@@ -70,7 +71,7 @@ fn times(ten: i32, name: &str) -> String {
     }
 }
 
-/// Words of a label and the unit in its brackets, which may be missing.
+/// Returns the words of a label and the unit in its brackets, which may be missing.
 pub fn parts(label: &str) -> (&str, &str) {
     label
         .strip_suffix(']')
@@ -78,12 +79,12 @@ pub fn parts(label: &str) -> (&str, &str) {
         .map_or((label, ""), |(words, unit)| (words.trim_end(), unit))
 }
 
-/// Words with their unit in brackets, where they have one: `shift x [m]`.
+/// Returns words followed by their unit in brackets, if they have one: `shift x [m]`.
 pub fn labelled(words: &str, unit: &str) -> String {
     if unit.is_empty() { words.into() } else { format!("{words} [{unit}]") }
 }
 
-/// `shift x [m]` becomes `shift x [mm]` with the power 3, and `cells` becomes `cells [10⁶]` with −6.
+/// Returns a readable label with its power of ten: `shift x [m]` becomes `shift x [mm]` with the power 3, and `cells` becomes `cells [10⁶]` with −6.
 pub fn readable(label: &str, largest: f64, step: f64) -> (i32, String) {
     let (words, own) = parts(label);
     let (power, unit) = with_power(own, largest, step);

@@ -31,7 +31,7 @@ struct Law {
     misfit: f64,
     hold_out: Option<f64>,
     cross_mode: Option<f64>,
-    /// Predictions of a law that is not defined at the data; files of before do not have it
+    /// Predictions that failed because the law is not defined at the data; files of earlier versions lack it
     #[serde(default)]
     failed: Vec<String>,
     undetermined: Vec<String>,
@@ -77,7 +77,7 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
     paper.write(&dir.join("paper"))
 }
 
-/// Slack that was fitted, and reasons to doubt the data.
+/// Notes on fitted slack, and reasons to doubt the data.
 fn notes(stored: &Stored) -> impl Iterator<Item = String> {
     let of = |law: &Law| {
         let all: Vec<String> = law.slack.iter().map(|s| format!("{:.4} ({})", s.strain, s.mode)).collect();

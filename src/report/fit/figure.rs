@@ -1,4 +1,4 @@
-//! A law and the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
+//! A law with the data it was fitted to: stress against stretch, residuals below; the fitted range on the left, all data on the right.
 
 use crate::calibrate::{Mode, ModeCurves};
 use crate::calibrate::{Printed, stress_unit};
@@ -12,33 +12,33 @@ use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 use std::collections::HashSet;
 
-/// The fitted range, pale enough for points on top.
+/// Colour of the fitted range, pale enough for points on top.
 const RANGE: RGB = RGB(0xee, 0xee, 0xee);
 const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const RIGHT: f64 = 3.0;
-/// Least and largest width of a column \[mm\]
+/// Smallest and largest width of a column \[mm\]
 const WIDTHS: (f64, f64) = (60.0, 110.0);
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 const BETWEEN: f64 = 4.0;
 const LOW: f64 = 22.0;
-/// From a column to the one below it \[mm\]
+/// Height from a column to the one below it \[mm\]
 const STEP: f64 = TALL + BETWEEN + LOW + 19.0;
 /// A law is drawn up to this multiple of the largest stress of the data
 const ROOM: f64 = 1.5;
 
-/// Constants that are written into the figure
+/// Largest number of constants that are written into the figure
 const SHOWN: usize = 3;
 
-/// Part of the stretches that one column shows.
+/// The part of the stretches shown by one column.
 struct Window {
     title: &'static str,
     /// Smallest and largest λ
     span: [f64; 2],
 }
 
-/// `None` without a single sample.
+/// Draws the fit; `None` without a sample.
 pub fn draw(fit: &StoredFit) -> Option<Figure> {
     let modes: Vec<&ModeCurves> =
         fit.curves.modes.iter().filter(|m| !m.fitted.is_empty() || !m.held_out.is_empty()).collect();
@@ -50,7 +50,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     let [from, to] = fit.stretch;
     let beyond = 0.15 * (to.max(1.0) - from.min(1.0)).max(1e-3);
     let near = [(from.min(1.0) - beyond).max(low), (to.max(1.0) + beyond).min(high)];
-    // A second column where the data go far beyond the fitted range
+    // A second column if the data extend far beyond the fitted range
     let windows = if high - low > 1.6 * (near[1] - near[0]) {
         vec![Window { title: "Fitted range", span: near }, Window { title: "All data", span: [low, high] }]
     } else {
@@ -68,7 +68,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             let lower = [left, base, right, base + LOW];
             column(area, fit, &modes, w, (upper.map(mm), lower.map(mm)), letter(k, windows.len()));
         }
-        // More constants than three would lie on the curves; they are listed in the table
+        // More than three constants would cover the curves; they are listed in the table
         let shown = if fit.parameters.len() > SHOWN { &[] } else { &fit.parameters[..] };
         let printed = fit.printed();
         let words = shown.iter().zip(&printed).map(label);
@@ -81,7 +81,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     Some(Figure { name: "fit".into(), svg, caption })
 }
 
-/// Only what is drawn: open marks and dashes where there are some, intervals where constants have them.
+/// The caption describes only what is drawn: open marks and dashes if there are any, intervals if constants have them.
 fn caption(fit: &StoredFit, modes: &[&ModeCurves]) -> String {
     let held = modes.iter().any(|m| !m.held_out.is_empty());
     let open = if held { " Filled marks were fitted, open ones were not." } else { "" };
@@ -95,13 +95,13 @@ fn caption(fit: &StoredFit, modes: &[&ModeCurves]) -> String {
     )
 }
 
-/// Whether a part of the line shows a law that was fitted there, or one that was not.
+/// Whether part of the line shows a law where it was fitted, or where it was not.
 fn is_drawn(modes: &[&ModeCurves], stretch: [f64; 2], fitted: bool) -> bool {
     let is_it = |m: &ModeCurves, w: &[[f64; 2]]| is_fitted(m, stretch, 0.5 * (w[0][0] + w[1][0])) == fitted;
     modes.iter().any(|m| m.curve.windows(2).any(|w| is_it(m, w)))
 }
 
-/// `μ = 357 kPa [334, 380]`
+/// Labels a constant with its interval: `μ = 357 kPa [334, 380]`.
 fn label((p, printed): (&StoredConstant, &Printed)) -> String {
     let number = |v: f64| printed.end(v);
     let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{}, {}]", number(a), number(b)));
@@ -129,7 +129,7 @@ fn entries(modes: &[&ModeCurves], stretch: [f64; 2]) -> Vec<(Sample, String)> {
             out.push((Sample::Hollow(shape, color), format!("{}, not fitted", m.label)));
         }
     }
-    // Of several modes the law has the colour of each
+    // With several modes, the law has the colour of each
     let color = if let [one] = modes { darker(style(one.mode).1) } else { GREY };
     if is_drawn(modes, stretch, true) {
         out.push((Sample::Line(color), "law, fitted".into()));
@@ -153,11 +153,11 @@ fn column(
     let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;
     let points = || modes.iter().flat_map(|m| m.fitted.iter().chain(&m.held_out)).filter(inside);
     let size = points().map(|p| p[1].abs()).fold(0.0, f64::max);
-    // A law that runs away beyond its range would leave no room for the data
+    // A law that diverges beyond its range would leave no room for the data
     let near = |p: &&[f64; 2]| p[1].abs() <= ROOM * size;
     let curves = || modes.iter().flat_map(|m| &m.curve).filter(inside).filter(near);
     let (factor, unit) = stress_unit(size);
-    // Margins, so that no mark reaches the frame
+    // Margins keep marks away from the frame
     let margin = 0.03 * (b - a);
     let x = Axis::exact(a - margin, b + margin, &format!("stretch {} [–]", italic("λ")));
     let values = points().chain(curves()).map(|p| factor * p[1]);
@@ -208,14 +208,14 @@ fn is_fitted(m: &ModeCurves, [from, to]: [f64; 2], stretch: f64) -> bool {
     !m.fitted.is_empty() && stretch >= from.min(1.0) - 1e-9 && stretch <= to + 1e-9
 }
 
-/// Solid over the fitted range of a fitted mode, dashed elsewhere.
+/// Draws a law, solid over the fitted range of a fitted mode, dashed elsewhere.
 fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     let color = darker(style(m.mode).1);
     let fitted = |l: f64| is_fitted(m, fit.stretch, l);
     let inside = |v: f64, axis: &Axis| axis.lo <= v && v <= axis.hi;
     let mut points: Vec<[f64; 2]> =
         m.curve.iter().copied().filter(|p| inside(p[0], &plot.x) && inside(factor * p[1], &plot.y)).collect();
-    // The end of the fitted range as a point of its own, on the chord
+    // The end of the fitted range is a point of its own, on the chord
     for edge in fit.stretch {
         if let Some(k) = points.windows(2).position(|w| w[0][0] < edge && edge < w[1][0]) {
             let (a, b) = (points[k], points[k + 1]);
@@ -237,7 +237,7 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     }
 }
 
-/// The colour of a line over marks of this colour.
+/// A darker version of a colour, for a line over marks of that colour.
 fn darker(RGB(r, g, b): RGB) -> RGB {
     let dark = |v: u8| (0.55 * f64::from(v)) as u8;
     RGB(dark(r), dark(g), dark(b))

@@ -7,7 +7,7 @@ use crate::report::numbers::capital;
 use crate::report::paper::law::{LawGroup, describe};
 use crate::report::paper::{Paragraph, software};
 
-/// The paragraphs of a fit; `law` is its law file, where it could be read.
+/// Returns the paragraphs of a fit; `law` is the content of its law file, if that could be read.
 pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
     let table = law.and_then(|text| text.parse::<toml::Table>().ok());
     let constants = match &table {
@@ -26,7 +26,7 @@ pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
     all.into_iter().flatten().collect()
 }
 
-/// The lateral stretches of the test pieces in the fit.
+/// States the lateral stretches of the test pieces in the fit.
 fn lateral(fit: &StoredFit) -> String {
     match &fit.poisson {
         None => "The material was taken as incompressible (J = 1).".into(),
@@ -37,7 +37,7 @@ fn lateral(fit: &StoredFit) -> String {
     }
 }
 
-/// The warnings of the fit; none where it has none but notes.
+/// The warnings of the fit; `None` if it has only notes.
 fn limits(fit: &StoredFit) -> Option<Paragraph> {
     let warnings: Vec<String> = fit.warnings().map(|message| format!("{}.", capital(message))).collect();
     (!warnings.is_empty()).then(|| Paragraph::new("Limits").text(warnings.join(" ")))

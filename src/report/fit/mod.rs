@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use stored::StoredFit;
 
-/// Writes the report of the fit in `dir`, next to its `fit.json`, and answers with the result in words.
+/// Writes the report of the fit in `dir`, next to its `fit.json`, and returns the result in words.
 pub fn write(dir: &Path) -> Result<String, ReportError> {
     let path = dir.join("fit.json");
     let fit: StoredFit = files::json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: dir.join("study.json") })?;

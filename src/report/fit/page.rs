@@ -8,7 +8,7 @@ use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
 use crate::wording;
 
-/// The result in words.
+/// Returns the result in words.
 pub fn answer(fit: &StoredFit) -> String {
     let one = |(p, printed): (&StoredConstant, Printed)| format!("{} = {}", p.symbol, p.words(&printed));
     let constants: Vec<String> = fit.parameters.iter().zip(fit.printed()).map(one).collect();
@@ -25,7 +25,7 @@ pub fn answer(fit: &StoredFit) -> String {
     minus_signs(&(out + &shorter_ranges(fit)))
 }
 
-/// Where the law describes each test, in words; nothing of results that do not say it.
+/// States where the law describes each test; empty for results that do not contain this.
 fn validity(fit: &StoredFit) -> String {
     let (tolerance, tests) = (100.0 * fit.validity.tolerance, &fit.validity.tests[..]);
     let end = |to: f64| format!("{} to stretch {}", if to < 1.0 { "down" } else { "up" }, stretch_text(to));
@@ -56,7 +56,7 @@ fn validity(fit: &StoredFit) -> String {
     )
 }
 
-/// Constants of ranges that end earlier, where the errors do not explain their difference, in one sentence, and whether the intervals contain them.
+/// States, in one sentence, the constants of shorter ranges whose difference is not explained by the errors, and whether the intervals contain them.
 fn shorter_ranges(fit: &StoredFit) -> String {
     let printed = fit.printed();
     let of = |k: usize| (&fit.parameters[k], fit.range_spread[k]);

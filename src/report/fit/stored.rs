@@ -1,4 +1,4 @@
-//! A fit as `fit.json` stores it, and its constants in words.
+//! A fit as stored in `fit.json`, and its constants in words.
 
 use crate::calibrate::{
     AuditEntry, Band, Contribution, FitCurves, Loss, Misfit, Prediction, Printed, StableRange, Treatment, Validity,
@@ -7,10 +7,10 @@ use crate::calibrate::{
 use crate::report::names::symbol;
 use serde::{Deserialize, Deserializer};
 
-/// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
+/// The part of `fit.json` that is reported. Stresses and stiffnesses in Pa, stretches \[–\].
 #[derive(Clone, Debug, Deserialize)]
 pub struct StoredFit {
-    /// Name with the number of terms
+    /// Name of the law with the number of its terms
     pub label: String,
     pub formula: String,
     pub law_source: String,
@@ -26,14 +26,14 @@ pub struct StoredFit {
     pub weighting: Weighting,
     pub loss: Loss,
     pub interval_assumption: String,
-    /// JSON has no infinity: `None` where an end is open
+    /// Intervals for use; `None` for an open end, because JSON has no infinity
     pub in_use: Vec<[Option<f64>; 2]>,
     pub measurement: Vec<Contribution>,
     pub scatter: Option<Scatter>,
     pub otherwise: Vec<Otherwise>,
-    /// `nu` or `kappa` \[Pa\], as given
+    /// Given value of `nu` or `kappa` \[Pa\]
     pub partner: Option<std::collections::BTreeMap<String, f64>>,
-    /// Of laws that are not fitted as incompressible
+    /// Contraction in fits that are not incompressible
     #[serde(default)]
     pub poisson: Option<Contraction>,
     pub stability: Vec<StableRange>,
@@ -41,14 +41,14 @@ pub struct StoredFit {
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
     pub range_dependence: Vec<Range>,
-    /// Per parameter, over ranges that end earlier
+    /// Range of each constant over fits to shorter ranges
     pub range_spread: Vec<[f64; 2]>,
     /// The warnings in words
     pub messages: Vec<String>,
-    /// Those of them that are said for information and limit nothing; files of before do not say it
+    /// Messages that are only for information; files of earlier versions lack them
     #[serde(default)]
     notes: Vec<String>,
-    /// Whether one of them is grave; files of before do not say it
+    /// Whether one of the messages is serious; files of earlier versions lack it
     #[serde(default)]
     doubtful: Option<bool>,
     pub curves: FitCurves,
@@ -62,7 +62,7 @@ pub struct StoredConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// JSON has no infinity: `None` where the data do not determine the constant
+    /// Standard error; `None` if the data do not determine the constant, because JSON has no infinity
     pub std_error: Option<f64>,
     pub interval: [Option<f64>; 2],
 }
@@ -71,7 +71,7 @@ pub struct StoredConstant {
 #[derive(Clone, Debug, Deserialize)]
 pub struct Contraction {
     pub ratio: Ratio,
-    /// From a column of lateral strain, else as given
+    /// Whether it comes from a column of lateral strain, otherwise it was given
     pub measured: bool,
 }
 
@@ -93,11 +93,11 @@ pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<StoredConstant>,
-    /// `None`: the specimens have no stretch in common
+    /// Level at which the specimens are compared; `None` if they have no stretch in common
     pub level: Option<f64>,
 }
 
-/// The same fit to rows that were treated otherwise.
+/// The fit repeated with data that were treated differently.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Otherwise {
     pub treatment: Treatment,
@@ -114,23 +114,23 @@ pub struct Range {
     pub rms_relative: f64,
 }
 
-/// A symbol as a paper writes it, `C10` as C₁₀.
+/// Reads a symbol and writes it as in a paper, `C10` as C₁₀.
 fn with_subscripts<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
     String::deserialize(from).map(|text| symbol(&text))
 }
 
 impl StoredFit {
-    /// Whether the answer is doubtful; with any warning, where the file does not say it.
+    /// Whether the result is doubtful; for files that do not say so, whether there is any message.
     pub fn is_doubtful(&self) -> bool {
         self.doubtful.unwrap_or(!self.messages.is_empty())
     }
 
-    /// The warnings without those that limit nothing.
+    /// Returns the messages except those that are only for information.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
         self.messages.iter().filter(|message| !self.notes.contains(message)).map(String::as_str)
     }
 
-    /// Unit and digits of every constant: two digits of the half-width of its interval, stresses in one unit.
+    /// Returns unit and digits of every constant: two digits of the half-width of its interval, stresses in one unit.
     pub fn printed(&self) -> Vec<Printed<'_>> {
         let size = largest_stress(self.parameters.iter().map(|p| (p.value, p.unit.as_str())));
         self.parameters.iter().map(|p| within_size(size, p.value, &p.unit, p.ends())).collect()
@@ -138,12 +138,12 @@ impl StoredFit {
 }
 
 impl StoredConstant {
-    /// Both ends of the interval, where the data determine the constant.
+    /// Returns both ends of the interval, if the data determine the constant.
     pub fn ends(&self) -> Option<[f64; 2]> {
         Some([self.interval[0]?, self.interval[1]?])
     }
 
-    /// `357 kPa (95 % interval 334 to 380 kPa)`
+    /// Formats a constant as `357 kPa (95 % interval 334 to 380 kPa)`.
     pub fn words(&self, printed: &Printed) -> String {
         let value = printed.text(self.value);
         match self.ends() {

@@ -4,7 +4,7 @@ use crate::calibrate::{Band, Contribution, Misfit, PredictionKind, Printed, stre
 use crate::report::fit::stored::{Scatter, Specimen, StoredConstant, StoredFit};
 use crate::report::table::{Table, headings};
 
-/// Rows of the table of ranges at most
+/// Largest number of rows of the table of ranges
 const RANGES: usize = 14;
 
 pub fn all(fit: &StoredFit) -> Vec<Table> {
@@ -52,7 +52,7 @@ fn parameters(fit: &StoredFit) -> Table {
         .collect();
     for (name, value) in fit.partner.iter().flatten() {
         let (symbol, unit) = if name == "nu" { ("ν", "–") } else { ("κ", "Pa") };
-        // A Poisson's ratio near ½ has its meaning in the last digits
+        // The last digits of a Poisson's ratio near ½ are significant
         let (unit, number) = match within(*value, unit, None) {
             Printed { unit: "–", .. } => ("–", value.to_string()),
             printed => (printed.unit, printed.number(*value)),
@@ -83,13 +83,13 @@ fn parameters(fit: &StoredFit) -> Table {
     }
 }
 
-/// `μ₁ = 12 kPa, α₁ = 3.1`
+/// Lists constants as `μ₁ = 12 kPa, α₁ = 3.1`.
 fn list(parameters: &[StoredConstant], printed: &[Printed]) -> String {
     let one = |(p, printed): (&StoredConstant, &Printed)| format!("{} = {}", p.symbol, printed.text(p.value));
     parameters.iter().zip(printed).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Parts of the shared errors of the measurement.
+/// A table of the parts of the shared errors of the measurement.
 fn measurement(fit: &StoredFit) -> Table {
     let printed = fit.printed();
     let row = |c: &Contribution| {
@@ -109,7 +109,7 @@ fn measurement(fit: &StoredFit) -> Table {
     }
 }
 
-/// Where the stress of another specimen is to be expected.
+/// A table of the range in which the stress of another specimen is expected.
 fn next(s: &Scatter) -> Option<Table> {
     let row = |b: &Band| {
         let [low, high] = b.interval.map(|v| format!("{:.4}", 1e-3 * v));
@@ -132,7 +132,7 @@ fn next(s: &Scatter) -> Option<Table> {
     })
 }
 
-/// Effect of the treatment of the rows on the fitted constants.
+/// A table of the effect of the treatment of the data on the fitted constants.
 fn otherwise(fit: &StoredFit) -> Table {
     let printed = fit.printed();
     let constants = |parameters: &[StoredConstant]| list(parameters, &printed);
@@ -150,7 +150,7 @@ fn otherwise(fit: &StoredFit) -> Table {
     }
 }
 
-/// Each specimen alone, then their mean.
+/// A table of each specimen alone, followed by their mean.
 fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
     let constants = |value: &dyn Fn(usize) -> String| {
         let one = |(k, p): (usize, &StoredConstant)| format!("{} = {}", p.symbol, value(k));
@@ -231,7 +231,7 @@ fn stability(fit: &StoredFit) -> Table {
     }
 }
 
-/// A kind of prediction in words.
+/// Describes a kind of prediction.
 fn kind(kind: PredictionKind) -> &'static str {
     match kind {
         PredictionKind::OutsideRange => "predicted, outside the range",
@@ -243,7 +243,7 @@ fn kind(kind: PredictionKind) -> &'static str {
 fn ranges(fit: &StoredFit) -> Table {
     let n = fit.range_dependence.len();
     let count = n.min(RANGES);
-    // Evenly spread, first and last included
+    // Evenly spread, including the first and the last
     let mut picked: Vec<usize> = (0..count).map(|k| k * (n - 1) / (count - 1)).collect();
     let [low, high] = fit.stretch;
     let end = if low.ln().abs() > high.ln().abs() { low } else { high };

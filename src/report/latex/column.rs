@@ -6,33 +6,33 @@ use super::widths::{self, longest_piece, pieces, width};
 use crate::report::numbers::unsigned_zero;
 use crate::report::table::Table;
 
-/// Lines of a heading that is broken.
+/// Largest number of lines of a broken heading.
 const HEADING_LINES: f64 = 4.0;
-/// Least width of a column whose texts are broken, in the usual size of type \[pt\].
+/// Smallest width of a column of paragraphs, in the usual type size \[pt\].
 const LEAST_PARAGRAPH: f64 = 75.0;
-/// Cells that have no value.
+/// Cells without a value.
 pub(super) const EMPTY: [&str; 3] = ["", "–", "-"];
 
 /// How a column is set.
 pub struct Column {
-    /// `l`, `r` or the `S` of siunitx
+    /// Column specifier: `l`, `r` or the `S` of siunitx
     spec: String,
-    /// Words of the heading, the last of which may be its unit, with their source
+    /// Width and source of each word of the heading, the last of which may be its unit
     words: Vec<(f64, String)>,
-    /// Cells are read by siunitx
+    /// Whether cells are read by siunitx
     numbers: bool,
-    /// Width of the widest cell \[pt\]; all widths are those in the usual size of type
+    /// Width of the widest cell \[pt\]; all widths are in the usual type size
     cells: f64,
-    /// Width of the widest part of a cell that no line breaks \[pt\]
+    /// Width of the widest unbreakable part of a cell \[pt\]
     piece: f64,
     /// Width of the whole heading \[pt\]
     heading: f64,
-    /// It belongs next to the column before: `at, sag`, the time of a value
+    /// Whether it belongs next to the previous column, such as the time of a value: `at, sag`
     pub follows: bool,
 }
 
 impl Column {
-    /// The column of the table by its number.
+    /// Builds the column of a table with this index.
     pub fn of(t: &Table, index: usize) -> Self {
         let (name, si, is_number) = &t.columns[index];
         let cells = || t.rows.iter().filter_map(|row| row.get(index)).map(String::as_str);
@@ -68,34 +68,34 @@ impl Column {
         }
     }
 
-    /// Its width without a break \[pt\].
+    /// Returns its width without line breaks \[pt\].
     pub fn width(&self) -> f64 {
         self.cells.max(self.heading)
     }
 
-    /// Its width where the heading is broken \[pt\].
+    /// Returns its width with a broken heading \[pt\].
     pub fn with_broken_heading(&self) -> f64 {
         let widest = self.words.iter().map(|w| w.0).fold(0.0, f64::max);
         self.cells.max(widest).max(self.heading / HEADING_LINES).min(self.width())
     }
 
-    /// The least width at which its texts can be set in paragraphs \[pt\]; that of a column of numbers is its own.
+    /// Returns the smallest width at which its texts can be set as paragraphs \[pt\]; for a column of numbers, its own width.
     pub fn least(&self) -> f64 {
         let whole = self.with_broken_heading();
         if self.cells <= LEAST_PARAGRAPH { whole } else { self.piece.max(LEAST_PARAGRAPH).min(whole) }
     }
 
-    /// Whether its texts are paragraphs in this width \[pt\].
+    /// Whether its texts become paragraphs in this width \[pt\].
     fn breaks(&self, room: f64) -> bool {
         room < self.cells - 1e-6
     }
 
-    /// Lines of a cell of it in this width \[pt\].
+    /// Returns the number of lines of a cell in this width \[pt\].
     pub fn lines(&self, cell: &str, room: f64) -> usize {
         if self.breaks(room) { widths::lines(cell, room) } else { 1 }
     }
 
-    /// Its letter in the head of a table, for this width in the usual size of type and the scale of the size that is used.
+    /// Returns its column specifier, for this width in the usual type size and the scale of the size that is used.
     pub fn spec(&self, room: f64, scale: f64) -> String {
         if !self.breaks(room) {
             return self.spec.clone();
@@ -103,7 +103,7 @@ impl Column {
         format!(">{{\\raggedright\\arraybackslash}}p{{{:.0}pt}}", (room * scale).floor())
     }
 
-    /// Lines of its heading within this width, and the heading \[pt\].
+    /// Returns the number of lines of its heading within this width \[pt\], and the heading.
     pub fn head(&self, room: f64) -> (usize, String) {
         let joined = |words: &[String]| words.join(" ");
         let mut lines: Vec<(f64, Vec<String>)> = vec![];
@@ -132,12 +132,12 @@ impl Column {
         (count, if self.numbers { format!("{{{heading}}}") } else { heading })
     }
 
-    /// A cell of it in this width \[pt\].
+    /// Returns a cell as set in this width \[pt\].
     pub fn cell(&self, cell: &str, room: f64) -> String {
         let cell = unsigned_zero(cell);
         if self.breaks(room) {
             let parts: Vec<String> = pieces(cell).map(escape).collect();
-            // A line breaks at blanks and hyphens without a command
+            // Lines break at spaces and hyphens without a command
             let joined =
                 parts.iter().enumerate().map(|(k, part)| match part.ends_with([' ', '-']) || k + 1 == parts.len() {
                     true => part.clone(),

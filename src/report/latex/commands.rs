@@ -1,6 +1,6 @@
-//! Commands of the characters that the program prints and of those that are usual in papers.
+//! LaTeX commands for the characters that the program prints and for those that are usual in papers.
 
-/// Command of a character: in the text, or in formulae.
+/// The command for a character, in text or in formulae.
 #[derive(Clone, Copy)]
 pub enum Command {
     Text(&'static str),
@@ -9,12 +9,12 @@ pub enum Command {
 
 use Command::{Math, Text};
 
-/// Command of a character, where it has one.
+/// Returns the command for a character, if it has one.
 pub fn command(c: char) -> Option<Command> {
     COMMANDS.iter().find(|(own, _)| *own == c).map(|(_, command)| *command)
 }
 
-/// Commands of the characters that programs, laws and formulae use, for every encoding of fonts.
+/// Commands for the characters used by programs, laws and formulae, valid in every font encoding.
 const COMMANDS: [(char, Command); 222] = [
     ('%', Text("\\%")),
     ('&', Text("\\&")),

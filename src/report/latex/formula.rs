@@ -1,16 +1,16 @@
-//! Formulae of laws in LaTeX: letters of Unicode with `_` and `^`, and words and commas between them.
+//! Formulae of laws in LaTeX: Unicode letters with `_` and `^`, and words and commas between formulae.
 
 use super::commands::Command::{Math, Text};
 use super::commands::command;
 use super::letters::{accented, escape, is_accent};
 
-/// Names of functions with their commands.
+/// Function names with their commands.
 const FUNCTIONS: [(&str, &str); 3] =
     [("ln", "\\ln"), ("sym", "\\mathop{\\mathrm{sym}}\\nolimits"), ("tr", "\\mathop{\\mathrm{tr}}\\nolimits")];
-/// Letters in a row that are a word; fewer are a product.
+/// Number of consecutive letters from which they are a word; fewer are a product.
 const WORD: usize = 3;
 
-/// A formula such as `ψ = Σ (μ_n/α_n) λ̄₁^{α_n} + U(J), n = 1 … 5` as LaTeX sets it; a text that is none is printed as it is.
+/// Sets a formula such as `ψ = Σ (μ_n/α_n) λ̄₁^{α_n} + U(J), n = 1 … 5` in LaTeX; a text that is not a formula is printed unchanged.
 pub fn formula(text: &str) -> String {
     let mut set = Setting { scripts: vec![String::new()], ..Setting::default() };
     let mut rest = text;
@@ -22,31 +22,31 @@ pub fn formula(text: &str) -> String {
     if is_sound { set.out } else { escape(text) }
 }
 
-/// Whether a formula may hold this letter.
+/// Whether a formula may contain this character.
 fn is_mathematical(c: char) -> bool {
     let is_letter = |c: char| c.is_ascii_alphanumeric() || "_^{} ()[]+-*/=:;,.!<>|…".contains(c);
     let has_accent = accented(c.encode_utf8(&mut [0; 4])).is_some();
     is_letter(c) || is_accent(c) || has_accent || matches!(command(c), Some(Math(_)))
 }
 
-/// The formula as far as it is set.
+/// The part of a formula that has been set so far.
 #[derive(Default)]
 struct Setting {
     out: String,
-    /// The formula that has begun
+    /// The formula that is being set
     math: String,
-    /// Brackets that are open in it
+    /// Number of open brackets in it
     depth: usize,
-    /// The signs `_` and `^` that the last letter has, within each brace that is open
+    /// The signs `_` and `^` that the last letter already has, for each level of open braces
     scripts: Vec<String>,
-    /// A letter has two exponents or indices, or none follows their sign, or a brace was never opened
+    /// Whether a letter has two exponents or indices, a sign is followed by nothing, or a brace was never opened
     broken: bool,
-    /// The sign and the content of the exponent or index that its last letters are, in which the next ones may go on
+    /// Sign and content of the exponent or index in progress, which further raised or lowered letters may continue
     script: Option<(char, String)>,
 }
 
 impl Setting {
-    /// Sets what the rest of the text begins with, of which `c` is the first letter, and gives what is left.
+    /// Sets the beginning of the remaining text, whose first character is `c`, and returns what is left.
     fn next<'a>(&mut self, c: char, rest: &'a str) -> &'a str {
         let after = &rest[c.len_utf8()..];
         if let Some((sign, content)) = script(c) {
@@ -82,7 +82,7 @@ impl Setting {
                 self.out.push(c);
                 after
             }
-            // A fraction of numbers ends before the letters
+            // A numeric fraction ends before the letters
             ' ' if self.math.ends_with(|c: char| c.is_ascii_digit()) && after.starts_with(char::is_alphabetic) => {
                 self.math += "\\,";
                 after
@@ -98,7 +98,7 @@ impl Setting {
                     _ => {}
                 }
                 self.brace(c);
-                // An accent is over a letter
+                // An accent belongs over a letter
                 self.broken |= is_accent(c);
                 self.push(&letter(c));
                 after
@@ -106,7 +106,7 @@ impl Setting {
         }
     }
 
-    /// A name of a function, a word, or letters, of which one with digits is a constant: `C10`.
+    /// Sets a function name, a word, or letters; a letter followed by digits is a constant: `C10`.
     fn letters<'a>(&mut self, rest: &'a str) -> &'a str {
         let (run, left) = rest.split_at(rest.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(rest.len()));
         if let Some((_, command)) = FUNCTIONS.iter().find(|(name, _)| *name == run) {
@@ -128,12 +128,12 @@ impl Setting {
         left
     }
 
-    /// Adds to the formula.
+    /// Appends to the formula.
     fn push(&mut self, set: &str) {
         self.math = joined(std::mem::take(&mut self.math), set);
     }
 
-    /// Begins an exponent or an index.
+    /// Starts an exponent or an index.
     fn sign(&mut self, sign: char) {
         let own = self.scripts.last_mut().expect("one level");
         self.broken |= own.contains(sign);
@@ -141,7 +141,7 @@ impl Setting {
         self.push(&sign.to_string());
     }
 
-    /// Opens or closes a level of braces, each of which has letters of its own; the first level stays.
+    /// Opens or closes a level of braces, each with its own letters; the first level is never closed.
     fn brace(&mut self, c: char) {
         match c {
             '{' => self.scripts.push(String::new()),
@@ -159,7 +159,7 @@ impl Setting {
         }
     }
 
-    /// Ends the formula that has begun; what follows is text.
+    /// Ends the current formula; text follows.
     fn end(&mut self) {
         self.close();
         let math = self.math.trim_end();
@@ -171,7 +171,7 @@ impl Setting {
     }
 }
 
-/// Two parts of a formula; a blank keeps a command at the end of the first one from the letters that follow.
+/// Joins two parts of a formula; a space separates a command at the end of the first part from letters that follow.
 fn joined(mut first: String, second: &str) -> String {
     let is_name = |name: &str| !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphabetic());
     let is_command = first.rsplit_once('\\').is_some_and(|(_, name)| is_name(name));
@@ -181,7 +181,7 @@ fn joined(mut first: String, second: &str) -> String {
     first + second
 }
 
-/// A letter within a formula.
+/// A character within a formula.
 fn letter(c: char) -> String {
     match (c, command(c)) {
         ('{' | '}', _) => c.into(),
@@ -191,7 +191,7 @@ fn letter(c: char) -> String {
     }
 }
 
-/// The sign and the content of a raised or lowered letter: `^` and `2` of `²`.
+/// Sign and content of a raised or lowered character: `^` and `2` for `²`.
 fn script(c: char) -> Option<(char, &'static str)> {
     let Some(Math(set)) = command(c) else { return None };
     let sign = set.chars().next().filter(|sign| matches!(sign, '^' | '_'))?;

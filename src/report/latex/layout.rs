@@ -1,20 +1,20 @@
-//! How a table fits into the width of the text: the size of its type, broken headings and texts, what is the same in every row, and parts.
+//! How a table fits into the text width: type size, broken headings and texts, columns that are equal in every row, and parts.
 
 use super::column::Column;
 use crate::report::table::Table;
 use std::collections::HashSet;
 
-/// Width of the text of an article in one column, less what widths are estimated too small by \[pt\].
+/// Text width of an article in one column, minus a margin for underestimated widths \[pt\].
 const LINE: f64 = 345.0 - 4.0;
 
-/// Characters of a cell that may move into the caption.
+/// Largest number of characters of a cell that may move into the caption.
 const LONGEST_IN_CAPTION: usize = 40;
 
-/// A size of type.
+/// A type size.
 #[derive(Clone, Copy)]
 pub struct Size {
     pub command: &'static str,
-    /// Width of a text as a share of that in the usual size
+    /// Width of a text relative to the usual size
     pub scale: f64,
     /// Space on each side of a column \[pt\]
     pub gap: f64,
@@ -26,23 +26,24 @@ const SIZES: [Size; 4] = [
     Size { command: "\\footnotesize", scale: 0.87, gap: 3.0 },
     Size { command: "\\scriptsize", scale: 0.82, gap: 3.0 },
 ];
-/// Size of type of a table in parts, which need not be the smallest one.
+/// Type size of a table in parts, which need not be the smallest.
 const OF_PARTS: Size = SIZES[2];
 
-/// Columns next to each other, by their numbers, with their widths in the usual size of type \[pt\].
+/// Adjacent columns by index, with their widths in the usual type size \[pt\].
 pub type ColumnGroup = Vec<(usize, f64)>;
 
 /// How a table is set.
 pub struct Layout {
     pub size: Size,
-    /// Parts below each other, each of which begins with the columns that tell its rows apart
+    /// Parts below each other, each beginning with the columns that identify its rows
     pub parts: Vec<ColumnGroup>,
-    /// Headings with units and cells of the columns that are the same in every row and are named in the caption
+    /// Headings with units, and cells, of the columns that are equal in every row and are named in the caption
     pub same: Vec<(String, String)>,
 }
 
 impl Layout {
-    /// The layout with the largest type in which nothing is broken, moved or divided that fits as a whole.
+    /// Chooses the first of these that fits: the table as it is, with broken headings, with equal columns moved into the caption, with texts set as
+    /// paragraphs, or divided into parts; each in the largest type that fits.
     pub fn of(t: &Table, columns: &[Column]) -> Self {
         let fits = |shown: &[usize], wide: fn(&Column) -> f64, sizes: &[Size]| {
             let part: ColumnGroup = shown.iter().map(|k| (*k, wide(&columns[*k]))).collect();
@@ -67,7 +68,7 @@ impl Layout {
         Self { same, ..layout }.with_paragraphs_widened(columns)
     }
 
-    /// Texts in paragraphs take the width that is left in their part.
+    /// Widens paragraphs to the width that is left in their part.
     fn with_paragraphs_widened(mut self, columns: &[Column]) -> Self {
         for part in &mut self.parts {
             let left = (LINE - part.iter().map(|(_, w)| self.size.room(*w)).sum::<f64>()) / self.size.scale;
@@ -81,13 +82,14 @@ impl Layout {
 }
 
 impl Size {
-    /// Width of a column in this size with the space around it, by its width in the usual size \[pt\].
+    /// The width of a column in this size including the space around it, from its width in the usual size \[pt\].
     fn room(self, width: f64) -> f64 {
         self.scale * width + 2.0 * self.gap
     }
 }
 
-/// As many of the columns in each part as fit next to the leading ones that tell its rows apart; next to the first one where these leave no room.
+/// Divides the columns into parts. Each part repeats the leading columns that identify its rows, or only the first one where there is no room for
+/// all, and takes as many further columns as fit.
 fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<ColumnGroup> {
     let of = |k: &usize| (*k, columns[*k].least());
     let room = |group: &[usize]| group.iter().map(|k| OF_PARTS.room(of(k).1)).sum::<f64>();
@@ -111,7 +113,7 @@ fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<ColumnGroup> {
     parts
 }
 
-/// The least number of leading columns that are not alike in any two rows; none where only all columns are, or rows are the same.
+/// The smallest number of leading columns that differ between any two rows; `None` if it takes all columns, or if rows are equal.
 fn leading(t: &Table, shown: &[usize]) -> Option<usize> {
     (1..shown.len()).find(|n| {
         let mut seen = HashSet::new();

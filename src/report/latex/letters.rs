@@ -1,8 +1,8 @@
-//! Text in LaTeX: characters that are commands, and characters outside of ASCII.
+//! Text in LaTeX: characters that are commands, and characters outside ASCII.
 //!
-//! Both engines know the commands of the table whatever the encoding of the font is. A letter with an accent becomes the accent over its base.
-//! What has neither a command nor an accent is printed as its code point, `[U+4E2D]`: a character is replaced, never lost, and never stops a compilation.
-//! Blanks in a row become one; control characters and marks without width go.
+//! Both engines know the commands of the table in any font encoding. A letter with an accent becomes the accent over its base. A character with
+//! neither a command nor an accent is printed as its code point, `[U+4E2D]`: it is replaced, never lost, and never stops a compilation. Consecutive
+//! spaces become one; control characters and zero-width marks are removed.
 
 use super::commands::Command::{Math, Text};
 use super::commands::command;
@@ -10,7 +10,7 @@ use unicode_normalization::char::{compose, decompose_canonical};
 
 const CEDILLA: char = '\u{327}';
 
-/// Text as LaTeX prints it.
+/// Returns text escaped for LaTeX.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 16);
     let mut rest = text.chars().peekable();
@@ -25,7 +25,7 @@ pub fn escape(text: &str) -> String {
             }
             continue;
         }
-        // A cedilla is part of its letter, not an accent that every font has
+        // A cedilla is part of its letter, not an accent available in every font
         let c = match rest.peek().filter(|mark| **mark == CEDILLA).and_then(|mark| compose(c, *mark)) {
             Some(joined) => {
                 rest.next();
@@ -43,7 +43,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// Blanks at which no line breaks.
+/// Non-breaking spaces.
 fn fixed_space(c: char) -> Option<&'static str> {
     match c {
         '\u{a0}' => Some("~"),
@@ -52,7 +52,7 @@ fn fixed_space(c: char) -> Option<&'static str> {
     }
 }
 
-/// One character with the accents that follow it. What cannot be set over it follows as its code point.
+/// One character with the accents that follow it. An accent that cannot be set over it follows as its code point.
 fn with_accents(c: char, marks: &[char], opens: bool, before: Option<char>) -> String {
     let (mut base, mut own) = (c, vec![]);
     if command(c).is_none() {
@@ -76,7 +76,7 @@ fn with_accents(c: char, marks: &[char], opens: bool, before: Option<char>) -> S
     }
 }
 
-/// The letter that a text begins with, in a formula with its accents, and what follows; `None` where it has no accent.
+/// Returns the first letter of a text, as set in a formula with its accents, and the rest; `None` if it has no accent.
 pub(super) fn accented(text: &str) -> Option<(String, &str)> {
     let mut rest = text.chars();
     let mut parts = vec![];
@@ -95,7 +95,7 @@ pub(super) fn accented(text: &str) -> Option<(String, &str)> {
     (!accents.is_empty()).then(|| (over(inner, &accents), rest.as_str()))
 }
 
-/// Whether a letter is an accent over the one before.
+/// Whether a character is an accent over the previous one.
 pub(super) fn is_accent(c: char) -> bool {
     accent(c).is_some()
 }
@@ -117,7 +117,7 @@ fn plain(c: char, opens: bool, before: Option<char>) -> String {
     }
 }
 
-/// Marks without width: joiners, directions, soft hyphens, selectors of variants, and the marks of italics in figures.
+/// Whether a character has no width: joiners, directions, soft hyphens, variation selectors, and the marks of italics in figures.
 fn is_unseen(c: char) -> bool {
     matches!(c, '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
         || matches!(c, '\u{fe00}'..='\u{fe0f}' | '\u{e000}'..='\u{e006}' | '\u{e0100}'..='\u{e01ef}')
@@ -127,7 +127,7 @@ fn code_point(c: char) -> String {
     format!("{{[}}U+{:04X}]", u32::from(c))
 }
 
-/// Commands of an accent in text and in formulae.
+/// The commands of an accent in text and in formulae.
 #[derive(Clone, Copy)]
 struct Accent {
     text: &'static str,

@@ -1,4 +1,4 @@
-//! LaTeX that pdflatex and xelatex both compile: text, numbers with units, tables and figures with their captions.
+//! LaTeX that both pdflatex and xelatex compile: text, numbers with units, tables and figures with their captions.
 //!
 //! A fragment needs `booktabs`, `graphicx`, `longtable` and `siunitx` (version 3); [`PACKAGES`] loads them.
 
@@ -22,10 +22,10 @@ use crate::report::figure::Figure;
 use crate::report::numbers::minus_signs;
 use packages::NEEDS;
 
-/// Width above which a figure takes both columns of a page \[mm\].
+/// Width above which a figure spans both columns of a page \[mm\].
 const ONE_COLUMN_MM: f64 = 95.0;
 
-/// A figure environment with caption and label: the PDF in its own size, smaller where the text is narrower.
+/// Returns a figure environment with caption and label; the PDF has its own size, or less if the text is narrower.
 pub fn figure(figure: &Figure) -> String {
     let mm = figure.width_mm();
     let environment = if mm > ONE_COLUMN_MM { "figure*" } else { "figure" };

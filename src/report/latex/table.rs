@@ -1,4 +1,4 @@
-//! A table as a float, or where it is long, as one that breaks across pages; both fit into the width of the text.
+//! A table as a float or, if it is long, as a table that breaks across pages; both fit the text width.
 
 use super::column::{Column, EMPTY};
 use super::layout::{ColumnGroup, Layout, Size};
@@ -7,11 +7,11 @@ use super::packages::NEEDS;
 use crate::report::numbers::minus_signs;
 use crate::report::table::Table;
 
-/// Lines of a float; a longer table is set by `longtable`, which a page with two columns does not take.
+/// Largest number of lines of a float; a longer table is set by `longtable`, which does not work in two columns.
 const FLOAT_LINES: usize = 40;
 
-/// The table with its caption, its label `tab:<name>`, rules of booktabs, and columns of numbers aligned by siunitx. It is no wider than
-/// the text of an article.
+/// Returns the table with its caption, its label `tab:<name>`, booktabs rules, and number columns aligned by siunitx. It is no wider than the text of
+/// an article.
 pub fn table(t: &Table) -> String {
     let t = &with_minus_signs(t);
     let columns: Vec<Column> = (0..t.columns.len()).map(|k| Column::of(t, k)).collect();
@@ -32,13 +32,13 @@ pub fn table(t: &Table) -> String {
     format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{gap}\n{inside}\n\\end{{table}}\n")
 }
 
-/// The table as it is read: its file of comma-separated values has hyphens in place of the signs.
+/// The table with minus signs for reading; its CSV file keeps hyphens.
 fn with_minus_signs(t: &Table) -> Table {
     let rows = t.rows.iter().map(|row| row.iter().map(|cell| minus_signs(cell)).collect()).collect();
     Table { name: t.name, caption: minus_signs(&t.caption), columns: t.columns.clone(), rows, pick: None }
 }
 
-/// The caption, and the columns that are the same in every row.
+/// The caption, including the columns that are equal in every row.
 fn caption(t: &Table, same: &[(String, String)]) -> String {
     let (without, with): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| EMPTY.contains(&cell.as_str()));
     let with: Vec<String> = with.iter().map(|(heading, cell)| format!("{heading} {cell}")).collect();
@@ -52,12 +52,12 @@ fn caption(t: &Table, same: &[(String, String)]) -> String {
     caption.trim_start().into()
 }
 
-/// Columns with their head and their rows as LaTeX.
+/// Columns with their head and rows as LaTeX.
 struct Rules {
     spec: String,
     head: String,
     body: String,
-    /// Lines of the head and the rows
+    /// Number of lines of the head and the rows
     lines: usize,
 }
 
@@ -80,7 +80,7 @@ impl Rules {
         }
     }
 
-    /// As a table that does not break, no wider than the text of any document.
+    /// Sets a table that does not break and is no wider than the text of any document.
     fn float(&self) -> String {
         let Self { spec, head, body, .. } = self;
         let rules = format!(
@@ -89,7 +89,7 @@ impl Rules {
         format!("\\resizebox{{\\ifdim\\width>\\linewidth\\linewidth\\else\\width\\fi}}{{!}}{{%\n{rules}}}")
     }
 
-    /// As a table that breaks across pages.
+    /// Sets a table that breaks across pages.
     fn long(&self, caption: &str) -> String {
         let Self { spec, body, .. } = self;
         let head = format!("  \\toprule\n{}  \\midrule\n", self.head);

@@ -1,8 +1,8 @@
-//! Units and numbers as siunitx takes them.
+//! Units and numbers in the syntax of siunitx.
 
 use super::widths::width;
 
-/// Symbols of units with their macros; prefixes are those of [`PREFIXES`].
+/// Unit symbols with their macros; prefixes are listed in [`PREFIXES`].
 const SYMBOLS: [(&str, &str); 19] = [
     ("m", "\\metre"),
     ("s", "\\second"),
@@ -37,17 +37,17 @@ const PREFIXES: [(&str, &str); 7] = [
 
 const POWERS: [(&str, &str); 3] = [("²", "\\squared"), ("³", "\\cubed"), ("⁴", "\\tothe{4}")];
 
-/// `\unit{\kilo\pascal}` for `kPa`; `None` where the text is no unit of the SI.
+/// Returns `\unit{\kilo\pascal}` for `kPa`; `None` if the text is not an SI unit.
 pub fn unit(text: &str) -> Option<String> {
     Some(format!("\\unit{{{}}}", macros(text)?))
 }
 
-/// `\qty{18}{\kilo\pascal}` for `18` and `kPa`; `None` where the first is no number or the second no unit.
+/// Returns `\qty{18}{\kilo\pascal}` for `18` and `kPa`; `None` if the first is not a number or the second not a unit.
 pub fn quantity(value: &str, unit: &str) -> Option<String> {
     Some(format!("\\qty{{{}}}{{{}}}", number(value)?, macros(unit)?))
 }
 
-/// `\num{1e-8}` for a number with an exponent.
+/// Returns `\num{1e-8}` for a number with an exponent.
 pub fn power_of_ten(text: &str) -> Option<String> {
     number(text).filter(|n| n.contains('e')).map(|n| format!("\\num{{{n}}}"))
 }
@@ -78,7 +78,7 @@ fn power(text: &str) -> Option<String> {
     Some(symbol(base).or_else(prefixed)? + power)
 }
 
-/// The number as siunitx reads it, where a cell is one.
+/// Returns the number in the syntax of siunitx, if the cell is a number.
 pub fn number(cell: &str) -> Option<String> {
     let plain: String = cell.replace('−', "-").chars().filter(|c| *c != '\u{2009}').collect();
     let (mantissa, exponent) = plain.split_once('e').unwrap_or((&plain, "0"));
@@ -89,10 +89,10 @@ pub fn number(cell: &str) -> Option<String> {
     (digits(whole) && digits(decimals) && digits(power) && plain.len() <= LONGEST).then_some(plain)
 }
 
-/// Characters of a number; a longer one is text.
+/// Largest number of characters of a number; longer ones are text.
 const LONGEST: usize = 24;
 
-/// Digits before and behind the point, of the exponent, and whether there is a sign: what `table-format` of a column reserves.
+/// Digits before and after the point and of the exponent, and whether there is a sign: the room that `table-format` of a column reserves.
 #[derive(Clone, Copy, Default)]
 pub struct Room {
     negative: bool,
@@ -103,7 +103,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// Room for `number` too, as [`number`] writes it.
+    /// Extends the room to include `number`, in the form written by [`number`].
     pub fn with(self, number: &str) -> Self {
         let (mantissa, exponent) = number.split_once('e').unwrap_or((number, ""));
         let (whole, decimals) = mantissa.split_once('.').unwrap_or((mantissa, ""));
@@ -117,7 +117,7 @@ impl Room {
         }
     }
 
-    /// Width of the column \[pt\].
+    /// Returns the width of the column \[pt\].
     pub fn width(self) -> f64 {
         let sign = |negative: bool| if negative { "−" } else { "" };
         let decimals = if self.decimals > 0 { format!(".{}", "0".repeat(self.decimals)) } else { String::new() };
@@ -128,7 +128,7 @@ impl Room {
         width(&format!("{}{}{decimals}{exponent}", sign(self.negative), "0".repeat(self.whole)))
     }
 
-    /// `S[table-format=-2.3]`
+    /// Returns the column specifier, such as `S[table-format=-2.3]`.
     pub fn column(self) -> String {
         let sign = |negative: bool| if negative { "-" } else { "" };
         let decimals = if self.decimals > 0 { format!(".{}", self.decimals) } else { String::new() };

@@ -1,8 +1,9 @@
-//! Widths of texts in Computer Modern, the type of a document of LaTeX that names no other.
+//! Widths of texts in Computer Modern, the default typeface of LaTeX.
 
 use super::letters::escape;
 
-/// Advances of the letters from the blank to the tilde in `cmr10`, of its mathematical signs where the text is set by them, and of the underscore of xelatex \[1/1000 em\].
+/// Advance widths from the space to the tilde in `cmr10`; of its mathematical signs if they replace the character, and of xelatex for the underscore
+/// \[1/1000 em\].
 const ADVANCES: [u16; 95] = [
     333, 278, 500, 833, 500, 833, 778, 278, 389, 389, 500, 778, 278, 333, 278, 500, 500, 500, 500, 500, 500, 500, 500,
     500, 500, 500, 278, 278, 778, 778, 778, 472, 778, 750, 708, 722, 764, 681, 653, 785, 750, 361, 514, 778, 625, 917,
@@ -10,10 +11,10 @@ const ADVANCES: [u16; 95] = [
     444, 306, 500, 556, 278, 306, 528, 278, 833, 556, 500, 556, 528, 392, 394, 389, 556, 528, 722, 528, 528, 444, 500,
     278, 500, 500,
 ];
-/// Size of the usual type \[pt\].
+/// The usual type size \[pt\].
 const SIZE: f64 = 10.0;
 
-/// Width of a text as [`escape`] writes it, in the usual size of type \[pt\]; of a letter outside of ASCII it is an upper bound.
+/// Returns the width of a text as written by [`escape`], in the usual type size \[pt\]; an upper bound for characters outside ASCII.
 pub fn width(text: &str) -> f64 {
     SIZE * text.chars().map(advance).sum::<f64>()
 }
@@ -34,11 +35,11 @@ fn advance(c: char) -> f64 {
     }
 }
 
-/// Characters of a word at most, after which a line may break anywhere.
+/// Largest number of characters of a word; longer words may break anywhere.
 const LONGEST_PIECE: usize = 24;
 
-/// The parts of a text between which a line may break, each with the blank or the sign that it ends with: at blanks, after hyphens and after the signs of
-/// paths and keys, and within a word that is longer than any.
+/// Returns the parts of a text between which a line may break, each with the space or character that ends it: at spaces, after hyphens and after the
+/// separators of paths and keys, and within words that are too long.
 pub fn pieces(text: &str) -> impl Iterator<Item = &str> {
     text.split_inclusive([' ', '-', '/', '_', '=', ',']).flat_map(|piece| {
         let ends = piece.char_indices().map(|(at, _)| at).step_by(LONGEST_PIECE).skip(1).chain([piece.len()]);
@@ -46,12 +47,12 @@ pub fn pieces(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Width of the widest of the [`pieces`] of a text \[pt\].
+/// Returns the width of the widest of the [`pieces`] of a text \[pt\].
 pub fn longest_piece(text: &str) -> f64 {
     pieces(text).map(|piece| width(piece.trim_end())).fold(0.0, f64::max)
 }
 
-/// Lines of a text as a paragraph of this width \[pt\].
+/// Returns the number of lines of a text set as a paragraph of this width \[pt\].
 pub fn lines(text: &str, room: f64) -> usize {
     let (mut lines, mut long) = (1, 0.0);
     for piece in pieces(text) {

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Writes the folder `paper` into `dir`, which holds these tables; its folder `figures` holds these figures.
 ///
 /// # Errors
-/// A folder or file that cannot be written.
+/// Returns an error if a folder or file cannot be written.
 pub fn write(dir: &Path, found: &[Evaluation], tables: &[&str], figures: &[String]) -> Result<(), ReportError> {
     let paper = Paper {
         paragraphs: paragraphs(found),

@@ -1,4 +1,4 @@
-//! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
+//! A record of motion: a curve over time with its states, the release and the fitted vibration; the residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
 use crate::report::canvas::Mark;
@@ -7,22 +7,22 @@ use crate::report::figure::{Figure, Sample, apart, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 
-/// A state, pale enough for points on top.
+/// Colour of a state, pale enough for points on top.
 const STATE: RGB = RGB(0xdd, 0xe8, 0xf0);
-/// The window of the fitted vibration
+/// Colour of the window of the fitted vibration
 const WINDOW: RGB = RGB(0xf6, 0xec, 0xe2);
 const LEFT: f64 = 18.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 55.0;
 const BETWEEN: f64 = 17.0;
 const LOW: f64 = 30.0;
-/// Points of the fitted vibration
+/// Number of points of the fitted vibration
 const POINTS: usize = 600;
-/// Half the size of a mark, and the distance below which one of two marks is drawn \[units\]
+/// Half the size of a mark, and the distance below which only one of two marks is drawn \[units\]
 const MARK: i32 = 14;
 const APART: i32 = 10;
 
-/// The curve that rings down, else the one that moves most among those of its kind; none without a curve.
+/// The curve that rings down, otherwise the one that moves most among curves of its kind; `None` without a curve.
 fn shown(evaluation: &Evaluation) -> Option<usize> {
     let lengths = |c: &EvaluatedCurve| c.curve.name.ends_with("_m");
     let range = |k: &usize| evaluation.curves[*k].curve.range();
@@ -32,7 +32,7 @@ fn shown(evaluation: &Evaluation) -> Option<usize> {
     evaluation.ring_down.as_ref().map(|r| r.0).or(widest)
 }
 
-/// Draws a record under a file name; none without a curve.
+/// Draws a record under a file name; `None` without a curve.
 pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     let at = shown(evaluation)?;
     let own = &evaluation.curves[at];
@@ -95,7 +95,7 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     Some(Figure { name: name.into(), svg, caption })
 }
 
-/// Windows of the states, below the data.
+/// Draws the windows of the states, below the data.
 fn windows(plot: &Plot, own: &EvaluatedCurve) {
     for plateau in [&own.held, &own.last].into_iter().flatten() {
         let [from, to] = plateau.window_s;
@@ -103,7 +103,7 @@ fn windows(plot: &Plot, own: &EvaluatedCurve) {
     }
 }
 
-/// Means of the states, with an edge in white on top of the data that they are of.
+/// Draws the means of the states on top of their data, with a white edge.
 fn means(plot: &Plot, own: &EvaluatedCurve, factor: f64) {
     for plateau in [&own.held, &own.last].into_iter().flatten() {
         let [from, to] = plateau.window_s;
@@ -130,7 +130,7 @@ fn names(area: &Area, evaluation: &Evaluation, own: &EvaluatedCurve, height: f64
     legend(area, (mm(LEFT), mm(height - 4.2 * entries.len() as f64)), &entries);
 }
 
-/// The axis of time, from the first row to the last one.
+/// The time axis, from the first row to the last.
 fn times(t: &[f64]) -> Axis {
     match t {
         [first, .., last] => Axis::exact(*first, *last, "time [s]"),

@@ -1,4 +1,4 @@
-//! Laws of a scene with their constants and where these come from, in sentences.
+//! Laws of a scene with their constants and their origin, in sentences.
 
 use crate::calibrate::{interval_at, provenance_pair, within};
 use crate::material::parameter::Choice;
@@ -11,14 +11,14 @@ use crate::report::paper::paragraph::Paragraph;
 use crate::report::paper::references::Reference;
 use toml::{Table, Value};
 
-/// A law of scenes: tables that differ in the values of their constants at most, with the same constants given, from the same source.
+/// A law of several scenes: tables that differ at most in the values of their constants, with the same constants given and from the same source.
 pub struct LawGroup<'a> {
-    /// Its name in the scenes, where they have several laws
+    /// Its name in the scenes, if these have several laws
     pub name: Option<&'a str>,
     pub tables: Vec<&'a Table>,
 }
 
-/// The laws of scenes by their names; several constants of one name are of several cases.
+/// Groups the laws of scenes by name; different constants under one name come from several cases.
 pub fn groups(laws: &[(String, Table)]) -> Vec<LawGroup<'_>> {
     let several = laws.iter().any(|(name, _)| *name != laws[0].0);
     let is_alike = |a: &Table, b: &Table| {
@@ -36,7 +36,7 @@ pub fn groups(laws: &[(String, Table)]) -> Vec<LawGroup<'_>> {
     })
 }
 
-/// Adds a sentence on a law; constants in which its tables differ have their range and the number of their values.
+/// Adds a sentence on a law; constants that differ between its tables are given by their range and the number of their values.
 pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
     let first = group.tables.first();
     let law = first.and_then(|table| table.get("law")?.as_str());
@@ -61,7 +61,7 @@ pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
     to.text(". ")
 }
 
-/// `, C₂₀ = C₃₀ = 0`: the terms of the formula that a law leaves out.
+/// The terms of the formula that a law leaves out: `, C₂₀ = C₃₀ = 0`.
 fn absent(table: &Table, info: &LawInfo) -> String {
     let may_be_absent = info.parameters.iter().rev().take(info.optional).rev();
     let terms = may_be_absent.filter(|p| !table.contains_key(p.name) && info.formula.contains(p.symbol));
@@ -69,7 +69,7 @@ fn absent(table: &Table, info: &LawInfo) -> String {
     if terms.is_empty() { String::new() } else { format!(", {} = 0", terms.join(" = ")) }
 }
 
-/// `μ = 50 kPa to 500 MPa (12 values), ν = 0.49`: the constants of the laws of a group.
+/// Lists the constants of the laws of a group: `μ = 50 kPa to 500 MPa (12 values), ν = 0.49`.
 pub fn constants(group: &[&Table]) -> String {
     let Some(first) = group.first() else { return String::new() };
     let Some(Ok(entry)) = first.get("law").and_then(Value::as_str).map(find) else { return String::new() };
@@ -82,7 +82,7 @@ pub fn constants(group: &[&Table]) -> String {
     first.keys().filter_map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Adds a sentence on the form of a law, without constants; a law that does not exist is left out.
+/// Adds a sentence on the form of a law, without constants; an unknown law is left out.
 pub fn named(to: Paragraph, law: &str) -> Paragraph {
     match find(law) {
         Ok(entry) => formula(to, entry.info, entry.info.formula).text(". "),
@@ -90,7 +90,7 @@ pub fn named(to: Paragraph, law: &str) -> Paragraph {
     }
 }
 
-/// The formula of a law with the options that were chosen.
+/// The formula of a law with the chosen options.
 fn in_form<'a>(info: &LawInfo, chosen: impl Fn(&Choice) -> Option<&'a str>) -> String {
     info.choices.iter().filter(|choice| !choice.formulas.is_empty()).fold(info.formula.to_string(), |text, choice| {
         let of =
@@ -102,7 +102,7 @@ fn in_form<'a>(info: &LawInfo, chosen: impl Fn(&Choice) -> Option<&'a str>) -> S
     })
 }
 
-/// Name, source and formula.
+/// Adds name, source and formula of a law.
 fn formula(to: Paragraph, info: &LawInfo, formula: &str) -> Paragraph {
     let cited = Reference::named_in(info.source);
     let source = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
@@ -110,7 +110,7 @@ fn formula(to: Paragraph, info: &LawInfo, formula: &str) -> Paragraph {
     to.text(", ").formula(formula)
 }
 
-/// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene, or the range of several values.
+/// A constant as `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene, or the range of several values.
 fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<String> {
     let si = |value: &Value| match value {
         Value::String(text) => units::parse(text, p.dimension).ok(),
@@ -120,7 +120,7 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
     numbers.sort_by(f64::total_cmp);
     numbers.dedup();
     let unit = if p.dimension == Dimension::PRESSURE { "Pa" } else { "" };
-    // A constant without an interval has the digits that it was given
+    // A constant without an interval has the digits that were given
     let given = |number: f64| {
         let printed = within(number, unit, None);
         format!("{}{}", plain(printed.factor * number), joined(printed.unit))
@@ -138,7 +138,7 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
                     let printed = within(number, unit, Some([a, b]));
                     let unit = joined(printed.unit);
                     let text = |v: f64| printed.end(v);
-                    // The interval for use contains the misfit of the law too
+                    // The interval for use also contains the misfit of the law
                     let wider = in_use.filter(|ends| *ends != [a, b]).map_or(String::new(), |[a, b]| {
                         format!(", {} to {}{unit} with the misfit of the law", text(a), text(b))
                     });
@@ -151,12 +151,12 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
     Some(format!("{} = {shown}", symbol(p.symbol)))
 }
 
-/// A unit after a no-break space.
+/// A unit preceded by a no-break space.
 fn joined(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!("\u{a0}{unit}") }
 }
 
-/// Six significant digits without zeros at the end.
+/// Formats a number with six significant digits, without trailing zeros.
 pub fn plain(x: f64) -> String {
     let shown: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     if shown != 0.0 && (shown.abs() < 1e-4 || shown.abs() >= 1e6) { format!("{shown:e}") } else { format!("{shown}") }
@@ -184,7 +184,7 @@ fn source(provenance: &Table) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// A chosen U(J) and the interval with the misfit of the law are told.
+    /// A chosen U(J) and the interval with the misfit of the law are stated.
     #[test]
     fn the_volumetric_part_and_the_wider_interval_are_told() {
         let text = "law = \"yeoh\"\nC10 = \"90 kPa\"\nC20 = \"9 kPa\"\nnu = 0.49\nvolumetric = \"quadratic\"\n[provenance]\n\
@@ -198,7 +198,7 @@ mod tests {
         let markdown =
             format!("{:?}", describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }));
         assert!(markdown.contains("U(J) = ½κ(J − 1)²"), "{markdown}");
-        // Another value than that of the file has no interval
+        // A value that differs from the file has no interval
         let other: Table = text.replace("C10 = \"90 kPa\"", "C10 = \"180 kPa\"").parse().expect("TOML");
         assert!(!constants(&[&other]).contains("interval"), "{}", constants(&[&other]));
         // The formula has a third term
@@ -206,7 +206,7 @@ mod tests {
         assert!(words.ends_with("ν = 0.49") && markdown.contains("ν = 0.49, C₃₀ = 0; constants from"), "{markdown}");
     }
 
-    /// Every constant of the formula has a value, also one that the scene leaves out.
+    /// Every constant of the formula has a value, even if the scene leaves it out.
     #[test]
     fn terms_that_a_law_leaves_out_are_zero() {
         let words = |text: &str| {
@@ -221,7 +221,7 @@ mod tests {
         assert!(!ogden.contains("= 0;") && ogden.contains("ν = 0.49;"), "{ogden}");
     }
 
-    /// The energy is that of the chosen or usual form, stated once; laws of different forms are no range of one.
+    /// The energy is that of the chosen or default form, stated once; laws of different forms are not combined into a range.
     #[test]
     fn the_energy_is_that_of_the_form_of_the_scene() {
         let table = |text: &str| -> Table { text.parse().expect("TOML") };
@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(groups(&laws).len(), 2);
     }
 
-    /// Laws that differ in a constant are one sentence with its range and count; another source is a sentence of its own.
+    /// Laws that differ in a constant form one sentence with its range and count; another source has its own sentence.
     #[test]
     fn swept_constants_are_a_range() {
         let law = |mu: &str, more: &str| -> Table {
@@ -258,7 +258,7 @@ mod tests {
         assert!(found.iter().all(|group| group.name.is_none()));
         assert_eq!(constants(&found[0].tables), "μ = 50\u{a0}kPa to 200\u{a0}kPa (2 values), ν = 0.49");
         assert_eq!(constants(&found[1].tables), "μ = 60\u{a0}kPa, ν = 0.49");
-        // Two materials are no range of one
+        // Two materials are not combined into a range
         let all = [named("soft", vec![law("50 kPa", "")]), named("stiff", vec![law("0.2 MPa", "")])].concat();
         let words = groups(&all).iter().fold(Paragraph::new("Material"), describe).markdown();
         assert!(

@@ -1,4 +1,4 @@
-//! Parts of a paper that follow from a result: `paper/` with the methods, the references, and a document of the generated parts.
+//! The parts of a paper that follow from a result: `paper/` with the methods, the references, and a document of the generated parts.
 
 pub mod law;
 mod paragraph;
@@ -17,7 +17,7 @@ pub struct Paper<'a> {
     pub paragraphs: Vec<Paragraph>,
     /// Versions of the program that computed the results
     pub versions: BTreeSet<&'a str>,
-    /// Time of the last of these runs \[s since 1970\], where it is known
+    /// Time of the last of these runs \[s since 1970\], if known
     pub last_run_s: Option<u64>,
     pub parts: Parts<'a>,
 }
@@ -26,7 +26,7 @@ impl Paper<'_> {
     /// Writes `methods.tex`, `methods.md`, `references.bib` and `paper.tex` into `dir`.
     ///
     /// # Errors
-    /// A folder or file that cannot be written.
+    /// Returns an error if a folder or file cannot be written.
     pub fn write(&self, dir: &Path) -> Result<(), ReportError> {
         files::folder(dir)?;
         let latex: String = self.paragraphs.iter().map(Paragraph::latex).collect();
@@ -37,7 +37,7 @@ impl Paper<'_> {
         files::write(&dir.join("paper.tex"), sample::document(&self.parts).as_bytes())
     }
 
-    /// Every reference once, by its key, and the program.
+    /// Every cited reference once, sorted by key, and the program.
     fn bibliography(&self) -> String {
         let cited: BTreeSet<&str> = self.paragraphs.iter().flat_map(Paragraph::references).map(|r| r.key).collect();
         let entries = cited.iter().filter_map(|key| Reference::of_key(key)).map(|r| r.entry.as_str());
@@ -49,7 +49,7 @@ impl Paper<'_> {
     fn program(&self) -> String {
         let versions: Vec<&str> = self.versions.iter().copied().filter(|v| !v.is_empty()).collect();
         let version = if versions.is_empty() { "unknown".into() } else { versions.join(", ") };
-        // The mean year of the Gregorian calendar; the first hours of a year may count as the last one
+        // Mean year of the Gregorian calendar; the first hours of a year may count as the previous one
         let year = |seconds: u64| 1970 + (seconds as f64 / (365.2425 * 86_400.0)) as u64;
         let year = self.last_run_s.map_or(String::new(), |s| format!("  year = {{{}}},\n", year(s)));
         format!(
@@ -58,7 +58,7 @@ impl Paper<'_> {
     }
 }
 
-/// The paragraph that names the program, with what is known of its builds.
+/// Returns the paragraph that names the program and what is known of its builds.
 pub fn software(builds: &[String]) -> Paragraph {
     Paragraph::new("Software").text("Durometer").cite_program().text(format!(" {}.", builds.join("; ")))
 }

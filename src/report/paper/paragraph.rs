@@ -1,6 +1,6 @@
-//! Sentences with citations, which are printed as Markdown and as LaTeX.
+//! Sentences with citations, printed as Markdown and as LaTeX.
 //!
-//! A number and its unit are joined by a no-break space: LaTeX then sets both by siunitx.
+//! A number and its unit are joined by a no-break space, so that LaTeX sets them with siunitx.
 
 use crate::report::latex::{escape, formula, power_of_ten, quantity};
 use crate::report::numbers::minus_signs;
@@ -14,7 +14,7 @@ enum Piece {
     Cite(Vec<&'static Reference>),
 }
 
-/// A paragraph under a heading of its own.
+/// A paragraph with its own heading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Paragraph {
     pub heading: &'static str,
@@ -26,21 +26,21 @@ impl Paragraph {
         Self { heading, pieces: vec![] }
     }
 
-    /// Adds text, which is printed as it is: names and sources come from files.
+    /// Adds text that is printed unchanged, because names and sources come from files.
     #[must_use]
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.pieces.push(Piece::Text(text.into()));
         self
     }
 
-    /// Adds a formula as the laws write it: `ψ = C10 (Ī₁ − 3) + U(J)`.
+    /// Adds a formula in the notation of the laws: `ψ = C10 (Ī₁ − 3) + U(J)`.
     #[must_use]
     pub fn formula(mut self, formula: impl Into<String>) -> Self {
         self.pieces.push(Piece::Formula(formula.into()));
         self
     }
 
-    /// Adds the text of the program, in which `[@key]` and `[@one; @another]` are citations.
+    /// Adds a text of the program, in which `[@key]` and `[@one; @another]` are citations.
     #[must_use]
     pub fn marked(mut self, text: &str) -> Self {
         let mut rest = text;
@@ -56,7 +56,7 @@ impl Paragraph {
         self.text(rest)
     }
 
-    /// Adds a citation; none where nothing is cited.
+    /// Adds a citation, unless the list is empty.
     #[must_use]
     pub fn cite(mut self, references: Vec<&'static Reference>) -> Self {
         if !references.is_empty() {
@@ -71,7 +71,7 @@ impl Paragraph {
         self.cite(vec![program()])
     }
 
-    /// Every reference that the paragraph cites, as often as it does.
+    /// Returns the references that the paragraph cites, including repetitions.
     pub fn references(&self) -> impl Iterator<Item = &'static Reference> + '_ {
         self.pieces.iter().flat_map(|piece| match piece {
             Piece::Text(_) | Piece::Formula(_) => vec![],
@@ -79,7 +79,7 @@ impl Paragraph {
         })
     }
 
-    /// `\paragraph{heading}` with citations by `\cite`.
+    /// Returns `\paragraph{heading}` with citations by `\cite`.
     pub fn latex(&self) -> String {
         let mut out = format!("\\paragraph{{{}.}} ", escape(self.heading));
         for piece in &self.pieces {
@@ -95,7 +95,7 @@ impl Paragraph {
         out + "\n"
     }
 
-    /// A paragraph of Markdown with the citations of Pandoc.
+    /// Returns a Markdown paragraph with Pandoc citations.
     pub fn markdown(&self) -> String {
         let mut out = format!("**{}.** ", self.heading);
         for piece in &self.pieces {
@@ -111,12 +111,12 @@ impl Paragraph {
     }
 }
 
-/// A text in LaTeX that may go on in the next line behind each `_`, as within the names of cases.
+/// Text in LaTeX that may break after each `_`, as within the names of cases.
 fn breakable(text: &str) -> String {
     escape(text).replace("\\_", "\\_\\allowbreak{}")
 }
 
-/// Text in LaTeX, with quantities by siunitx.
+/// Text in LaTeX, with quantities set by siunitx.
 fn latex_text(text: &str) -> String {
     let mut out = String::new();
     let mut from = 0;
@@ -141,7 +141,7 @@ fn latex_text(text: &str) -> String {
     out + &breakable(&text[from..])
 }
 
-/// `(V/N)^{1/3}` as a formula for `(V/N)^(1/3)`; `None` where the text is no power.
+/// Sets `(V/N)^(1/3)` as the formula `(V/N)^{1/3}`; `None` if the text is not a power.
 fn raised(text: &str) -> Option<String> {
     let (base, exponent) = text.strip_suffix(')')?.split_once("^(")?;
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "()/+-".contains(c);
@@ -149,7 +149,7 @@ fn raised(text: &str) -> Option<String> {
     (is_formula(base) && is_formula(exponent)).then(|| format!("\\ensuremath{{{base}^{{{exponent}}}}}"))
 }
 
-/// Words between blanks with their places in the text.
+/// The words between spaces, with their offsets in the text.
 fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.split(' ').scan(0, |at, word| {
         let start = *at;
@@ -158,7 +158,7 @@ fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// Text whose marks are no markup.
+/// Text in Markdown with special characters escaped.
 fn markdown_text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -9,14 +9,14 @@ static FILE: &str = include_str!("references.bib");
 pub struct Reference {
     /// Key of its BibTeX entry
     pub key: &'static str,
-    /// `Bonet & Wood 2008`, as sources in the program name it
+    /// Short form used by sources in the program: `Bonet & Wood 2008`
     pub short: &'static str,
     /// The BibTeX entry without the short form
     pub entry: String,
 }
 
 impl Reference {
-    /// All publications, by their keys.
+    /// Returns all publications by their keys.
     pub fn all() -> &'static [Self] {
         static ALL: OnceLock<Vec<Reference>> = OnceLock::new();
         ALL.get_or_init(|| FILE.split("\n\n").filter_map(Self::read).collect())
@@ -34,13 +34,13 @@ impl Reference {
         Self::all().iter().find(|r| r.key == key)
     }
 
-    /// The publications that a source names by author and year: `Yeoh 1993; modified invariant: Holzapfel 2000, ch. 6`.
+    /// Returns the publications that a source names by author and year: `Yeoh 1993; modified invariant: Holzapfel 2000, ch. 6`.
     pub fn named_in(source: &str) -> Vec<&'static Self> {
         Self::all().iter().filter(|r| source.contains(r.short)).collect()
     }
 }
 
-/// Key under which the program itself is cited; its entry has the version of the results.
+/// Returns the reference under which the program itself is cited; its entry contains the version of the results.
 pub fn program() -> &'static Reference {
     static PROGRAM: Reference = Reference { key: "durometer", short: "", entry: String::new() };
     &PROGRAM

@@ -5,14 +5,14 @@ use crate::report::latex::{PACKAGES, escape};
 /// Tables and figures of a report by name, for the document that shows them.
 pub struct Parts<'a> {
     pub title: &'a str,
-    /// Folder of the tables next to `paper`, empty where they are next to it themselves; the figures are in `figures`
+    /// Folder of the tables next to `paper`, empty if the tables themselves are next to it; the figures are in `figures`
     pub tables_in: &'a str,
     pub tables: Vec<&'a str>,
     pub figures: Vec<&'a str>,
 }
 
-/// An article that reads the methods, the first table, the first figure, and the bibliography, with a comment for each other table and figure; to be
-/// compiled where it lies.
+/// Returns an article that includes the methods, the first table, the first figure and the bibliography, with a comment for each further table and
+/// figure; to be compiled in place.
 pub fn document(parts: &Parts) -> String {
     let input = |folder: &str, names: &[&str]| {
         let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };

@@ -7,17 +7,17 @@ use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
 
 const LEFT: f64 = 18.0;
-/// Width of the panels on a page that has room for them \[mm\]
+/// Width of the panels if the page has room for them \[mm\]
 const WIDEST: f64 = 110.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 55.0;
 const BETWEEN: f64 = 4.0;
 const LOW: f64 = 24.0;
-/// Half the size of a mark, and the distance below which one of two marks is drawn \[units\]
+/// Half the size of a mark, and the distance below which only one of two marks is drawn \[units\]
 const MARK: i32 = 18;
 const APART: i32 = 22;
 
-/// `None` without a single point.
+/// Draws the fit; `None` without a point.
 pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
     let points = || curves.sets.iter().flat_map(|s| &s.measured);
     let largest = points().map(|p| p[1].abs()).fold(0.0, f64::max);

@@ -17,25 +17,25 @@ use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Results of these fits, by file.
+/// Names of the result files of these fits.
 const RESULTS: [&str; 3] = ["prony.json", "mullins.json", "volume.json"];
 
 /// The part of a result that is shown.
 #[derive(Deserialize)]
 struct Stored {
     summary: FitSummary,
-    /// Of the program that fitted
+    /// Version of the program that made the fit
     #[serde(default)]
     version: String,
 }
 
-/// The result of a fit of a law in service in a folder, where it holds one and no study.
+/// Returns the result file of a fit of a law in service, if the folder has one and no study.
 pub fn result_of(dir: &Path) -> Option<PathBuf> {
     let file = RESULTS.iter().map(|name| dir.join(name)).find(|path| path.is_file())?;
     (!dir.join("study.json").is_file()).then_some(file)
 }
 
-/// Writes the report of the fit in `dir`, and answers with the result in words.
+/// Writes the report of the fit in `dir`, and returns the result in words.
 pub fn write(dir: &Path) -> Result<String, ReportError> {
     let missing = || ReportError::NotAStudy { path: dir.join("study.json") };
     let Stored { summary, version } = files::json(&result_of(dir).ok_or_else(missing)?)?.ok_or_else(missing)?;
@@ -95,7 +95,7 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
     Ok(summary.answer)
 }
 
-/// The methods of a paper: the result with its constants, how it was found, and what was read.
+/// The methods of a paper: the result with its constants, how it was obtained, and the data that were read.
 fn paragraphs(summary: &FitSummary, version: &str) -> Vec<Paragraph> {
     let sentences = |all: &[String]| all.iter().map(|s| format!("{}.", capital(s))).collect::<Vec<_>>().join(" ");
     let constants: Vec<String> =

@@ -1,10 +1,10 @@
-//! Simplifies a surface of very many facets by the clustering of its vertices (Rossignac & Borrel 1993).
+//! Simplifies a surface with very many facets by vertex clustering (Rossignac & Borrel 1993).
 
 use crate::mesh::TetMesh;
 use std::collections::{HashMap, HashSet};
 
-/// The facets that are left of `facets` if there are more than `most`, and their corners. The corners in a box of a regular grid become one node, the
-/// nearest to their mean; facets with two corners in one box vanish.
+/// Returns the facets that remain of `facets` if there are more than `most`, and their corners. The corners in one box of a regular grid are merged
+/// into the node nearest to their mean; facets with two corners in one box vanish.
 pub fn coarsen(mesh: &TetMesh, facets: Vec<u32>, most: usize) -> (Vec<u32>, Vec<[u32; 3]>) {
     let corners = |f: u32| -> [u32; 3] { std::array::from_fn(|k| mesh.facet(f as usize)[k]) };
     if facets.len() <= most {
@@ -12,7 +12,7 @@ pub fn coarsen(mesh: &TetMesh, facets: Vec<u32>, most: usize) -> (Vec<u32>, Vec<
     }
     let (low, high) = mesh.bounding_box();
     let longest = (high - low).max();
-    // Boxes on a surface grow with the square of their number along its longest side
+    // The number of boxes on a surface grows with the square of their number along its longest side
     let mut divisions = (most as f64).sqrt();
     loop {
         let found = clustered(mesh, &facets, &corners, (low.into(), longest / divisions));
@@ -23,7 +23,7 @@ pub fn coarsen(mesh: &TetMesh, facets: Vec<u32>, most: usize) -> (Vec<u32>, Vec<
     }
 }
 
-/// The facets whose corners are in three boxes of this size, each triple once.
+/// The facets whose corners are in three different boxes of this size, each triple once.
 fn clustered(
     mesh: &TetMesh,
     facets: &[u32],

@@ -1,4 +1,4 @@
-//! States of a run gathered for a page, within bounded memory.
+//! States of a run collected for a page, within bounded memory.
 
 use super::footage::{About, FieldHistory, Footage};
 use super::frame::Frame;
@@ -13,7 +13,7 @@ use crate::scene::output::FieldSpec;
 use crate::system::State;
 use std::sync::Arc;
 
-/// Friction is not among them.
+/// Name of the contact forces, which do not include friction.
 const FORCES: &str = "normal contact forces";
 
 /// The states of a run, thinned out as they become many.
@@ -21,20 +21,20 @@ pub struct Film {
     shape: Shape,
     what: Vec<FieldSpec>,
     frames: Vec<Arc<Frame>>,
-    /// Every so many states are kept
+    /// Every `stride`-th state is kept
     stride: usize,
     seen: usize,
     /// The last state, if it is not kept
     last: Option<State>,
-    /// Fields in the cells that are those of the whole run
+    /// Cell fields that are constant over the run
     of_run: Vec<FieldHistory>,
 }
 
 impl Film {
-    /// A film of a scene with the stretch and the fields `what`.
+    /// Creates a film of a scene with the stretch and the fields `what`.
     pub fn new(scene: &Scene, what: &[FieldSpec], limits: &Limits) -> Self {
         let has = |f: &FieldSpec| what.contains(f);
-        // Forces of contact are arrows
+        // Contact forces are drawn as arrows
         let others = [FieldSpec::Stress, FieldSpec::Velocity, FieldSpec::VonMises, FieldSpec::Pressure];
         let what = std::iter::once(FieldSpec::Stretch).chain(others.into_iter().filter(has)).collect();
         Self {
@@ -48,14 +48,14 @@ impl Film {
         }
     }
 
-    /// Adds a field \[cells of the mesh\] that is the same at all states.
+    /// Adds a field \[cells of the mesh\] that is the same in all states.
     pub fn add_of_cells(&mut self, name: &str, unit: &str, values: &[f64]) {
         let own = self.shape.cell_numbers.iter().map(|&c| values[c as usize] as f32).collect();
         let (name, unit) = (name.into(), unit.into());
         self.of_run.push(FieldHistory { name, unit, components: 1, at_nodes: false, states: vec![own] });
     }
 
-    /// Adds a state, the next one of the run.
+    /// Adds the next state of the run.
     pub fn add(&mut self, scene: &Scene, state: &State) {
         let due = self.seen.is_multiple_of(self.stride);
         self.seen += 1;
@@ -70,27 +70,27 @@ impl Film {
             let mut number = 0..;
             self.frames.retain(|_| number.next().is_some_and(|k: usize| k.is_multiple_of(2)));
             self.stride *= 2;
-            // The state that was added may be one that has gone
+            // The state that was added may just have been dropped
             self.last = (!(self.seen - 1).is_multiple_of(self.stride)).then(|| state.clone());
         }
     }
 
-    /// The states that are kept, with their numbers in the run.
+    /// Returns the kept states, with their numbers in the run.
     pub fn kept(&self) -> impl Iterator<Item = (usize, &Arc<Frame>)> {
         self.frames.iter().enumerate().map(|(k, frame)| (k * self.stride, frame))
     }
 
-    /// States so far.
+    /// Returns the number of states so far.
     pub fn count(&self) -> usize {
         self.seen
     }
 
-    /// Every so many states are kept.
+    /// Returns the stride: every `stride`-th state is kept.
     pub fn stride(&self) -> usize {
         self.stride
     }
 
-    /// A state as the page shows it.
+    /// Returns a state in the form shown by the page.
     pub fn frame(&self, scene: &Scene, state: &State) -> Frame {
         let at = |values: &[f64], components: usize| -> Vec<f32> {
             let own = |n: u32| (0..components).map(move |i| n as usize * components + i);
@@ -120,13 +120,13 @@ impl Film {
         &self.shape.points[self.shape.nodes.len()..]
     }
 
-    /// Number of states of the run, and of those that are kept.
+    /// A note on the numbers of states of the run and of kept ones.
     fn note(&self) -> Option<String> {
         let kept = self.frames.len();
         (kept < self.seen).then(|| format!("{kept} of the {} states of the run are shown.", self.seen))
     }
 
-    /// The data of a page without any states yet, which get theirs from [`Frame::bytes`].
+    /// Returns the data of a page without any states yet; these follow through [`Frame::bytes`].
     pub fn opening(&self, scene: &Scene, about: About) -> Packed {
         let none = |components| Modes { components, ..Modes::default() };
         let field =
@@ -146,7 +146,7 @@ impl Film {
         })
     }
 
-    /// The data of a page.
+    /// Returns the data of a page.
     pub fn finish(mut self, scene: &Scene, mut about: About) -> Packed {
         if let Some(last) = self.last.take() {
             self.frames.push(Arc::new(self.frame(scene, &last)));
@@ -169,17 +169,17 @@ impl Film {
     }
 }
 
-/// The data of a page that shows a scene at rest, before anything is run.
+/// Returns the data of a page that shows a scene at rest, before anything is run.
 pub fn at_rest(scene: &Scene, limits: &Limits, about: About) -> Packed {
     Footage { shape: of_scene::shape(scene, limits), times: vec![0.0], ..Footage::default() }.packed(about)
 }
 
-/// xx, yy, zz, xy, yz, xz of tensors row by row.
+/// Returns the components xx, yy, zz, xy, yz, xz of tensors that are given row by row.
 pub fn symmetric(values: &[f64]) -> Vec<f64> {
     values.chunks_exact(9).flat_map(|s| [s[0], s[4], s[8], s[1], s[5], s[2]]).collect()
 }
 
-/// A field, without its states.
+/// An empty history of a field.
 fn quantity(field: &FieldSpec) -> FieldHistory {
     let (name, unit, components) = match field {
         FieldSpec::Displacement => ("displacement", "m", 3),
@@ -193,7 +193,7 @@ fn quantity(field: &FieldSpec) -> FieldHistory {
     FieldHistory { name: name.into(), unit: unit.into(), components, at_nodes: true, states: vec![] }
 }
 
-/// Fields that the scene does not ask for, each with the key that records it.
+/// Fields that the scene does not request, each with the key that records it.
 fn absent(scene: &Scene, what: &[FieldSpec]) -> Vec<(String, String)> {
     let key = |name: &str| format!("[output] fields = {{ what = [\"{name}\"] }}");
     let stress = what.contains(&FieldSpec::Stress);

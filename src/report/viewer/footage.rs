@@ -1,4 +1,4 @@
-//! Histories of a case, turned into the data of a page of bounded size.
+//! Histories of a case, converted into the data of a page of bounded size.
 
 use super::limits::BYTES;
 use super::model::{Arrows, Curves, Field, Model};
@@ -6,24 +6,24 @@ use super::modes::{History, Modes};
 use super::pack::{Packed, pack};
 use super::shape::Shape;
 
-/// Tolerance of displacements, as a share of the largest extent: a tenth of a pixel of a picture of 2000 pixels.
+/// Tolerance of displacements relative to the largest extent: a tenth of a pixel in a picture of 2000 pixels.
 const OF_EXTENT: f64 = 5e-5;
-/// The same as a share of the largest displacement, for stiff bodies.
+/// Tolerance of displacements relative to the largest displacement, for stiff bodies.
 const OF_DISPLACEMENT: f64 = 1e-3;
-/// Tolerance of fields, as a share of their range: half a grade of a colour map. Of a tensor it holds for von Mises' value and the pressure.
+/// Tolerance of fields relative to their range: half a grade of a colour map. For a tensor it applies to its von Mises value and its pressure.
 const OF_RANGE: f64 = 2e-3;
-/// Smallest tolerance, as a share of the largest displacement: a few units of the rounding of the first mode to 16 bits.
+/// Smallest tolerance relative to the largest displacement: a few units of the rounding of the first mode to 16 bits.
 const OF_ROUNDING: f64 = 5e-5;
-/// The same of fields that are nearly constant, as a share of their largest value.
+/// Smallest tolerance of nearly constant fields, relative to their largest value.
 const OF_SIZE: f64 = 1e-6;
 
-/// A field at all states.
+/// A field in all states.
 pub struct FieldHistory {
     pub name: String,
     pub unit: String,
     pub components: usize,
     pub at_nodes: bool,
-    /// \[states\]\[nodes or cells × components\]; one of many states: the same at all of them
+    /// Values \[states\]\[nodes or cells × components\]; a single entry applies to all states
     pub states: Vec<Vec<f32>>,
 }
 
@@ -34,9 +34,9 @@ pub struct About {
     pub facts: Vec<(String, String)>,
     pub notes: Vec<String>,
     pub curves: Curves,
-    /// A field that is not there, and how to get it
+    /// Fields that are missing, and how to get them
     pub absent: Vec<(String, String)>,
-    /// Why there is only one state; empty where there are more, or nobody would expect them
+    /// Reason why there is only one state; empty if there are more, or if nobody would expect them
     pub still: String,
 }
 
@@ -44,16 +44,16 @@ pub struct About {
 #[derive(Default)]
 pub struct Footage {
     pub shape: Shape,
-    /// \[states\] \[s\]
+    /// Times of the states \[s\]
     pub times: Vec<f64>,
-    /// \[states\]\[points × 3\] displacement \[m\]; empty at rest
+    /// Displacements \[states\]\[points × 3\] \[m\]; empty at rest
     pub motion: Vec<Vec<f32>>,
     pub quantities: Vec<FieldHistory>,
     pub arrows: Vec<Arrows>,
 }
 
 impl Footage {
-    /// The data of a page: as modes to the tolerances; without the inside, or at larger tolerances, where that would be too large.
+    /// Returns the data of a page: as modes within the tolerances; without the inside, or with larger tolerances, if that would be too large.
     pub fn packed(self, about: About) -> Packed {
         let mut model = Model {
             title: about.title,
@@ -92,14 +92,14 @@ impl Footage {
     }
 }
 
-/// Least and largest of the numbers that are finite; zero where there are none.
+/// Smallest and largest of the finite numbers; zero if there are none.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let all = values.filter(|v| v.is_finite());
     let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
     if low <= high { [low, high] } else { [0.0; 2] }
 }
 
-/// Distance that the values of a field may have from the stored ones.
+/// Largest allowed deviation of the stored values of a field.
 fn tolerance(q: &FieldHistory) -> f64 {
     let range = |[low, high]: [f64; 2]| high - low;
     let all = ends(q.states.iter().flatten().map(|v| f64::from(*v)));
@@ -107,7 +107,7 @@ fn tolerance(q: &FieldHistory) -> f64 {
         let tensors = q.states.iter().flat_map(|state| state.chunks_exact(6));
         range(ends(tensors.map(|s| scalar(std::array::from_fn(|i| f64::from(s[i]))))))
     };
-    // A tensor that is off by e is off by at most √3 e in von Mises' value, and by e/√3 in the pressure
+    // A tensor with an error e has an error of at most √3 e in the von Mises value, and of e/√3 in the pressure
     let range = match q.components {
         6 => (of_tensors(von_mises) / 3f64.sqrt()).min(of_tensors(|s| (s[0] + s[1] + s[2]) / 3.0) * 3f64.sqrt()),
         _ => range(all),
@@ -115,7 +115,7 @@ fn tolerance(q: &FieldHistory) -> f64 {
     (OF_RANGE * range).max(OF_SIZE * all[0].abs().max(all[1].abs()))
 }
 
-/// Von Mises' value of xx, yy, zz, xy, yz, xz.
+/// The von Mises value of xx, yy, zz, xy, yz, xz.
 fn von_mises(s: [f64; 6]) -> f64 {
     let normal = (s[0] - s[1]).powi(2) + (s[1] - s[2]).powi(2) + (s[2] - s[0]).powi(2);
     (0.5 * normal + 3.0 * (s[3].powi(2) + s[4].powi(2) + s[5].powi(2))).sqrt()
@@ -129,7 +129,7 @@ fn field(q: &FieldHistory, states: usize, wider: f64) -> Field {
     Field { name: q.name.clone(), unit: q.unit.clone(), at_nodes: q.at_nodes, modes }
 }
 
-/// The model without its inside.
+/// Returns the model without its inside.
 pub fn hollow(model: &Model) -> Model {
     let (shape, points, cells) = model.shape.hollow();
     let nodes = &points[..shape.nodes.len()];
@@ -152,7 +152,7 @@ mod tests {
     use crate::math::random::SplitMix;
     use crate::math::statistics::larger;
 
-    /// Whatever the pressure is, von Mises' stress and the pressure are those of the run to the share of their own ranges.
+    /// Whatever the pressure, the von Mises stress and the pressure are reproduced within the tolerance relative to their own ranges.
     #[test]
     fn the_scalars_of_a_stress_keep_the_tolerance_of_their_own_ranges() {
         let mut random = SplitMix(3);
@@ -186,7 +186,7 @@ mod tests {
                     of(modes.at(k)).into_iter().zip(exact.clone()).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()
                 });
                 let off = off.fold(0.0, larger);
-                // The numbers are below three times the larger part. Their residual is kept in single precision: it is rounded once for each mode
+                // The numbers are below three times the larger part. Their residual is kept in single precision and is rounded once per mode
                 let size = 3.0 * larger(pressure, deviator);
                 let stated = larger(OF_RANGE * (high - low), 3f64.sqrt() * OF_SIZE * size);
                 let rounding = 18f64.sqrt() * 6e-8 * size * modes.shapes.len() as f64;

@@ -1,26 +1,26 @@
-//! One state of a run as a page shows it, and its bytes for a page that is fed while the run goes on.
+//! One state of a run as shown by a page, and its bytes for a page that is updated during the run.
 
 /// A state.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Frame {
     /// Time \[s\]
     pub t: f64,
-    /// \[points × 3\] displacement \[m\]
+    /// Displacement \[points × 3\] \[m\]
     pub motion: Vec<f32>,
-    /// \[fields\]\[nodes × components\]
+    /// Values \[fields\]\[nodes × components\]
     pub fields: Vec<Vec<f32>>,
-    /// Points of the shape at which contacts press, with the forces \[N\]
+    /// Points of the shape with contact forces, and these forces \[N\]
     pub contact: Vec<(u32, [f32; 3])>,
 }
 
 impl Frame {
-    /// Numbers in the histories of the state.
+    /// Returns the number of values in the histories of the state.
     pub fn size(&self) -> usize {
         self.motion.len() + self.fields.iter().map(Vec::len).sum::<usize>()
     }
 
-    /// The state as little-endian bytes: the time (8 bytes), the number of blocks, their lengths in words of 4 bytes, and the blocks themselves: the
-    /// motion, every field, the points of the contact forces, these forces. `viewer/src/live.js` reads it.
+    /// Returns the state as little-endian bytes: the time (8 bytes), the number of blocks, their lengths in words of 4 bytes, and the blocks
+    /// themselves: the motion, every field, the points of the contact forces, and these forces. `viewer/src/live.js` reads it.
     pub fn bytes(&self) -> Vec<u8> {
         let points: Vec<u8> = self.contact.iter().flat_map(|(p, _)| p.to_le_bytes()).collect();
         let forces: Vec<f32> = self.contact.iter().flat_map(|(_, f)| *f).collect();

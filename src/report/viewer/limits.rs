@@ -1,8 +1,8 @@
-//! Limits of what one page holds, so that it opens quickly and can be sent by e-mail.
+//! Limits on the content of a page, so that it opens quickly and can be sent by e-mail.
 
 /// Largest number of states of a case.
 pub const STATES: usize = 240;
-/// Largest number of values kept while states are gathered: 160 MB.
+/// Largest number of values kept while states are collected: 160 MB.
 pub const VALUES: usize = 40 << 20;
 /// Largest number of rows of a curve; a screen has fewer points.
 pub const ROWS: usize = 4000;

@@ -1,8 +1,8 @@
-//! The 3-D viewer: one page that shows the motion of cases, with everything that it needs in it.
+//! The 3-D viewer: a self-contained page that shows the motion of cases.
 //!
 //! ```text
-//! run ──► film ──► footage ──► pack ──► page        a run: its states are gathered and become principal modes
-//! run ──► film ──► frame ──► live                 while it goes on: state by state
+//! run ──► film ──► footage ──► pack ──► page        a run: its states are collected and become principal modes
+//! run ──► film ──► frame ──► live                 during the run: state by state
 //! file ──► of_grid ──► footage ──► pack ──► page    VTU, PVD, meshes
 //! ```
 //!

@@ -6,9 +6,9 @@ use super::shape::Shape;
 /// A scalar, vector (3) or symmetric tensor (6: xx, yy, zz, xy, yz, xz) at the nodes or in the cells.
 #[derive(Clone, Debug)]
 pub struct Field {
-    /// As people read it: `stretch`, `stress`
+    /// Displayed name: `stretch`, `stress`
     pub name: String,
-    /// Of its values; empty for ratios
+    /// Unit of its values; empty for ratios
     pub unit: String,
     pub at_nodes: bool,
     pub modes: Modes,
@@ -19,7 +19,7 @@ pub struct Field {
 pub struct Arrows {
     pub name: String,
     pub unit: String,
-    /// \[states\] point of the shape and vector; vectors below a thousandth of the largest are left out
+    /// Points of the shape with their vectors \[states\]; vectors below a thousandth of the largest are left out
     pub states: Vec<Vec<(u32, [f32; 3])>>,
 }
 
@@ -34,20 +34,20 @@ pub struct Curves {
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     pub title: String,
-    /// Name and value of what a reader wants to know first
+    /// Name and value of the facts that a reader wants first
     pub facts: Vec<(String, String)>,
     /// Limits of what is shown
     pub notes: Vec<String>,
     pub shape: Shape,
-    /// \[states\] \[s\]
+    /// Times of the states \[s\]
     pub times: Vec<f64>,
     /// Displacement of the points \[m\]
     pub motion: Modes,
     pub fields: Vec<Field>,
     pub arrows: Vec<Arrows>,
     pub curves: Curves,
-    /// A field that is not there, and how to get it
+    /// Fields that are missing, and how to get them
     pub absent: Vec<(String, String)>,
-    /// Why there is only one state, in place of the slider; empty where nobody would expect more
+    /// Reason why there is only one state, shown in place of the slider; empty if nobody would expect more
     pub still: String,
 }

@@ -1,45 +1,46 @@
-//! Principal modes of a history, by which a page stores it in a small part of the bytes.
+//! Principal modes of a history, by which a page stores it in a small fraction of the bytes.
 //!
 //! A history D \[values × states\] is written as D ≈ Σ_k φ_k a_kᵀ. The directions in time are the eigenvectors of DᵀD in descending order of their
-//! eigenvalues, the method of snapshots (Sirovich, *Quart. Appl. Math.* 45 (1987) 561–571). Each mode φ_k is rounded to 16 bits, and its amplitudes are the
-//! least-squares ones of what the modes before it leave. Further modes, in the directions of that rest, take up the rounding of earlier ones. Modes are added until the largest
-//! difference at any point and state is within the tolerance. That difference is measured on the numbers that are stored, not bounded by singular values.
+//! eigenvalues, the method of snapshots (Sirovich, *Quart. Appl. Math.* 45 (1987) 561–571). Each mode φ_k is rounded to 16 bits, and its amplitudes
+//! are a least-squares fit to the remainder of the previous modes. Further modes, in the directions of the remainder, absorb the rounding of earlier
+//! ones. Modes are added until the largest difference at any point and state is within the tolerance. That difference is measured on the stored
+//! numbers, not bounded by singular values.
 
 use crate::math::svd::svd;
 use nalgebra::DMatrix;
 
-/// Values of one state after the other \[states × points × components\].
+/// The values of successive states \[states × points × components\].
 pub struct History {
     pub components: usize,
-    /// \[states\]\[points × components\]; values that are not finite mark a state without any, or a point that has none at some other state
+    /// Values \[states\]\[points × components\]; values that are not finite mark a state without any, or a point that lacks one in some other state
     pub states: Vec<Vec<f32>>,
 }
 
-/// A history as modes.
+/// A history in the form of modes.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Modes {
     pub components: usize,
-    /// \[modes\]\[points × components\] whole numbers from −32767 to 32767; [`Modes::NONE`] in the first mode where there is no value
+    /// Integers from −32767 to 32767 \[modes\]\[points × components\]; [`Modes::NONE`] in the first mode where there is no value
     pub shapes: Vec<Vec<i16>>,
-    /// \[modes\]\[states\] factors of the whole numbers; not a number at a state without values
+    /// Factors of the integers \[modes\]\[states\]; NaN for a state without values
     pub amplitudes: Vec<Vec<f32>>,
-    /// Largest distance from the history at any point and state: Euclidean over the components
+    /// Largest distance from the history at any point and state, Euclidean over the components
     pub error: f64,
 }
 
-/// Most modes of a history.
+/// Largest number of modes of a history.
 const MOST: usize = 64;
-/// Rows that are multiplied at a time, so that no second copy of a history is needed in double precision.
+/// Number of rows that are multiplied at a time, which avoids a second copy of a history in double precision.
 const ROWS: usize = 8192;
 const FULL: f64 = 32767.0;
-/// Eigenvalues below this share of the largest one are its rounding.
+/// Relative size below which eigenvalues are rounding of the largest one.
 const ROUNDING: f64 = 1e-13;
 
 impl Modes {
     /// Mark of a point without a value.
     pub const NONE: i16 = i16::MIN;
 
-    /// The modes of a history to a tolerance in its unit. The result does not depend on the number of threads.
+    /// Computes the modes of a history within a tolerance in its unit. The result does not depend on the number of threads.
     pub fn of(mut history: History, tolerance: f64) -> Self {
         let (gaps, missing) = take_out(&mut history.states);
         let count = history.states.first().map_or(0, Vec::len);
@@ -51,7 +52,7 @@ impl Modes {
             if out.error <= tolerance || out.shapes.len() == most {
                 break;
             }
-            // Where the directions hold less than the tolerance, the rest is the rounding of earlier modes, in their directions
+            // If the directions hold less than the tolerance, the remainder is the rounding of earlier modes, in their directions
             if left.peek().is_none_or(|(size, _)| *size <= tolerance) {
                 left = directions(&history.states).into_iter().peekable();
             }
@@ -62,7 +63,7 @@ impl Modes {
             out.amplitudes.push(amplitudes);
         }
         if out.shapes.is_empty() && count > 0 {
-            // A page needs the number of points, and where there is no value
+            // A page needs the number of points, and which points have no value
             out.shapes.push(vec![0; count]);
             out.amplitudes.push(vec![0.0; history.states.len()]);
         }
@@ -71,7 +72,7 @@ impl Modes {
         out
     }
 
-    /// The same at some of the points; the error is a bound then.
+    /// Returns the modes at some of the points; the error is then only a bound.
     pub fn of_points(&self, points: &[u32]) -> Self {
         let own = |s: &Vec<i16>| {
             let all = |p: u32| (0..self.components).map(move |i| p as usize * self.components + i);
@@ -80,7 +81,7 @@ impl Modes {
         Self { shapes: self.shapes.iter().map(own).collect(), ..self.clone() }
     }
 
-    /// The history at a state as a page computes it; not a number where there is no value.
+    /// Returns the history in a state as computed by the page; NaN where there is no value.
     pub fn at(&self, state: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.shapes.first().map_or(0, Vec::len)];
         for (shape, amplitudes) in self.shapes.iter().zip(&self.amplitudes) {
@@ -93,7 +94,8 @@ impl Modes {
     }
 }
 
-/// Sets states without a value to zero, and values that are not finite at some other state to zero at all of them; returns these states and places.
+/// Sets states without a value to zero, and values that are not finite in some other state to zero in all states; returns the indices of these states
+/// and values.
 fn take_out(states: &mut [Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
     let (gaps, missing) = without_values(states);
     gaps.iter().for_each(|&k| states[k].fill(0.0));
@@ -103,7 +105,7 @@ fn take_out(states: &mut [Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
     (gaps, missing)
 }
 
-/// States that have no value while others have some, and places without one at some other state.
+/// Returns the states that have no value while others have some, and the indices of values missing in some other state.
 pub fn without_values(states: &[Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
     let is_gap = |s: &Vec<f32>| s.iter().all(|v| !v.is_finite());
     let (gaps, known): (Vec<usize>, Vec<usize>) = (0..states.len()).partition(|&k| is_gap(&states[k]));
@@ -113,7 +115,7 @@ pub fn without_values(states: &[Vec<f32>]) -> (Vec<usize>, Vec<usize>) {
     (gaps, missing)
 }
 
-/// Eigenvectors of DᵀD, in descending order of the eigenvalues, with the norm of the part of D along each.
+/// Eigenvectors of DᵀD in descending order of the eigenvalues, with the norm of the part of D along each.
 fn directions(states: &[Vec<f32>]) -> Vec<(f64, Vec<f64>)> {
     let (count, frames) = (states.first().map_or(0, Vec::len), states.len());
     let mut gram = DMatrix::<f64>::zeros(frames, frames);
@@ -130,7 +132,7 @@ fn directions(states: &[Vec<f32>]) -> Vec<(f64, Vec<f64>)> {
     order.into_iter().map(|k| (found.singular_values[k].sqrt(), u.column(k).iter().copied().collect())).collect()
 }
 
-/// The mode of a direction in time, rounded, with its least-squares amplitudes.
+/// The rounded mode of a direction in time, with its least-squares amplitudes.
 fn mode(states: &[Vec<f32>], direction: &[f64]) -> (Vec<i16>, Vec<f32>) {
     let mut shape = vec![0.0f64; states[0].len()];
     for (state, &d) in states.iter().zip(direction) {
@@ -151,7 +153,7 @@ fn subtract(states: &mut [Vec<f32>], shape: &[i16], amplitudes: &[f32]) {
     }
 }
 
-/// The largest Euclidean norm of the components of a point at any state.
+/// The largest Euclidean norm of the components of a point in any state.
 fn largest(history: &History) -> f64 {
     let norm = |v: &[f32]| v.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>();
     let all = history.states.iter().flat_map(|s| s.chunks_exact(history.components.max(1)).map(norm));
@@ -164,7 +166,7 @@ mod tests {
     use crate::math::random::SplitMix;
     use crate::math::statistics::larger;
 
-    /// A bar that bends up to a quarter circle: few modes are enough for a tolerance, and the stated error is that of the decoded numbers.
+    /// A bar that bends up to a quarter circle: few modes reach the tolerance, and the stated error is that of the decoded numbers.
     #[test]
     fn a_bending_bar_needs_few_modes_and_its_error_is_the_stated_one() {
         let state = |t: usize| {
@@ -187,13 +189,13 @@ mod tests {
                 decoded.chunks(3).zip(state.chunks(3)).map(of).fold(0.0, larger)
             };
             let found = states.iter().enumerate().map(distance).fold(0.0, larger);
-            // The residual is kept in single precision: one rounding of numbers up to 1 for each mode
+            // The residual is kept in single precision: one rounding of numbers up to 1 per mode
             let rounding = 6e-8 * modes.shapes.len() as f64;
             assert!((found - modes.error).abs() <= rounding, "{found} is stated as {}", modes.error);
         }
     }
 
-    /// Noise has no modes: all of them are used, and the error that is left is stated.
+    /// Noise has no dominant modes: all of them are used, and the remaining error is stated.
     #[test]
     fn noise_is_stored_by_all_of_its_modes() {
         let mut random = SplitMix(7);
@@ -203,7 +205,7 @@ mod tests {
         assert!(modes.error < 1e-3, "{}", modes.error);
     }
 
-    /// The rounding of a mode to 16 bits does not bound the error: a further mode takes it up, also of a single state.
+    /// The rounding of a mode to 16 bits does not bound the error: a further mode absorbs it, even for a single state.
     #[test]
     fn further_modes_take_up_the_rounding_of_the_first() {
         let mut random = SplitMix(5);
@@ -217,7 +219,7 @@ mod tests {
         }
     }
 
-    /// A state without any value takes none from the others.
+    /// A state without any values does not affect the others.
     #[test]
     fn a_state_without_values_has_none_and_the_others_keep_theirs() {
         let states = vec![vec![1.0, 2.0], vec![f32::NAN; 2], vec![3.0, 5.0]];

@@ -1,4 +1,4 @@
-//! Grids of VTU and PVD files as histories: the displacement, and every other field that they hold.
+//! Grids of VTU and PVD files as histories: the displacement, and every other field that they contain.
 
 use super::footage::{FieldHistory, Footage};
 use super::limits::{STATES, VALUES};
@@ -11,14 +11,14 @@ use crate::scene::column;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-/// Names of displacements, in the unit of length of the points.
+/// Names of displacement arrays, in the length unit of the points.
 const DISPLACEMENTS: [&str; 6] = ["displacement_m", "displacement", "Displacement", "displacements", "U", "u"];
-/// Smallest motion of the points of a collection, as a share of their extent: below it are the digits in which they are written.
+/// Smallest motion of the points of a collection, relative to their extent; less is due to the number of written digits.
 const MOTION: f64 = 1e-6;
-/// Most fields of a page.
+/// Largest number of fields of a page.
 const FIELDS: usize = 12;
 
-/// The grids of some times \[s\], all with the same cells, and notes on what is left out; `unit_m` is the unit of their lengths.
+/// Reads the grids at several times \[s\], all with the same cells, and returns notes on what is left out; `unit_m` is their length unit.
 pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result<(Footage, Vec<String>), MeshError> {
     let mut out = Footage::default();
     let mut notes = vec![];
@@ -81,12 +81,12 @@ pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result
     Ok((out, notes))
 }
 
-/// How far points are from their first places \[m\].
+/// Displacement of points from their first positions \[m\].
 fn differences(now: &[Vec3], first: &[Vec3], nodes: &[u32]) -> Vec<f32> {
     nodes.iter().flat_map(|&n| <[f64; 3]>::from(now[n as usize] - first[n as usize])).map(|v| v as f32).collect()
 }
 
-/// A note on a field that some states or places lack.
+/// A note on a field that is missing in some states or at some points.
 fn gaps(q: &FieldHistory) -> Option<String> {
     let (states, missing) = without_values(&q.states);
     let places: BTreeSet<usize> = missing.iter().map(|k| k / q.components).collect();
@@ -102,7 +102,7 @@ fn gaps(q: &FieldHistory) -> Option<String> {
     (!parts.is_empty()).then(|| format!("{} {}.", q.name, parts.join(", and ")))
 }
 
-/// Gives the fields the names and units of the page, each name once: one that is taken leaves the field the name of its array.
+/// Gives the fields the names and units of the page, each name once; if a name is taken, the field keeps the name of its array.
 fn rename(footage: &mut Footage) {
     let mut taken: Vec<String> = ["regions", "plain"].map(String::from).into();
     if !footage.motion.is_empty() {
@@ -117,7 +117,7 @@ fn rename(footage: &mut Footage) {
     }
 }
 
-/// The cells of another state at the reference positions of this one, to compare them.
+/// The cells of another state with the reference points of this one, for comparison.
 fn with_points_of(now: &Grid, first: &Grid) -> GridCells {
     match (&now.cells, &first.cells) {
         (GridCells::Tetrahedra(own), GridCells::Tetrahedra(of_first)) => {
@@ -136,7 +136,7 @@ fn shape(grid: &Grid, limits: &Limits) -> Shape {
     }
 }
 
-/// A surface alone: its triangles are the faces, and the cells.
+/// A surface without cells: its triangles serve as faces and as cells.
 fn of_triangles(grid: &Grid, triangles: &[[u32; 3]]) -> Shape {
     let numbers: Vec<u32> = (0..triangles.len() as u32).collect();
     Shape {
@@ -159,7 +159,7 @@ fn find<'a>(grid: &'a Grid, name: &str, at_points: bool) -> Option<&'a GridData>
     grid.data.iter().find(|d| d.name == name && d.at_points == at_points)
 }
 
-/// The fields that a page shows: at the points first, and those of the cells that have no namesake there. A note says why another one is left out.
+/// The fields shown by a page: point fields first, then cell fields without a namesake among them. A note says why a field is left out.
 fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec<FieldHistory> {
     let mut all: Vec<&GridData> = vec![];
     for d in grid.data.iter().filter(|d| !(d.at_points && Some(d.name.as_str()) == moving)) {
@@ -205,7 +205,7 @@ mod tests {
 
     const LIMITS: Limits = Limits { cells: 10, facets: 10 };
 
-    /// A file with one tetrahedron and these arrays at its points.
+    /// Writes a file with one tetrahedron and these arrays at its points.
     fn grid(folder: &std::path::Path, name: &str, arrays: &str) -> PathBuf {
         let array = |kind: &str, name: &str, values: &str| {
             format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>")
@@ -229,7 +229,7 @@ mod tests {
         )
     }
 
-    /// Every array is shown, or a note says why it is not: one note also where all states have it.
+    /// Every array is shown, or one note says why not, even if all states have it.
     #[test]
     fn arrays_that_are_left_out_are_named() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -256,7 +256,7 @@ mod tests {
         }
     }
 
-    /// A field of a later state with other components is unknown there, and a motion that one state lacks is left out with a note.
+    /// A field with other components in a later state is unknown there, and a motion that one state lacks is left out with a note.
     #[test]
     fn later_states_may_lack_a_field() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -270,7 +270,7 @@ mod tests {
         assert!(footage.motion.is_empty() && notes == expected, "{notes:?}");
     }
 
-    /// A value that is missing is named, and the other states and places keep theirs.
+    /// Missing values are reported, and the other states and points keep theirs.
     #[test]
     fn values_that_are_missing_are_named() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -294,7 +294,7 @@ mod tests {
         );
     }
 
-    /// Points that move are the motion, also without a displacement, and before one.
+    /// Points that change their positions are shown as motion, without a displacement field and in preference to one.
     #[test]
     fn points_that_move_from_state_to_state_are_shown_to_move() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -315,7 +315,7 @@ mod tests {
         }
     }
 
-    /// No field hides another one, nor the displacement.
+    /// No field hides another one or the displacement.
     #[test]
     fn fields_have_names_of_their_own() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -328,7 +328,7 @@ mod tests {
         assert_eq!(found, expected);
     }
 
-    /// A run by arc length goes back in time: its states are not sorted.
+    /// A run by arc length may go back in time: its states are not sorted.
     #[test]
     fn states_whose_times_do_not_rise_keep_their_order() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! Geometry of a scene: its body with regions and what is held, its cables, rigid bodies, obstacles and skins.
+//! Geometry of a scene: its body with regions and supports, its cables, rigid bodies, obstacles and skins.
 
 use super::shape::{Limits, PartKind, Shape};
 use crate::effect::contact::placement::AffineFrame;
@@ -9,10 +9,10 @@ use crate::scene::spec::ConstraintSpec;
 use crate::scene::{NamedSkin, Scene};
 use std::collections::BTreeSet;
 
-/// Forces below this share of the largest one are left out.
+/// Relative size below which forces are left out.
 const SMALL: f64 = 1e-3;
 
-/// The shape of a scene at rest.
+/// Returns the shape of a scene at rest.
 pub fn shape(scene: &Scene, limits: &Limits) -> Shape {
     let mesh = &scene.body.mesh;
     let mut shape = Shape::of_mesh(mesh, limits);
@@ -31,19 +31,19 @@ pub fn shape(scene: &Scene, limits: &Limits) -> Shape {
     shape
 }
 
-/// Positions of the points of all parts at the displacement x \[m\], in the order of [`shape`].
+/// Returns the positions of the points of all parts at the displacement x \[m\], in the order of [`shape`].
 pub fn parts(scene: &Scene, x: &[f64]) -> Vec<[f64; 3]> {
     let cables = scene.cables.iter().flat_map(|c| places(&c.cable.polyline(x)));
     let skins = scene.skins.iter().flat_map(|skin| moved(skin, x));
     cables.chain(skins).chain(floors(scene).iter().flat_map(|floor| floor.at(x))).collect()
 }
 
-/// A part of the plane of an obstacle that has no end.
+/// A finite piece of the plane of an unbounded obstacle.
 struct Floor<'a> {
     name: &'a str,
-    /// Counter-clockwise about the normal, next to the body \[m\]
+    /// Corners, counter-clockwise about the normal, next to the body \[m\]
     corners: [Vec3; 4],
-    /// Frame that moves it along; it does not turn
+    /// Frame that carries it along, without rotation
     body: Option<&'a AffineFrame>,
 }
 
@@ -55,11 +55,11 @@ impl Floor<'_> {
     }
 }
 
-/// The floors of a scene; one at rest that several contacts have is one.
+/// The floors of a scene; a fixed plane shared by several contacts counts once.
 fn floors(scene: &Scene) -> Vec<Floor<'_>> {
     let mesh = &scene.body.mesh;
     let (low, high) = mesh.bounding_box();
-    // The extent of the shape, by which tolerances go, stays that of the body
+    // The extent of the shape, which sets the tolerances, remains that of the body
     let half = 0.1 * mesh.diagonal();
     let mut out: Vec<Floor> = vec![];
     for contact in &scene.contacts {
@@ -81,7 +81,7 @@ fn floors(scene: &Scene) -> Vec<Floor<'_>> {
     out
 }
 
-/// Points of the shape at which contacts press, with the forces \[N\], without friction.
+/// Returns the points of the shape with contact forces, and these forces \[N\], without friction.
 pub fn contact_forces(scene: &Scene, shape: &Shape, x: &[f64]) -> Vec<(u32, [f32; 3])> {
     if scene.contacts.is_empty() {
         return vec![];
@@ -97,7 +97,7 @@ pub fn contact_forces(scene: &Scene, shape: &Shape, x: &[f64]) -> Vec<(u32, [f32
     shape.nodes.iter().enumerate().filter_map(acts).collect()
 }
 
-/// Names the regions, the walls of cavities and what is held.
+/// Names the regions, the walls of cavities and the supports.
 fn mark(scene: &Scene, shape: &mut Shape) {
     let mesh = &scene.body.mesh;
     let cells = facet_cells(mesh);

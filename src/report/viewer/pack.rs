@@ -1,7 +1,7 @@
-//! A model as a short description in JSON and one packed block of numbers.
+//! A model as a short JSON description and one packed block of numbers.
 //!
-//! The block is compressed as a whole by zlib. Before that, whole numbers are replaced by their differences and numbers of several bytes are stored byte by
-//! byte, the first bytes of all numbers before the second ones, which makes it shorter. `viewer/src/data.js` reads it.
+//! The block is compressed as a whole by zlib. Before that, integers are replaced by their differences, and multi-byte numbers are stored byte by
+//! byte, the first bytes of all numbers before the second ones, which improves compression. `viewer/src/data.js` reads it.
 
 use super::limits::ROWS;
 use super::model::{Arrows, Field, Model};
@@ -11,24 +11,24 @@ use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::io::Write;
 
-/// Version of the data of a page; pages of a later one are refused.
+/// Version of the page data; pages of a later version are refused.
 pub const FORMAT: u64 = 2;
 
-/// A model as a page holds it.
+/// A model as stored in a page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
     pub head: Value,
-    /// Compressed by zlib
+    /// Numbers, compressed by zlib
     pub data: Vec<u8>,
 }
 
 impl Packed {
-    /// The title of the case.
+    /// Returns the title of the case.
     pub fn title(&self) -> &str {
         self.head["title"].as_str().unwrap_or_default()
     }
 
-    /// Adds the labels of the columns, which pages of earlier versions do not have.
+    /// Adds the labels of the columns, which pages of earlier versions lack.
     pub(super) fn labelled(mut self) -> Self {
         let curves = self.head.get_mut("curves").and_then(Value::as_object_mut);
         if let Some(curves) = curves.filter(|curves| !curves.contains_key("labels")) {
@@ -39,7 +39,7 @@ impl Packed {
         self
     }
 
-    /// Gives the case another title.
+    /// Changes the title of the case.
     pub fn rename(&mut self, title: String) {
         self.head["title"] = title.into();
     }
@@ -61,7 +61,7 @@ impl Packed {
         self.head["cells"]["count"].as_u64().is_some_and(|n| n > 0)
     }
 
-    /// Notes on the parts that are left out or simplified.
+    /// Returns the notes on parts that are left out or simplified.
     pub fn notes(&self) -> Vec<&str> {
         self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
     }
@@ -118,7 +118,7 @@ pub fn pack(model: &Model) -> Packed {
     Packed { head, data: block.compressed() }
 }
 
-/// Numbers in the mesh, where they are not 0, 1, 2, …
+/// Numbers in the mesh, unless they are 0, 1, 2, …
 fn numbers(block: &mut Block, numbers: &[u32]) -> Value {
     let is_plain = numbers.iter().zip(0..).all(|(number, k)| *number == k);
     if is_plain { Value::Null } else { block.indices(numbers.iter().copied()) }
@@ -126,7 +126,7 @@ fn numbers(block: &mut Block, numbers: &[u32]) -> Value {
 
 fn modes(block: &mut Block, modes: &Modes) -> Value {
     let count = modes.components.max(1);
-    // One component after the other: neighbours are alike
+    // Stored component by component, because neighbours are similar
     let sorted =
         |s: &Vec<i16>| (0..count).flat_map(|i| s.iter().skip(i).step_by(count).copied().collect::<Vec<_>>()).collect();
     let shapes: Vec<Value> = modes.shapes.iter().map(|s| block.shorts(sorted(s))).collect();
@@ -145,7 +145,8 @@ fn arrows(block: &mut Block, arrows: &Arrows) -> Value {
     json!({ "name": arrows.name, "unit": arrows.unit, "counts": counts, "points": points, "vectors": vectors })
 }
 
-/// The rows of the states, and so many others as a screen has points. Times are in double precision: by them the page finds the row of a state.
+/// The rows of the states, and as many others as a screen has points. Times are in double precision, because the page finds the row of a state by its
+/// time.
 fn curves(block: &mut Block, model: &Model) -> Value {
     let curves = &model.curves;
     let stride = curves.rows.len().div_ceil(ROWS).max(1);
@@ -162,12 +163,12 @@ fn curves(block: &mut Block, model: &Model) -> Value {
     json!({ "columns": curves.columns, "labels": labels(&curves.columns), "values": values })
 }
 
-/// Words and unit of each column, which the page shows.
+/// Words and unit of each column, as shown by the page.
 fn labels(columns: &[String]) -> Vec<(String, &'static str)> {
     columns.iter().map(|column| column::words(column)).collect()
 }
 
-/// Bytes of all arrays, one after the other; the description has the place of each.
+/// The bytes of all arrays, one after the other; the description stores the offset of each.
 #[derive(Default)]
 struct Block {
     bytes: Vec<u8>,
@@ -195,7 +196,7 @@ impl Block {
         self.planes("i16", &bytes)
     }
 
-    /// Differences from one to the next, their signs in the last bit.
+    /// Stores the differences between successive values, with the sign in the last bit.
     fn indices(&mut self, values: impl Iterator<Item = u32>) -> Value {
         let mut past = 0i64;
         let difference = |v: u32| {

@@ -1,7 +1,7 @@
-//! The page: data, program and style in one file that opens from disk and can ask for nothing else.
+//! The page: data, program and style in one file that opens from disk and makes no requests.
 //!
-//! A content security policy forbids every request and every program but the two whose digests it names. Texts of cases are only in the data, in JSON with
-//! `<` escaped, and the program writes them as text. The program is compressed; the browser unpacks it.
+//! A content security policy forbids every request and every script except the two whose digests it lists. Texts of cases occur only in the data, as
+//! JSON with `<` escaped, and the program writes them as text. The program is compressed; the browser unpacks it.
 
 use super::pack::{FORMAT, Packed};
 use crate::report::page::escape;
@@ -16,16 +16,16 @@ use std::path::Path;
 /// The built program, compressed by zlib.
 static PROGRAM: &[u8] = include_bytes!("bundle/viewer.js.z");
 static STYLE: &str = include_str!("bundle/viewer.css");
-/// Unpacks the program and starts it; a browser that cannot is named on the page.
+/// Unpacks the program and starts it; if the browser cannot do this, the page says so.
 static START: &str = include_str!("bundle/start.js");
 
 const HEAD: &str = "<script type=\"application/json\" class=\"head\">";
 const DATA: &str = "<script type=\"text/plain\" class=\"data\">";
 const END: &str = "</script>";
-/// Most bytes of a page that is read.
+/// Largest size of a page that is read, in bytes.
 const LIMIT: u64 = 256 << 20;
 
-/// A page that cannot be read.
+/// Error of a page that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
     #[error("{file}: cannot be read: {source}")]
@@ -42,12 +42,12 @@ pub enum PageError {
     Newer { file: String, found: u64 },
 }
 
-/// A page with one case, or several next to each other.
+/// Returns a page with one case, or several side by side.
 pub fn page(title: &str, cases: &[Packed]) -> String {
     document(title, cases, None)
 }
 
-/// A page with one case that asks the server it comes from for the states of a run, as `settings` say. It may ask for nothing else.
+/// Returns a page with one case that requests the states of a run from its server, as `settings` say. It may request nothing else.
 pub fn live_page(title: &str, case: &Packed, settings: &Value) -> String {
     document(title, std::slice::from_ref(case), Some(settings))
 }
@@ -84,7 +84,7 @@ fn document(title: &str, cases: &[Packed], live: Option<&Value>) -> String {
     html + &format!("<script>{START}{END}\n</body></html>\n")
 }
 
-/// The cases of a page.
+/// Reads the cases of a page.
 pub fn read(path: &Path) -> Result<Vec<Packed>, PageError> {
     let file = path.display().to_string();
     let text =
@@ -106,7 +106,7 @@ pub fn read(path: &Path) -> Result<Vec<Packed>, PageError> {
     if cases.is_empty() { Err(PageError::NoPage { file }) } else { Ok(cases) }
 }
 
-/// Digest of a program or style, in the form of a content security policy.
+/// The digest of a script or style, in the form of a content security policy.
 fn digest(bytes: &[u8]) -> String {
     format!("sha256-{}", STANDARD.encode(Sha256::digest(bytes)))
 }

@@ -1,21 +1,21 @@
-//! Geometry of a page: points, element faces, cells for sections, and what follows the body.
+//! Geometry of a page: points, element faces, cells for sections, and parts that follow the body.
 
 use super::coarsen::coarsen;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::{boundary_facets, facet_cells};
 use std::collections::{BTreeSet, HashMap};
 
-/// Most of what a page shows; more is left out or simplified, and a note says so.
+/// Limits of what a page shows; anything beyond is left out or simplified, with a note.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Cells, for sections through the inside
+    /// Largest number of cells, for sections through the inside
     pub cells: usize,
-    /// Facets of the surface
+    /// Largest number of facets of the surface
     pub facets: usize,
 }
 
 impl Limits {
-    /// Sizes that a browser turns smoothly, and that a page of a few megabytes holds.
+    /// Sizes that a browser rotates smoothly and that fit into a page of a few megabytes.
     pub const USUAL: Self = Self { cells: 150_000, facets: 120_000 };
 }
 
@@ -28,14 +28,14 @@ pub enum PartKind {
     Rigid,
     /// A surface that is carried along
     Skin,
-    /// Four points of the plane of an obstacle without end, counter-clockwise about its normal: the page draws the plane under all that it shows
+    /// Four points in the plane of an unbounded obstacle, counter-clockwise about its normal: the page draws the plane below everything that it shows
     Floor,
 }
 
 impl PartKind {
     pub const ALL: [Self; 4] = [Self::Cable, Self::Rigid, Self::Skin, Self::Floor];
 
-    /// Its name in the data of a page.
+    /// Returns its name in the data of a page.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cable => "cable",
@@ -46,15 +46,15 @@ impl PartKind {
     }
 }
 
-/// A line or surface with points of its own.
+/// A line or surface with its own points.
 #[derive(Clone, Debug)]
 pub struct ShapePart {
     pub name: String,
     pub kind: PartKind,
-    /// Its first point among those of the shape
+    /// Index of its first point among the points of the shape
     pub first: u32,
     pub count: u32,
-    /// \[triangles\] corners, counted from `first`; none for a line
+    /// Corners \[triangles\], counted from `first`; empty for a line
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -62,7 +62,7 @@ pub struct ShapePart {
 #[derive(Clone, Debug)]
 pub struct Marked {
     pub name: String,
-    /// `region`, `cavity` or `held`
+    /// Kind of the set: `region`, `cavity` or `held`
     pub kind: &'static str,
     /// Facets of the shape
     pub facets: Vec<u32>,
@@ -73,23 +73,23 @@ pub struct Marked {
 /// Everything that a page draws, at rest.
 #[derive(Clone, Debug, Default)]
 pub struct Shape {
-    /// \[points\] positions at rest \[m\]: nodes of the mesh, then the points of the parts
+    /// Positions at rest \[points\] \[m\]: nodes of the mesh, then the points of the parts
     pub points: Vec<[f64; 3]>,
-    /// \[nodes\] number of each in the mesh, ascending
+    /// Number of each node in the mesh, ascending \[nodes\]
     pub nodes: Vec<u32>,
-    /// The numbers in the mesh are not known: those of the nodes are the page's own
+    /// Whether the numbers in the mesh are unknown, so that the page numbers the nodes itself
     pub has_own_numbers: bool,
-    /// 3 or 6
+    /// Number of nodes of a facet, 3 or 6
     pub facet_nodes: usize,
-    /// \[facets × `facet_nodes`\] points, in the order of [`TetMesh`]
+    /// Points \[facets × `facet_nodes`\], in the order of [`TetMesh`]
     pub facets: Vec<u32>,
-    /// \[facets\] number in the mesh
+    /// Number of each facet in the mesh \[facets\]
     pub facet_numbers: Vec<u32>,
-    /// \[facets\] position of their cell in `cell_numbers`
+    /// Index in `cell_numbers` of the cell of each facet \[facets\]
     pub facet_cells: Vec<u32>,
-    /// \[cells × nodes of a cell\] points; empty if the inside is left out
+    /// Points \[cells × nodes of a cell\]; empty if the inside is left out
     pub cells: Vec<u32>,
-    /// \[cells with values\] number in the mesh, ascending: all, or those at the surface
+    /// Number in the mesh of each cell with values, ascending: all cells, or those at the surface
     pub cell_numbers: Vec<u32>,
     pub parts: Vec<ShapePart>,
     pub marked: Vec<Marked>,
@@ -98,7 +98,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The surface of a mesh and, within the limits, its cells.
+    /// Builds the surface of a mesh and, within the limits, its cells.
     pub fn of_mesh(mesh: &TetMesh, limits: &Limits) -> Self {
         let (all, of_cell) = (boundary_facets(mesh), facet_cells(mesh));
         let count = all.len();
@@ -147,7 +147,8 @@ impl Shape {
         }
     }
 
-    /// The same without the inside: only the points of the surface and of the parts are kept. With it, the points and the cells that are kept.
+    /// Returns the shape without its inside, which keeps only the points of the surface and of the parts, and the indices of the kept points and
+    /// cells.
     pub fn hollow(&self) -> (Self, Vec<u32>, Vec<u32>) {
         let nodes = self.nodes.len() as u32;
         let used: BTreeSet<u32> = self.facets.iter().copied().chain(nodes..self.points.len() as u32).collect();
@@ -183,7 +184,7 @@ impl Shape {
         (shape, kept, own.into_iter().collect())
     }
 
-    /// Largest extent of the points \[m\].
+    /// Returns the largest extent of the points \[m\].
     pub fn diagonal(&self) -> f64 {
         let ends = self.points.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], p| {
             [std::array::from_fn(|i| low[i].min(p[i])), std::array::from_fn(|i| high[i].max(p[i]))]
@@ -199,7 +200,7 @@ impl Shape {
         self.parts.push(ShapePart { name: name.into(), kind, first, count, triangles });
     }
 
-    /// Marks facets and nodes of the mesh by a name; those that are not shown are passed over.
+    /// Marks facets and nodes of the mesh by a name; those that are not shown are ignored.
     pub fn mark(&mut self, name: &str, kind: &'static str, facets: impl Fn(u32) -> bool, nodes: &[u32]) {
         let on_surface =
             (0..self.facet_numbers.len() as u32).filter(|&k| facets(self.facet_numbers[k as usize])).collect();

@@ -1,4 +1,4 @@
-//! The model of packed data: the way back of [`pack`](super::pack::pack).
+//! The model of packed data: the inverse of [`pack`](super::pack::pack).
 
 use super::model::{Arrows, Curves, Field, Model};
 use super::modes::Modes;
@@ -8,10 +8,10 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::io::Read;
 
-/// Most bytes of unpacked numbers.
+/// Largest number of bytes of unpacked numbers.
 const LIMIT: u64 = 1 << 30;
 
-/// The model of a packed case; none where its description and its numbers do not fit together. Facets are numbered as on the page.
+/// Unpacks a case; `None` if its description and its numbers do not match. Facets are numbered as on the page.
 pub fn unpack(packed: &Packed) -> Option<Model> {
     let mut bytes = vec![];
     flate2::read::ZlibDecoder::new(&packed.data[..]).take(LIMIT).read_to_end(&mut bytes).ok()?;
@@ -34,7 +34,7 @@ pub fn unpack(packed: &Packed) -> Option<Model> {
         facts: plain(&head["facts"])?,
         notes: plain(&head["notes"])?,
         absent: plain(&head["absent"])?,
-        // Not on pages of earlier versions
+        // Missing on pages of earlier versions
         still: plain(&head["still"]).unwrap_or_default(),
         fields: fields.collect::<Option<_>>()?,
         arrows: head["arrows"].as_array()?.iter().map(|a| arrows(a, &block, points)).collect::<Option<_>>()?,
@@ -56,7 +56,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     let [nodes, facet_nodes, cell_count]: [usize; 3] =
         [plain(&head["nodes"])?, plain(&head["facetNodes"])?, plain(&head["cellCount"])?];
     let below = |all: Vec<u32>, end: usize| all.iter().all(|k| (*k as usize) < end).then_some(all);
-    // Not on pages of earlier versions, nor where they are 0, 1, 2, …
+    // Missing on pages of earlier versions, or if they are 0, 1, 2, …
     let numbers = |array: &Value, count: usize| match array.is_null() {
         true => Some((0..count as u32).collect()),
         false => block.indices(array).filter(|own| own.len() == count),
@@ -81,7 +81,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     fits.then_some(Shape {
         points: (0..count).map(point).collect(),
         nodes: numbers(&head["nodeNumbers"], nodes)?,
-        // Pages of earlier versions have the numbers of the mesh where they have its inside
+        // Pages of earlier versions have the numbers of the mesh if they have its inside
         has_own_numbers: plain(&head["ownNumbers"]).unwrap_or(cells.is_empty()),
         facet_nodes,
         facet_numbers: (0..facet_cells.len() as u32).collect(),
@@ -100,12 +100,12 @@ fn modes(head: &Value, block: &Block, states: usize) -> Option<Modes> {
     let shapes = head["shapes"].as_array()?.iter().map(|s| {
         let values = block.shorts(s)?;
         let count = values.len() / components.max(1);
-        // On a page one component comes after the other
+        // A page stores one component after the other
         Some((0..count).flat_map(|p| (0..components).map(move |i| i * count + p)).map(|k| values[k]).collect())
     });
     let (shapes, amplitudes): (Vec<Vec<i16>>, Vec<Vec<Option<f32>>>) =
         (shapes.collect::<Option<_>>()?, plain(&head["amplitudes"])?);
-    // JSON has no other word for what is no number
+    // JSON writes NaN as null
     let amplitudes: Vec<Vec<f32>> =
         amplitudes.into_iter().map(|a| a.into_iter().map(|v| v.unwrap_or(f32::NAN)).collect()).collect();
     let fits = shapes.len() == amplitudes.len() && amplitudes.iter().all(|a| a.len() == states);
@@ -125,7 +125,7 @@ fn arrows(head: &Value, block: &Block, count: usize) -> Option<Arrows> {
 
 fn curves(head: &Value, block: &Block) -> Option<Curves> {
     let columns: Vec<String> = plain(&head["columns"])?;
-    // Pages of earlier versions have times in single precision too
+    // Pages of earlier versions also have times in single precision
     let column = |v| block.doubles(v).or_else(|| Some(block.floats(v)?.into_iter().map(f64::from).collect()));
     let values: Vec<Vec<f64>> = head["values"].as_array()?.iter().map(column).collect::<Option<_>>()?;
     let rows = values.first().map_or(0, Vec::len);
@@ -140,7 +140,7 @@ struct Block {
 }
 
 impl Block {
-    /// The numbers of an array of a kind, most significant bytes first.
+    /// Reads the numbers of an array of a kind, most significant bytes first.
     fn words<const N: usize>(&self, array: &Value, kind: &str) -> Option<Vec<[u8; N]>> {
         let [at, count]: [usize; 2] = [plain(&array["at"])?, plain(&array["count"])?];
         let own = self.bytes.get(at..at.checked_add(count.checked_mul(N)?)?)?;
@@ -191,7 +191,7 @@ mod tests {
         pack(&Model { shape, times, curves, ..Model::default() })
     }
 
-    /// Late in a run the times of neighbours are one in single precision, and a page does not have room for all rows.
+    /// Late in a run the times of neighbouring states are equal in single precision, and a page has no room for all rows.
     #[test]
     fn every_state_keeps_the_row_of_its_exact_time() {
         let rows: Vec<Vec<f64>> = (0..12_000).map(|k| vec![86_400.0 + f64::from(k) / 1000.0, f64::from(k)]).collect();
@@ -202,7 +202,7 @@ mod tests {
         assert!(states.iter().all(|k| found.contains(&rows[*k])));
     }
 
-    /// A page of an earlier version does not say the numbers of the mesh; without the inside of the body they are not known.
+    /// A page of an earlier version does not state the numbers of the mesh; without the inside of the body they are unknown.
     #[test]
     fn numbers_of_the_mesh_come_back_where_a_page_has_them() {
         let mut packed = triangle(vec![], vec![]);

@@ -25,7 +25,7 @@ pub const KINDS: [Kind; 9] = [
     Kind::of::<reduction::spec::ReductionStudy>(),
 ];
 
-/// The kind of this name.
+/// Returns the kind with this name.
 pub fn find(name: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.name == name)
 }

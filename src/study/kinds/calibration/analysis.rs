@@ -1,18 +1,18 @@
-//! Result of a calibration: each constant from the finest mesh, with an interval that holds what the data, the mesh and the
-//! dimensions that are not known exactly leave open.
+//! Result of a calibration: each constant from the finest mesh, with an interval that covers what the data, the mesh and imprecisely known dimensions
+//! leave open.
 //!
-//! Pure: stored cases in, [`CalibrationFindings`] out. Of a constant θ with its 95 % interval by the errors of the data \[θ − d₋, θ + d₊\], the widest
-//! of all cases, with U the uncertainty of the finest mesh by the meshes of its family ([`crate::study::estimate`]) and the error of its time steps by families of them
-//! ([`crate::study::estimate::step_size`]), and with δ_fi = θ_fi − θ the change in
-//! member i of the family f of a dimension that is not known exactly, from the size on its own mesh:
+//! Pure: stored cases in, [`CalibrationFindings`] out. A constant θ has the 95 % interval \[θ − d₋, θ + d₊\] due to the errors of the data, the
+//! widest of all cases. U is the uncertainty of the finest mesh, from the meshes of its family ([`crate::study::estimate`]), plus the error of its
+//! time steps, from families of time steps ([`crate::study::estimate::step_size`]). δ_fi = θ_fi − θ is the change in member i of family f of an
+//! imprecisely known dimension, relative to the size on the same mesh. Then:
 //!
 //! ```text
 //! interval  [θ − d₋ − U + Σ_f min(0, min_i δ_fi), θ + d₊ + U + Σ_f max(0, max_i δ_fi)]
 //! bias      θ(gauge)/θ − 1          of the reading by a gauge length
 //! ```
 //!
-//! [`super::corners`] takes all dimensions at their worst ends together. Where the pressures of
-//! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated; nor where a case of a dimension has no result.
+//! [`super::corners`] combines the worst ends of all dimensions. If the pressures of the finest mesh look locked, or its family diverges, U is no
+//! bound and no interval is stated; nor is it if a case of a dimension has no result.
 
 use crate::calibrate::inverse::{Bound, Calibration, FittedConstant};
 use crate::math::statistics::larger;
@@ -30,7 +30,7 @@ use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A case that has an answer.
+/// A case with a solution.
 struct SolvedSearch<'a> {
     stored: &'a StoredCase,
     found: &'a Calibration,
@@ -52,7 +52,7 @@ pub fn analyse(
     Analysis { tolerance: study.tolerance, found: CalibrationFindings { variants }, incomplete, warnings, verdict }
 }
 
-/// Cases of a variant with an answer, the sizes from coarse to fine first.
+/// The cases of a variant with a solution, starting with the sizes from coarse to fine.
 fn solved<'a>(
     study: &'a StudyRecord,
     stored: &'a [StoredCase],
@@ -108,11 +108,11 @@ fn answer(
     })
 }
 
-/// Cases of the nuisance families of a variant that are not among those with an answer.
+/// The cases of the nuisance families of a variant that have no solution.
 fn without_constants(study: &StudyRecord, stored: &[StoredCase], cases: &[SolvedSearch], variant: &str) -> Vec<String> {
     let mut out: Vec<String> = vec![];
     for f in study.families.iter().filter(|f| f.role == Role::Nuisance) {
-        // A file of an earlier version does not say its members; the records of the cases do
+        // A file of an earlier version does not state its members; the records of the cases do
         let is_recorded =
             |id: &String| stored.iter().find(|c| c.record.id == *id).is_none_or(|c| c.is_in(&f.name, variant));
         let is_own = |k: usize, id: &String| f.members.get(k).map_or_else(|| is_recorded(id), |m| m.variant == variant);
@@ -126,11 +126,11 @@ fn without_constants(study: &StudyRecord, stored: &[StoredCase], cases: &[Solved
     out
 }
 
-/// Evidence of the meshes of a family about a constant.
+/// Evidence about a constant from the meshes of a family.
 struct Meshes {
     drift: Option<f64>,
     estimate: Option<Estimate>,
-    /// Reason for which no error bar holds
+    /// Reason why no error bar is valid
     refused: Option<String>,
 }
 
@@ -163,7 +163,7 @@ fn judge(
     let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
     let are_known = without_constants.is_empty();
     let corners = corners_of(cases, &sizes, own.value, k).filter(|_| are_known);
-    // Where a case of a dimension has no interval, the data may determine less at that end
+    // If a case of a dimension has no interval, the data may determine the constant less well at that end
     let widest: Option<[f64; 2]> =
         (cases.iter().filter(|s| s.role == Role::Nuisance).chain([finest])).try_fold([0.0_f64; 2], |[a, b], s| {
             let c = &s.found.constants[k];
@@ -214,7 +214,8 @@ fn judge(
     }
 }
 
-/// Largest error of the time steps of the finest case in a constant, by the families of them. A case with its steps on their mesh may be of another family.
+/// The largest error of a constant by the time steps of the finest case, over the families of time steps. The case with the same steps and mesh may
+/// belong to another family.
 fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option<f64> {
     let of = |family: &str| {
         let members: Vec<&SolvedSearch> =
@@ -232,7 +233,7 @@ fn step_error(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize) -> Option
     families.into_iter().filter_map(of).reduce(larger)
 }
 
-/// Changes of a constant by the nuisance families from the size on the same mesh; none without such a family.
+/// The changes of a constant in the nuisance families, relative to the size on the same mesh; `None` without such a family.
 fn corners_of(cases: &[SolvedSearch], sizes: &[&SolvedSearch], value: f64, k: usize) -> Option<Corners> {
     let (mut single, mut runs): (BTreeMap<&str, Vec<f64>>, Vec<f64>) = (BTreeMap::new(), vec![]);
     for s in cases.iter().filter(|s| s.role == Role::Nuisance) {
@@ -242,7 +243,8 @@ fn corners_of(cases: &[SolvedSearch], sizes: &[&SolvedSearch], value: f64, k: us
     corners::judge(value, &single, &runs)
 }
 
-/// The size that a case of a dimension is compared with: of its formulation, on its mesh, and else with the nearest number of cells.
+/// The size that a case of a dimension is compared with: of the same formulation, on the same mesh if possible, otherwise with the nearest number of
+/// cells.
 fn base_of<'s, 'a>(s: &SolvedSearch, sizes: &[&'s SolvedSearch<'a>]) -> Option<&'s SolvedSearch<'a>> {
     let own = &s.stored.record;
     let rank = |o: &&&SolvedSearch| {

@@ -1,4 +1,4 @@
-//! Uncertainty that the errors of constants and the mesh leave where a law is used: a band around a curve y(t).
+//! Uncertainty of a curve y(t) where a law is used, due to the errors of the constants and the mesh.
 //!
 //! With the derivatives g = ∂y/∂θ at the constants found, C their covariance, and δ_fi the change of θ in member i of nuisance family f:
 //!
@@ -9,8 +9,8 @@
 //! mesh        |y(finest) − y(next)| of the scene itself, apart
 //! ```
 //!
-//! Linear in θ: good while the band is narrow. The first three add up to the band of the constants, which are those of the law that is used. Shares are of the largest change, for what
-//! does not start at zero.
+//! The band is linear in θ: accurate as long as it is narrow. The first three add up to the band of the constants, which are those of the law that is
+//! used. For a quantity that does not start at zero, the band is relative to its largest change.
 
 use crate::calibrate::inverse::Calibration;
 use crate::math::statistics::{larger, root};
@@ -33,15 +33,15 @@ pub struct Band {
     pub case: String,
     pub t_s: Vec<f64>,
     pub y: Vec<f64>,
-    /// \[2\]\[t\] ends of the band of the constants
+    /// Lower and upper end of the band of the constants \[2\]\[t\]
     pub constants: [Vec<f64>; 2],
-    /// \[t\] change to the finest mesh from the next
+    /// Change from the next coarser mesh to the finest \[t\]
     pub mesh: Option<Vec<f64>>,
-    /// Where |y − y₀| is largest: y, and as shares of its change the band of the constants \[–\] and that of the mesh \[–\]
+    /// y where |y − y₀| is largest; the bands of the constants and of the mesh below are relative to that change \[–\]
     pub peak: f64,
     pub peak_is: ExtremeKind,
     pub peak_t_s: f64,
-    /// Value from which y changes; 0 where it starts at zero
+    /// Value from which y changes; 0 if it starts at zero
     #[serde(skip_serializing_if = "is_zero")]
     pub start: f64,
     pub below: f64,
@@ -49,7 +49,7 @@ pub struct Band {
     pub mesh_share: Option<f64>,
 }
 
-/// None where the constants have no band, the derivatives at the peak are not known, or what the dimensions change.
+/// Returns the band; `None` if the constants have no band, or if the derivatives at the peak or the effects of the dimensions are unknown.
 pub fn band(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -126,7 +126,8 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
-/// The constants of the law that is used, by their places among `keys` (`laws.rubber.mu`), and ∂y/∂θ of each, which is named by the law of the scene that uses it.
+/// The constants of the law that is used, by their indices among `keys` (`laws.rubber.mu`), with ∂y/∂θ of each, which is named by the law of the
+/// scene that uses it.
 fn gradients<'a>(of_case: &'a Series, quantity: &str, keys: &[&str]) -> Option<(Vec<usize>, Vec<&'a Vec<f64>>)> {
     let begin = format!("d {quantity}/d laws.");
     let there = of_case.columns.keys().find_map(|name| Some(name.strip_prefix(&begin)?.split_once('.')?.0))?;
@@ -135,16 +136,16 @@ fn gradients<'a>(of_case: &'a Series, quantity: &str, keys: &[&str]) -> Option<(
     own.map(|(k, constant)| Some((k, of_case.columns.get(&format!("{begin}{there}.{constant}"))?))).collect()
 }
 
-/// Changes of the constants in the cases of the dimensions from the size on the same mesh.
+/// Changes of the constants in the cases of the dimensions, relative to the size on the same mesh.
 struct Moved<'a> {
-    /// Family → in each of its cases, of each constant
+    /// Changes of each constant in each case of a family, by family
     single: BTreeMap<&'a str, Vec<Vec<f64>>>,
-    /// In each corner that was run
+    /// Changes of each constant in each corner that was run
     corners: Vec<Vec<f64>>,
 }
 
 impl<'a> Moved<'a> {
-    /// Those of the constants at these places.
+    /// Collects the changes of the constants at these indices.
     fn of(answer: &'a CalibratedVariant, own: &[usize]) -> Self {
         let mut out = Self { single: BTreeMap::new(), corners: vec![] };
         let Some(first) = answer.constants.first() else { return out };
@@ -160,7 +161,7 @@ impl<'a> Moved<'a> {
         out
     }
 
-    /// The least and the largest change of a value by the dimensions, to first order.
+    /// The smallest and the largest change of a value due to the dimensions, to first order.
     fn ends(&self, along: impl Fn(&[f64]) -> f64) -> [f64; 2] {
         let changes = |all: &Vec<Vec<f64>>| all.iter().map(|change| along(change)).collect::<Vec<f64>>();
         let single = self.single.iter().map(|(family, all)| (*family, changes(all))).collect();
@@ -200,7 +201,8 @@ mod tests {
         Series { t_s: vec![0.0, 1.0], columns: columns.collect() }
     }
 
-    /// Constants of the law that is used, whatever others are called: of two laws the one of the name in the scene, of one law that one.
+    /// The constants of the law that is used are found under any name: if two laws were calibrated, the law with the name in the scene; if one, that
+    /// one.
     #[test]
     fn every_constant_has_its_own_derivative() {
         let of_case = series(&["d f_N/d laws.skin.mu", "d f_N/d laws.skin.nu", "d g_N/d laws.skin.mu", "f_N"]);
@@ -213,7 +215,7 @@ mod tests {
         assert_eq!(of(&["laws.rubber.C10"]), None, "its derivative was not computed");
     }
 
-    /// Two dimensions of ±2 % each are ±4 % at the corners, which replace them.
+    /// Two dimensions of ±2 % each give ±4 % at the corners, which replace the single dimensions.
     #[test]
     fn corners_that_were_run_replace_single_dimensions() {
         let single = || [("area", vec![vec![-2.0], vec![2.0]]), ("length", vec![vec![-2.0], vec![2.0]])].into();

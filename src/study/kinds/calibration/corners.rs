@@ -1,11 +1,11 @@
-//! Dimensions that are known by ranges, taken at their worst ends together.
+//! The combined effect of dimensions that are known only within ranges, at their worst ends.
 //!
-//! To first order in their ranges the changes of a constant by single dimensions add up. Where its dependence is curved they do not: of θ ∝ aᵖb^q the factors
-//! multiply. Sum and product follow from the cases of the single dimensions, and the wider one is taken at each end. Where the two differ by more than a twentieth
-//! of the range, or both ends of one dimension change the constant to the same side, a sentence says so, and `corners = true` runs the corners
-//! themselves, whose extremes replace the estimate.
+//! To first order in the ranges, the changes of a constant by single dimensions add up. If its dependence is curved they do not: for θ ∝ aᵖb^q the
+//! factors multiply. Sum and product follow from the cases of the single dimensions, and the wider one is taken at each end. If the two differ by
+//! more than a twentieth of the range, or if both ends of one dimension change the constant in the same direction, a sentence says so. With `corners
+//! = true` the corners themselves are run, and their extremes replace the estimate.
 //!
-//! Limits: a dimension is taken at the members of its family; an extreme between them is not seen.
+//! Limit: a dimension is evaluated only at the members of its family; an extreme between them is not seen.
 
 use crate::math::statistics::{larger, smaller};
 use crate::report::numbers::percent;
@@ -15,22 +15,22 @@ use std::collections::BTreeMap;
 
 /// Name of the family of the corners.
 pub const FAMILY: &str = "corners";
-/// Part of the range of a constant from which on its dependence counts as curved \[–\]
+/// Fraction of the range of a constant above which its dependence counts as curved \[–\]
 const CURVED: f64 = 0.05;
-/// Corners at most
+/// Largest number of corners
 const MOST: usize = 16;
 
-/// Changes of a constant at the worst ends.
+/// Changes of a constant at the worst ends of the dimensions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corners {
-    /// Least and largest one
+    /// Smallest and largest change
     pub change: [f64; 2],
-    /// Where the dimensions do not simply add up, in words
+    /// A sentence if the dimensions do not simply add up
     pub note: Option<String>,
 }
 
-/// `value`: of the constant; `single`: its changes by the members of each family; `runs`: its changes at the corners, where they were run. `None` without
-/// such a family.
+/// Returns the changes of a constant with this `value`, from its changes by the members of each family (`single`) and at the corners, if they were
+/// run (`runs`). `None` without such a family.
 pub fn judge(value: f64, single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> Option<Corners> {
     if single.is_empty() {
         return None;
@@ -74,7 +74,8 @@ pub fn judge(value: f64, single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> Opt
     Some(Corners { change, note })
 }
 
-/// The least and the largest change by all dimensions: at the corners that were run and by single dimensions, or where none was run the sums of those by single dimensions.
+/// Returns the smallest and the largest change due to all dimensions: over corners and single dimensions if corners were run, otherwise the sums over
+/// the single dimensions.
 pub fn ends(single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> [f64; 2] {
     let of = |all: &mut dyn Iterator<Item = f64>| all.fold([0.0; 2], |[a, b], c| [smaller(a, c), larger(b, c)]);
     if !runs.is_empty() {
@@ -84,7 +85,7 @@ pub fn ends(single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> [f64; 2] {
     each.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
 }
 
-/// The family of all corners of the dimensions.
+/// Builds the family of all corners of the dimensions.
 pub fn family(families: &[FamilySpec]) -> Result<FamilySpec, Mistake> {
     let refuse = |fact: String, remedy: &str| Err(("calibration.corners".to_string(), fact, remedy.to_string()));
     let dimensions: Vec<&FamilySpec> = families.iter().filter(|f| f.role == Role::Nuisance).collect();
@@ -153,7 +154,7 @@ mod tests {
         all.iter().map(|(name, changes)| (*name, changes.to_vec())).collect()
     }
 
-    /// Small changes add up, and nothing is said; of a product of large ones the wider end is taken and named.
+    /// Small changes add up without a note; for a product of large ones the wider end is taken and named.
     #[test]
     fn sums_and_products() {
         let found = judge(100.0, &single(&[("a", &[-1.0, 1.0]), ("b", &[-2.0, 2.0])]), &[]).expect("two dimensions");
@@ -166,7 +167,7 @@ mod tests {
         assert_eq!(judge(1.0, &BTreeMap::new(), &[]), None);
     }
 
-    /// Corners that were run replace the estimate; a dimension that goes to one side is named.
+    /// Corners that were run replace the estimate; a dimension whose ends change the constant in one direction is named.
     #[test]
     fn runs_and_curved_dimensions() {
         let both = single(&[("a", &[-30.0, 40.0]), ("b", &[-20.0, 50.0])]);

@@ -1,4 +1,4 @@
-//! Findings of a calibration: the constants of each variant, and all that is known of their errors.
+//! Findings of a calibration: the constants of each variant, and everything known about their errors.
 
 use crate::study::store::record::Role;
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub struct CalibrationFindings {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CalibratedVariant {
     pub variant: String,
-    /// The variant in words
+    /// Name of the variant in words
     pub label: String,
     /// The case on the finest mesh
     pub case: String,
@@ -23,55 +23,55 @@ pub struct CalibratedVariant {
     pub rms_relative: Vec<f64>,
     /// Formulation of the finest mesh
     pub formulation: String,
-    /// The verdict on element and mesh in words: whether the constants are those of the material or partly those of the mesh
+    /// The verdict on element and mesh in words: whether the constants belong to the material or partly to the mesh
     #[serde(rename = "element")]
     pub mesh_verdict: String,
-    /// Pressure scatter of the finest mesh where it raises the locking alarm \[–\]
+    /// Pressure scatter of the finest mesh if it raises the locking alarm \[–\]
     pub locking: Option<f64>,
     /// Errors of the data points, in words
     pub errors: String,
-    /// Cases of dimensions not known exactly that have no constants: what these dimensions change is in no interval
+    /// Cases of imprecisely known dimensions without constants: the intervals lack the effects of these dimensions
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without_constants: Vec<String>,
-    /// The scene depends on the time steps, whose error is in no interval
+    /// Whether the scene depends on time steps whose error is in no interval
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lacks_steps: bool,
-    /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
+    /// Forward solves of the finest case, and its time relative to one forward solve \[–\]
     pub solves: usize,
     pub cost: f64,
 }
 
-/// A constant with all that is known of its error. SI.
+/// A constant with everything known about its error, in SI.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CalibratedConstant {
     pub key: String,
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %: data, mesh, time steps, nuisance
+    /// 95 % interval from data, mesh, time steps and dimensions
     pub interval: Option<[f64; 2]>,
-    /// Reason for which there is none
+    /// Reason why there is no interval
     pub open: Option<String>,
-    /// Half-width of the interval of the data alone, and of data and dimensions together where these are known, relative \[–\]
+    /// Relative half-width of the interval from the data alone, and from data and dimensions together if these are known \[–\]
     pub rows: Option<f64>,
     pub rest: Option<f64>,
     /// Relative change from the next coarser mesh to the finest \[–\]
     pub drift: Option<f64>,
-    /// Uncertainty of the finest mesh U over the value \[–\], and how it was estimated; none of one mesh
+    /// Uncertainty U of the finest mesh relative to the value \[–\], and how it was estimated; `None` for a single mesh
     pub mesh: Option<f64>,
     pub mesh_method: Option<String>,
-    /// Error of the time steps over the value \[–\]; none where no family of them tells it
+    /// Error of the time steps relative to the value \[–\]; `None` if no family of time steps shows it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<f64>,
-    /// U is no bound: the finest mesh locks, or its family diverges
+    /// Whether U is no bound, because the finest mesh locks or its family diverges
     pub mesh_refused: bool,
     /// Smallest and largest value over the corners of the nuisance families, on the finest mesh
     pub nuisance: Option<[f64; 2]>,
-    /// Where the dimensions do not simply add up, in words
+    /// A sentence if the dimensions do not simply add up
     pub corners: Option<String>,
-    /// Reading by a gauge length
+    /// Value that the gauge length would have given
     pub gauge: Option<f64>,
-    /// Its relative error \[–\]
+    /// Relative error of the gauge-length value \[–\]
     pub bias: Option<f64>,
     pub cases: Vec<ConstantInCase>,
 }
@@ -87,7 +87,7 @@ pub struct ConstantInCase {
     pub value: f64,
     pub interval: Option<[f64; 2]>,
     pub rms_relative: f64,
-    /// Of a dimension, the case of the sizes that its change counts from
+    /// For a dimension, the case of the sizes that its change is measured from
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<String>,
 }

@@ -8,7 +8,7 @@ use crate::study::kinds::calibration::words::scaled;
 use crate::study::store::results::Results;
 use crate::wording;
 
-/// One paragraph; none without an answer.
+/// Returns one paragraph; none without a solution.
 pub fn search(store: &Results, a: &CalibrationFindings) -> Vec<Paragraph> {
     if a.variants.is_empty() {
         return vec![];
@@ -42,7 +42,7 @@ fn answer(store: &Results, v: &CalibratedVariant) -> String {
     format!("From {}: {} on {} cells ({}). ", wording::all(&from), constants.join(", "), v.cells, v.errors)
 }
 
-/// Parts of the intervals, and the share of each in those of the constants.
+/// States the parts of the intervals, and the share of each part in those of the constants.
 pub fn errors(a: &CalibrationFindings) -> String {
     const DATA: &str = "the 95 % interval of the least squares, by the derivatives of the recorded curves at the solution and, where wider, by the \
                         profile of the likelihood [@bates1988]";
@@ -66,7 +66,7 @@ pub fn errors(a: &CalibrationFindings) -> String {
     format!("The interval of a constant contains {}{ends}.{one_mesh}{no_steps}{without}{shares}", wording::all(&parts))
 }
 
-/// The shares of data, mesh, time steps and dimensions of each constant that has an interval, in per cent of its value.
+/// The contributions of data, mesh, time steps and dimensions to each constant that has an interval, in per cent of its value.
 fn shares(v: &CalibratedVariant, named: bool) -> impl Iterator<Item = String> {
     let of = move |c: &CalibratedConstant| {
         let half = |share: Option<f64>, of: &str| share.map(|s| format!("±{} by {of}", percent(s.abs())));

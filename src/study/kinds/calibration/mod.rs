@@ -30,15 +30,15 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationStudy {
-    /// The constants that are to be found
+    /// The constants to be found
     pub calibration: CalibrationSpec,
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<MeasuredVariantSpec>,
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Where the law is used afterwards
+    /// Scene in which the law is used afterwards
     #[serde(rename = "use")]
     pub usage: Option<UseSpec>,
 }
@@ -49,7 +49,7 @@ pub struct CalibrationStudy {
 pub struct MeasuredVariantSpec {
     /// Part of the case ids
     pub name: String,
-    /// In words, for sentences and figures; the name if absent
+    /// Name in words, for sentences and figures; `name` if absent
     pub label: Option<String>,
     /// Changes by path
     #[serde(default, deserialize_with = "changes::by_path")]
@@ -60,7 +60,7 @@ pub struct MeasuredVariantSpec {
     pub quantities: Vec<StudyQuantity>,
     /// Measured curve that the scene is to reproduce
     pub measured: MeasuredSpec,
-    /// Further curves of the same constants
+    /// Further curves that depend on the same constants
     #[serde(rename = "curve", default)]
     pub curves: Vec<CurveSpec>,
 }

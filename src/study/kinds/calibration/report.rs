@@ -1,4 +1,4 @@
-//! Report of a calibration, and the files of laws: those of the scene with the constants that were found.
+//! Report of a calibration, and the law files: the laws of the scene with the constants that were found.
 
 use crate::calibrate::correlation_key;
 use crate::calibrate::inverse::{Calibration, FittedCurve};
@@ -157,7 +157,7 @@ fn by_case(a: &CalibrationFindings) -> Table {
     }
 }
 
-/// The certificate of the law next to the stretches of the specimen.
+/// The certified range of the law next to the stretches of the specimen.
 fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     let mut rows = vec![];
     for v in &a.variants {
@@ -189,7 +189,7 @@ fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     }
 }
 
-/// One file of each variant and each of its laws. One law and one variant make `law.toml`, more have their names in it.
+/// One file for each variant and each of its laws. A single law and variant make `law.toml`; otherwise the names include them.
 fn law_files(store: &Results, a: &Analysis<CalibrationFindings>) -> Vec<(String, String)> {
     let several = a.variants.len() > 1;
     let of = |v: &CalibratedVariant| -> Vec<(String, String)> {
@@ -206,17 +206,17 @@ fn law_files(store: &Results, a: &Analysis<CalibrationFindings>) -> Vec<(String,
     a.variants.iter().flat_map(of).collect()
 }
 
-/// A name in which all that a file name may not have is an underscore.
+/// Replaces every character that a file name may not contain by an underscore.
 fn as_file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
 }
 
-/// The law that a constant is of; none for another number of the scene.
+/// The law that a constant belongs to; `None` for other numbers of the scene.
 fn law_of(c: &CalibratedConstant) -> Option<&str> {
     c.key.strip_prefix("laws.")?.split('.').next()
 }
 
-/// A law with its provenance, which a scene includes.
+/// A law with its provenance, ready to be included by a scene.
 fn law_file(
     store: &Results,
     a: &Analysis<CalibrationFindings>,
@@ -283,8 +283,8 @@ fn law_file(
     toml::to_string(&law).ok()
 }
 
-/// Correlations of the constants of a law that have intervals, by pairs of names: those by the data points, times the shares of these in the intervals. The
-/// rest of an interval counts as independent of those of other constants.
+/// Correlations of those constants of a law that have intervals, by pairs of names: the correlations from the data points, times the shares of these
+/// in the intervals. The rest of an interval counts as independent of those of other constants.
 fn correlations(
     v: &CalibratedVariant,
     found: &Calibration,
@@ -301,7 +301,7 @@ fn correlations(
     by_pairs(&own, covariance)
 }
 
-/// Covariances of these constants, each a place with a name and a factor, times their factors.
+/// Covariances of these constants, each given by an index, a name and a factor, multiplied by their factors.
 fn by_pairs(own: &[(usize, &str, f64)], covariance: &[Vec<f64>]) -> toml::Table {
     let pairs = own.iter().enumerate().flat_map(|(n, a)| own[n + 1..].iter().map(move |b| (a, b)));
     let of = |((a, first, x), (b, second, y)): (&(usize, &str, f64), &(usize, &str, f64))| {
@@ -316,7 +316,8 @@ mod tests {
     use super::*;
     use crate::calibrate::correlation_of;
 
-    /// Two of three constants belong to a law: deviations 2 and 5, correlation −0.9, and half of the interval of the second is by other errors than those of the data.
+    /// Two of three constants belong to one law: deviations 2 and 5, correlation −0.9, and half of the interval of the second comes from errors other
+    /// than those of the data.
     #[test]
     fn a_law_file_has_the_correlation_of_its_own_constants() {
         let covariance = [vec![4.0, 0.1, -9.0], vec![0.1, 1.0, 0.1], vec![-9.0, 0.1, 25.0]];

@@ -1,4 +1,4 @@
-//! Sentences of a calibration: its verdict, its constants, the judgement of element and mesh, doubts and warnings.
+//! Sentences of a calibration: its verdict, its constants, the assessment of element and mesh, doubts and warnings.
 
 use crate::calibrate::ErrorModel;
 use crate::calibrate::inverse::{Calibration, FittedConstant, Stable};
@@ -45,13 +45,13 @@ pub fn mesh_verdict(
     format!("{mesh}: the error of the mesh is up to {}, {side} the tolerance of {}", percent(worst), percent(tolerance))
 }
 
-/// Reason for which no interval is stated where cases of dimensions have no constants.
+/// The reason why no interval is stated if cases of dimensions have no constants.
 pub fn unknown_dimensions(without_constants: &[String]) -> String {
     let have = if without_constants.len() == 1 { "has" } else { "have" };
     format!("what the dimensions change is not known, as {} {have} no constants", few(without_constants))
 }
 
-/// Keys of the constants that the search left at their starting values, and of those that it changed with others only.
+/// Keys of the constants that the search left at their starting values, and of those that it changed only together with others.
 fn left_and_moved(found: &Calibration) -> [Vec<&str>; 2] {
     let keys = |is_moved: bool| {
         let own = found.constants.iter().filter(|c| c.left && c.moved() == is_moved);
@@ -60,7 +60,8 @@ fn left_and_moved(found: &Calibration) -> [Vec<&str>; 2] {
     [keys(false), keys(true)]
 }
 
-/// The words after the fact that a constant is not determined, where the search left it or others at their starting values, or changed them with others only.
+/// The words that follow the statement that a constant is not determined, if the search left constants at their starting values or changed them only
+/// together with others.
 pub fn left_words(found: &Calibration, own: &FittedConstant) -> String {
     let [left, moved] = left_and_moved(found);
     match (&left[..], &moved[..]) {
@@ -73,7 +74,7 @@ pub fn left_words(found: &Calibration, own: &FittedConstant) -> String {
     }
 }
 
-/// A constant in its printed unit: value or end of an interval.
+/// The unit in which a constant is printed: the factor from SI, its name and the number of decimals.
 pub fn scaled(c: &CalibratedConstant) -> (f64, &str, usize) {
     let (factor, unit) = match (c.unit.as_str(), c.value.abs()) {
         ("Pa", s) if s >= 2e6 => (1e-6, "MPa"),
@@ -85,7 +86,7 @@ pub fn scaled(c: &CalibratedConstant) -> (f64, &str, usize) {
     (factor, unit, digits(factor * half.max(1e-3 * c.value.abs())))
 }
 
-/// `98.9 kPa (95 % interval 97.1 to 100.8 kPa)`
+/// Writes a constant as `98.9 kPa (95 % interval 97.1 to 100.8 kPa)`.
 fn with_interval(c: &CalibratedConstant) -> String {
     let (f, unit, n) = scaled(c);
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
@@ -99,7 +100,7 @@ fn with_interval(c: &CalibratedConstant) -> String {
 }
 
 impl CalibratedVariant {
-    /// The symbol of a constant, with its law where another constant has the same symbol: `E of silicone`.
+    /// Returns the symbol of a constant, with its law if another constant has the same symbol: `E of silicone`.
     pub fn symbol_of(&self, c: &CalibratedConstant) -> String {
         let is_shared = self.constants.iter().any(|o| o.key != c.key && o.symbol == c.symbol);
         if is_shared { constant(&c.key) } else { c.symbol.clone() }
@@ -107,7 +108,7 @@ impl CalibratedVariant {
 }
 
 impl CalibratedConstant {
-    /// The contributions to the interval, and the result a gauge length would have given, in words.
+    /// States the contributions to the interval, and the value that a gauge length would have given.
     pub fn sentence(&self, label: &str) -> String {
         let mut words = format!("{} from {label}: {}", self.key, with_interval(self));
         if let Some(rows) = self.rows {
@@ -140,7 +141,7 @@ impl CalibratedConstant {
     }
 }
 
-/// Whether element or mesh may decide the constants of an answer.
+/// Whether element or mesh may affect the constants of a solution.
 pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
     let mesh = |c: &CalibratedConstant| {
         c.mesh_refused || c.mesh.is_none_or(|m| m > tolerance || c.rest.is_some_and(|r| m > r))
@@ -148,7 +149,7 @@ pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
     a.locking.is_some() || a.constants.iter().any(mesh)
 }
 
-/// Reasons not to take an answer at its word.
+/// Returns reasons to doubt the constants of a variant.
 pub fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     let mesh = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.mesh_verdict));
     let steps = a.lacks_steps.then(|| {
@@ -167,7 +168,7 @@ pub fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     mesh.into_iter().chain(steps).chain(errors).chain(of_constants).collect()
 }
 
-/// Warnings of the answer of one variant, as its law file has them.
+/// Returns the warnings about the constants of one variant, as written in its law file.
 pub fn warnings_of(
     a: &Analysis<CalibrationFindings>,
     v: &CalibratedVariant,
@@ -225,7 +226,7 @@ pub fn warnings(
     out
 }
 
-/// The meaning of a pattern in the residuals: nothing against the law where the constants are not the best ones of the law.
+/// The meaning of a pattern in the residuals: it does not speak against the law if the constants are not the best ones of the law.
 fn cause(found: &Calibration) -> String {
     let held: Vec<&str> = found.constants.iter().filter(|c| !c.bound.is_free()).map(|c| c.key.as_str()).collect();
     let [left, moved] = left_and_moved(found);

@@ -1,20 +1,20 @@
 //! Members compared with a reference under one protocol: curve distances, differences of the peaks, hysteresis, cost.
 //!
-//! Pure: stored cases in, [`ComparisonFindings`] out. f is a quantity of a member, g the same of the reference:
+//! Pure: stored cases in, [`ComparisonFindings`] out. f is a quantity of a member, g the same quantity of the reference:
 //!
 //! ```text
-//! difference of the peaks (f̂ − ĝ)/ĝ             that of the magnitudes where both have one sign, below −1 where they have not
+//! difference of the peaks (f̂ − ĝ)/ĝ             difference of the magnitudes if the signs agree, below −1 if they differ
 //! distance ‖f − g‖₂/‖g − g₀‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
 //! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
 //! ```
 //!
-//! Shares are of the scale of the tolerance ([`Tolerance`]), which is |ĝ| unless the absolute tolerance of the quantity is larger there; words then
-//! give the difference and the tolerance in the unit.
+//! Differences are relative to the scale of the tolerance ([`Tolerance`]), which is |ĝ| unless the absolute tolerance of the quantity is larger; the
+//! text then gives the difference and the tolerance in the unit.
 //!
-//! A member is not comparable with the reference where one of the two has no result, or their runs do not cover the same time.
+//! A member cannot be compared with the reference if one of the two has no result, or if their runs do not cover the same time.
 //!
-//! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
+//! The effect of the mesh on a difference is judged by its change on a finer mesh (family of role `finer`).
 
 use crate::report::numbers::{capital, digits, percent, readable, significant, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
@@ -30,7 +30,7 @@ use crate::study::store::record::{Member, Role, StoredCase, StudyQuantity, Study
 use crate::wording::few;
 use std::collections::BTreeMap;
 
-/// Analyses what is there; cases that are missing or did not converge are named.
+/// Analyses the stored cases; cases that are missing or did not converge are named.
 pub fn analyse(
     study: &StudyRecord,
     comparison: &ComparisonRecord,
@@ -68,7 +68,7 @@ fn find<'a>(all: &[Member<'a>], member: &str) -> Option<&'a StoredCase> {
     all.iter().find(|(name, _)| *name == member)?.1
 }
 
-/// All members in one quantity; those that cannot be compared are added to `incomparable`.
+/// Compares all members in one quantity; those that cannot be compared are added to `incomparable`.
 fn compare(
     (study, stored): (&StudyRecord, &[StoredCase]),
     variant: &str,
@@ -108,7 +108,7 @@ fn compare(
 
 /// The reference in one quantity.
 struct Base {
-    /// The member in words
+    /// Name of the member in words
     name: String,
     curve: Curve,
     peak: f64,
@@ -118,7 +118,7 @@ struct Base {
 impl Base {
     /// # Errors
     ///
-    /// In words, why nothing can be compared with it.
+    /// The reason, in words, why nothing can be compared with it.
     fn new(
         name: String,
         case: Option<&StoredCase>,
@@ -132,11 +132,11 @@ impl Base {
         }
     }
 
-    /// A member against the reference, on the samples of both.
+    /// Compares a member with the reference on the samples of both.
     ///
     /// # Errors
     ///
-    /// In words, why it cannot be compared.
+    /// The reason, in words, why it cannot be compared.
     fn compare(&self, case: Option<&StoredCase>, quantity: &StudyQuantity) -> Result<ComparedMember, String> {
         let c = case.ok_or("it has no result there")?;
         let (f, g) = (Curve::of(&c.series, &quantity.name).ok_or("it has no curve of it")?, &self.curve);
@@ -172,12 +172,12 @@ impl Base {
     }
 }
 
-/// A size with the sign of a peak.
+/// Gives a size the sign of a peak.
 fn with_sign_of(peak: f64, size: f64) -> f64 {
     if peak < 0.0 { -size } else { size }
 }
 
-/// Whether the protocol imposes a quantity: it is the same in all runs, of which there are several.
+/// Whether the protocol imposes a quantity: there are several runs, and it is the same in all of them.
 fn is_imposed(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> bool {
     let scale = q.quantity.tolerance(tolerance).scale(q.peak);
     let base = q.members.iter().find(|c| c.member == reference).map(|c| &c.case);
@@ -214,7 +214,7 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
     costs
 }
 
-/// A difference in words: `3.2 %`, or in the unit where the absolute tolerance decides.
+/// A difference in words: `3.2 %`, or in the unit if the absolute tolerance decides.
 pub fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
     let own = q.quantity.tolerance(tolerance);
     match own.is_absolute(q.peak) {
@@ -223,7 +223,7 @@ pub fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> 
     }
 }
 
-/// `+3.2 %` of the magnitude, or the difference of the values in the unit where the absolute tolerance decides.
+/// A signed difference in words: `+3.2 %` of the magnitude, or the difference of the values in the unit if the absolute tolerance decides.
 pub fn signed(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
     let is_less = match q.quantity.tolerance(tolerance).is_absolute(q.peak) {
         true => with_sign_of(q.peak, share) < 0.0,
@@ -284,16 +284,16 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
 /// The curve in which a member differs most from the reference.
 type Worst<'a> = (&'a ByQuantity<MemberDifferences>, &'a ComparedMember);
 
-/// Whether a member can take the place of the reference.
+/// Whether a member can replace the reference.
 enum Replaces<'a> {
-    /// In every curve
+    /// It can in every curve
     Yes(Worst<'a>),
     No(Worst<'a>),
-    /// It agrees where it can be compared, which it cannot in these curves
+    /// It agrees wherever it can be compared, but it cannot be compared in these curves
     Open(Vec<&'a Incomparable>),
 }
 
-/// The members but the reference, as far as there is something to compare.
+/// All members except the reference, as far as there is something to compare.
 fn replacements(a: &ComparisonFindings, tolerance: f64) -> Vec<(&str, Replaces<'_>)> {
     let of = |member: &'_ str| {
         let own =
@@ -309,7 +309,7 @@ fn replacements(a: &ComparisonFindings, tolerance: f64) -> Vec<(&str, Replaces<'
     members.filter_map(|member| Some((member, of(member)?))).collect()
 }
 
-/// Whether each member can replace the reference.
+/// Returns whether each member can replace the reference.
 pub fn decisions(a: &Analysis<ComparisonFindings>) -> BTreeMap<String, String> {
     let one = |(member, replaces): (&str, Replaces)| {
         let answer = match replaces {
@@ -322,7 +322,7 @@ pub fn decisions(a: &Analysis<ComparisonFindings>) -> BTreeMap<String, String> {
     replacements(a, a.tolerance).into_iter().map(one).collect()
 }
 
-/// `its maximum is 13 % higher: 68.3° against 60.4°`, with the words of magnitudes where both are negative
+/// The peaks in words, such as `its maximum is 13 % higher: 68.3° against 60.4°`; two negative peaks are compared in magnitude
 fn peaks(q: &ByQuantity<MemberDifferences>, c: &ComparedMember, tolerance: f64) -> String {
     let [own, base] = [c.peak, q.peak].map(|peak| significant(peak, 3) + &space(&q.quantity.unit));
     let peak = q.peak_is.trim_end_matches(" of");
@@ -340,7 +340,7 @@ fn peaks(q: &ByQuantity<MemberDifferences>, c: &ComparedMember, tolerance: f64) 
     format!("its {peak} {differs}: {own} against {base}")
 }
 
-/// Which members are interchangeable, how far the others are off, what they cost.
+/// The verdict: which members are interchangeable, how far the others are off, and their costs.
 fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> String {
     if a.quantities.is_empty() || a.costs.iter().all(|p| p.member == a.reference) {
         return format!(

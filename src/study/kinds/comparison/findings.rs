@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The member that the others are compared with, as it is stored with the study.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
 pub struct ComparisonRecord {
-    /// Empty where all families add up: each member is compared with the one before it
+    /// Name of the reference; empty if all families are cumulative, so that each member is compared with the one before it
     #[serde(default)]
     pub reference: String,
 }
@@ -17,9 +17,9 @@ pub struct ComparisonRecord {
 pub struct ComparisonFindings {
     /// The member that the others are compared with
     pub reference: String,
-    /// \[variants × quantities\] those that the protocol imposes apart
+    /// Differences in every quantity that the protocol does not impose \[variants × quantities\]
     pub quantities: Vec<ByQuantity<MemberDifferences>>,
-    /// Members that a curve is missing of, those of imposed quantities apart
+    /// Members that lack a curve, imposed quantities excepted
     pub incomparable: Vec<Incomparable>,
     pub costs: Vec<MemberCost>,
     /// Effects added one by one, per variant
@@ -31,7 +31,7 @@ pub struct ComparisonFindings {
 pub struct MemberDifferences {
     /// Peak of the reference
     pub peak: f64,
-    /// The members in the order of the study, the reference among them
+    /// The members in the order of the study, including the reference
     pub members: Vec<ComparedMember>,
 }
 
@@ -41,19 +41,20 @@ pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// (f̂ − ĝ)/ĝ: negative where the magnitude is smaller, below −1 where the sign is the other one. Over the scale of the absolute tolerance where that is larger \[–\]
+    /// Difference of the peaks, (f̂ − ĝ)/ĝ: negative if the magnitude is smaller, below −1 if the signs differ. Relative to the scale of the absolute
+    /// tolerance if that is larger \[–\]
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,
-    /// ‖f − g‖₂ over that of the changes of g from its start \[–\]
+    /// ‖f − g‖₂ relative to the changes of g from its start \[–\]
     pub distance: f64,
-    /// ‖f − g‖∞ over the same \[–\]
+    /// ‖f − g‖∞ relative to the scale of the tolerance \[–\]
     pub largest: f64,
-    /// Behind the reference \[s\]; none beyond first order
+    /// Lag behind the reference \[s\]; `None` beyond first order
     pub lag_s: Option<f64>,
-    /// ∮ f dx over the last cycle, unit of f times unit of x
+    /// ∮ f dx over the last cycle \[unit of f times unit of x\]
     pub loop_area: Option<f64>,
-    /// Share of the loop in the box around the cycle \[–\]
+    /// Area of the loop relative to the box around the cycle \[–\]
     pub loop_share: Option<f64>,
 }
 
@@ -77,9 +78,9 @@ pub struct MemberCost {
     pub cells: usize,
     pub dofs: usize,
     pub cpu_s: f64,
-    /// CPU time over that of the reference, where that has a result \[–\]
+    /// CPU time relative to the reference, if the reference has a result \[–\]
     pub ratio: Option<f64>,
     pub steps: usize,
-    /// Iterations, with those of refused steps
+    /// Iterations, including those of rejected steps
     pub newton_iterations: usize,
 }

@@ -1,4 +1,4 @@
-//! Knowledge of the error of the mesh in the differences between members: what a finer mesh changes in them.
+//! The mesh error of the differences between members, judged by their change on a finer mesh.
 
 use crate::math::statistics::larger;
 use crate::report::numbers::percent;
@@ -7,17 +7,17 @@ use crate::study::kinds::comparison::findings::{ComparisonFindings, MemberDiffer
 use crate::study::store::record::StudyRecord;
 use crate::wording::{all, distinct, few};
 
-/// A member in a variant, by its label.
+/// A member in a variant, the latter by its label.
 type Place<'a> = (&'a str, &'a str);
 
-/// Members that are compared with a reference, variant by variant, by whether they and it were run on a finer mesh.
+/// Members that are compared with a reference, per variant, split by whether they and the reference were run on a finer mesh.
 struct Judged<'a> {
     with: Vec<Place<'a>>,
     without: Vec<Place<'a>>,
 }
 
 impl<'a> Judged<'a> {
-    /// A member counts as judged where a finer mesh says so of each of its differences in the variant.
+    /// A member counts as judged if every one of its differences in the variant has a value on a finer mesh.
     fn of(quantities: impl Iterator<Item = &'a ByQuantity<MemberDifferences>>, reference: &str) -> Self {
         let (mut with, mut without) = (vec![], vec![]);
         let members = quantities.flat_map(|q| q.members.iter().map(move |c| (c, q.variant_label.as_str())));
@@ -35,7 +35,7 @@ impl<'a> Judged<'a> {
         Self::of(a.quantities.iter(), &a.reference)
     }
 
-    /// The members of one of the two lists, with their variants where the other list has them in others.
+    /// The members of `list`, with their variants if `other` has the same members in other variants.
     fn names(study: &StudyRecord, list: &[Place], other: &[Place]) -> String {
         let name = |member: &str| {
             let variants: Vec<&str> = list.iter().filter(|place| place.0 == member).map(|place| place.1).collect();
@@ -47,12 +47,12 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Whether a finer mesh tells what the mesh does to a difference.
+/// Whether a finer mesh shows the effect of the mesh on a difference.
 pub fn is_judged(q: &MemberDifferences, reference: &str) -> bool {
     q.members.iter().any(|c| c.member != reference && c.mesh_drift.is_some())
 }
 
-/// The largest change of a difference on the finer mesh, and whose; `None` where no member was run on one.
+/// States the largest change of a difference on the finer mesh and the members it covers; `None` if no member was run on one.
 pub fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &str) -> Option<String> {
     let others = q.members.iter().filter(|c| c.member != reference);
     let largest = percent(others.filter_map(|c| c.mesh_drift).reduce(larger)?);
@@ -70,7 +70,7 @@ pub fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, referenc
     })
 }
 
-/// The members of whose differences the error of the mesh is unknown.
+/// A warning naming the members for which the mesh error of the differences is unknown.
 pub fn warning(study: &StudyRecord, a: &ComparisonFindings) -> Option<String> {
     let Judged { with, without } = Judged::of_study(a);
     let remedy = "a family of role \"finer\" has the reference and the members on a finer mesh";
@@ -84,7 +84,7 @@ pub fn warning(study: &StudyRecord, a: &ComparisonFindings) -> Option<String> {
     }
 }
 
-/// The error bars of the differences, for the methods of a paper.
+/// States the error bars of the differences, for the methods section of a paper.
 pub fn errors(study: &StudyRecord, a: &ComparisonFindings) -> String {
     let Judged { with, without } = Judged::of_study(a);
     if with.is_empty() {

@@ -25,7 +25,7 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComparisonStudy {
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// Families of cases that differ in one respect

@@ -51,7 +51,7 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     }
 }
 
-/// The widest spread of a peak.
+/// The widest spread of a peak among the members.
 fn facts(study: &StudyRecord, a: &Analysis<ComparisonFindings>) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
         let others = q.members.iter().filter(|c| c.member != a.reference);
@@ -149,14 +149,14 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
     }
 }
 
-/// A step with the first effects and with all.
+/// The time of a step with the first effects and with all of them.
 fn range_of_step(l: &Sequence) -> Option<(String, String)> {
     let (first, last) = (l.additions.first()?, l.additions.last()?);
     let range = format!("{} to {}", milliseconds(first.step_s), milliseconds(last.step_s));
     Some((range, format!("a step, {} to {}, {}", first.member, last.member, l.variant_label)))
 }
 
-/// Milliseconds with their sign.
+/// Formats a time in milliseconds, with its sign.
 fn ms(s: f64) -> String {
     let ms = 1e3 * s;
     format!("{ms:.*}", digits(ms) + 1)

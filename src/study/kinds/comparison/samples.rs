@@ -2,7 +2,7 @@
 
 use crate::study::curve::Curve;
 
-/// Share of the time of a run within which two times are one.
+/// Difference of two times, relative to the duration of the run, below which they count as one.
 const ROUNDING: f64 = 1e-9;
 
 /// Times of the first and the last sample of a curve \[s\].
@@ -10,7 +10,7 @@ pub fn span(curve: &Curve) -> [f64; 2] {
     [curve.t[0], curve.t[curve.t.len() - 1]]
 }
 
-/// The times of the samples of both curves \[s\], those of `f` first where two are one; none where the curves do not cover the same time.
+/// The times of the samples of both curves \[s\], with the time of `f` where two coincide; `None` if the curves do not cover the same time.
 pub fn of_both(f: &Curve, g: &Curve) -> Option<Vec<f64>> {
     let ([a, b], [c, d]) = (span(f), span(g));
     let slack = ROUNDING * (b - a).max(d - c);

@@ -1,16 +1,17 @@
-//! Cost of effects that are added one by one: a family whose changes add up (role `cumulative`).
+//! Cost of effects that are added one by one: a family of cumulative changes (role `cumulative`).
 //!
-//! A member has the effects of the members before it and its own:
+//! A member has its own effects and those of all members before it:
 //!
 //! ```text
 //! cost of a step      T/n            T CPU seconds of the run, n its steps
-//! added               T/n of the member less that of the one before: with all that follows (iterations, factorisations)
+//! added               T/n of the member minus T/n of the previous one, including all consequences (iterations, factorisations)
 //! evaluation          t T/(W n)      t wall seconds in the evaluations of one effect, W those of the run
 //! ```
 //!
-//! The factor T/W takes out, on average, what other programs on the machine took.
+//! The factor T/W removes, on average, the time taken by other programs on the machine.
 //!
-//! A member without a result has no addition. Its effects are in the next one that has a result, which is compared with the last one before both.
+//! A member without a result has no addition. Its effects are counted in the next member that has a result, which is compared with the last one
+//! before both.
 
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
@@ -32,31 +33,31 @@ pub struct Sequence {
     pub sentence: String,
 }
 
-/// A scene with its effects, and what a step of it costs.
+/// A scene with its effects, and the cost of a step.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Addition {
     pub member: String,
     pub case: String,
-    /// Members between it and the addition before, which have no result: it adds their effects too
+    /// Members without a result between this addition and the previous one; their effects are included
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub with: Vec<String>,
-    /// Effects and constraints that the addition before has not
+    /// Effects and constraints that the previous addition lacks
     pub new: Vec<String>,
     pub dofs: usize,
     pub steps: usize,
-    /// Iterations, with those of refused steps
+    /// Iterations, including those of rejected steps
     pub newton_iterations: usize,
-    /// T/n \[s\]
+    /// CPU time per step, T/n \[s\]
     pub step_s: f64,
-    /// T/n less that of the addition before \[s\]
+    /// CPU time per step minus that of the previous addition \[s\]
     pub added_s: Option<f64>,
-    /// \[effects and constraints\] name and time in its evaluations, of a step \[s\]
+    /// Name and evaluation time per step of each effect and constraint \[s\]
     pub evaluation_s: Vec<(String, f64)>,
-    /// Factorisations of a step \[s\]
+    /// Time of factorisations per step \[s\]
     pub factorisation_s: f64,
-    /// Solutions with the factor of a step \[s\]
+    /// Time of solutions with the factor per step \[s\]
     pub solve_s: f64,
-    /// \[quantities\] column, peak, and its change from the addition before \[–\]
+    /// Column, peak, and change of the peak from the previous addition \[–\], by quantity
     pub quantities: Vec<(String, f64, Option<f64>)>,
 }
 
@@ -68,7 +69,7 @@ impl Sequence {
         (!missing.is_empty()).then(|| format!("no result with {}", few(&missing)))
     }
 
-    /// `everything declared`, or how far the members have results: `all up to damping`.
+    /// How far the members have results: `everything declared`, or `all up to damping`.
     pub fn extent(&self, study: &StudyRecord) -> String {
         let last = self.additions.last().filter(|_| !self.missing.is_empty());
         last.map_or("everything declared".into(), |last| format!("all up to {}", study.member(&last.member)))
@@ -76,20 +77,20 @@ impl Sequence {
 }
 
 impl Addition {
-    /// Its member, and those before it without a result, whose effects it adds too: `gravity with inertia`.
+    /// Names the member, with the members without a result whose effects it also adds: `gravity with inertia`.
     pub fn words(&self, study: &StudyRecord) -> String {
         let with: Vec<String> = self.with.iter().map(|m| study.member(m)).collect();
         let own = study.member(&self.member);
         if with.is_empty() { own } else { format!("{own} with {}", all(&with)) }
     }
 
-    /// Time in the evaluations of what this member adds, of a step \[s\].
+    /// Returns the evaluation time per step of the effects that this member adds \[s\].
     pub fn new_evaluation_s(&self) -> f64 {
         self.evaluation_s.iter().filter(|(name, _)| self.new.contains(name)).map(|e| e.1).sum()
     }
 }
 
-/// The sequence of every variant; a member without a converged case has no addition.
+/// Returns the sequence of every variant; a member without a converged case has no addition.
 pub fn sequences(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Sequence> {
     let of = |variant: &String| {
         let (mut additions, mut missing) = (vec![], vec![]);
@@ -120,7 +121,7 @@ fn addition(
     let r = &case.record;
     let step_s = |r: &CaseRecord| r.cpu_s / r.steps as f64;
     let part_s = |s: f64| s * step_s(r) / r.wall_s;
-    // Two cables are two entries: names may repeat
+    // Names may repeat, for example for two cables
     let mut old: Vec<&str> = before.iter().flat_map(|c| &c.record.effects).map(|e| e.name.as_str()).collect();
     let mut new = vec![];
     for e in &r.effects {
@@ -153,7 +154,7 @@ fn addition(
     }
 }
 
-/// `1.3 ms`
+/// Formats a time as `1.3 ms`.
 pub fn milliseconds(s: f64) -> String {
     let ms = 1e3 * s;
     format!("{ms:.*} ms", digits(ms)).replace('-', "−")
@@ -180,7 +181,7 @@ fn sentence_of(study: &StudyRecord, sequence: &Sequence) -> String {
     words + "."
 }
 
-/// Share of every evaluation in a step with all effects, or with those up to the last member that has a result.
+/// The share of each evaluation in a step with all effects, or with those up to the last member that has a result.
 pub fn verdict(study: &StudyRecord, sequences: &[Sequence], missing: usize) -> String {
     let mut parts = vec![];
     for sequence in sequences {

@@ -14,7 +14,7 @@ use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
 use crate::study::store::record::{Role, StoredCase, StudyQuantity, StudyRecord};
 
-/// Analyses what is there; cases that are missing or did not converge are named, not guessed.
+/// Analyses the stored cases; cases that are missing or did not converge are named, not guessed.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ConvergenceFindings> {
     let cases = Cases::new(study, stored);
     let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
@@ -123,7 +123,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &StudyQuantity, deciding:
     }
 }
 
-/// The estimates of every family of meshes, and their curves by the name of the family.
+/// The estimates of all families of meshes, and their curves by the name of the family.
 fn families(
     cases: &Cases,
     (variant, quantity): (&str, &str),

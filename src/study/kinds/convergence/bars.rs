@@ -1,4 +1,4 @@
-//! Sources of the error bars in words, for the methods of a paper: the terms that the bars of a study have, and no others.
+//! Sources of the error bars in words, for the methods section of a paper: only the terms that the bars of a study contain.
 
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::method::Method;
@@ -57,7 +57,7 @@ pub fn errors(found: &ConvergenceFindings) -> String {
     )
 }
 
-/// The estimates that the limit of a quantity comes from: of its envelope, or of the family that leads where no family is defensible.
+/// The estimates that the limit of a quantity comes from: those of its envelope, or of the leading family if no family is defensible.
 fn of_limit<'a>(q: &'a MeshErrors, r: &'a Reference) -> impl Iterator<Item = &'a Estimate> {
     q.estimates.iter().filter(|e| e.family == r.family || r.envelope.contains(&e.family))
 }

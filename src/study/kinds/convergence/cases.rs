@@ -12,17 +12,17 @@ use std::path::Path;
 pub struct Cases<'a> {
     pub study: &'a StudyRecord,
     pub stored: &'a [StoredCase],
-    /// Variant → a run with the time steps of its mesh studies
+    /// A run with the time steps of the mesh studies, by variant
     steps: BTreeMap<&'a str, &'a CaseRecord>,
-    /// Variant → constants of its laws, by the scenes of its cases
+    /// Constants of the laws, from the scenes of the cases, by variant
     constants: BTreeMap<&'a str, Constants>,
 }
 
 /// Constants of laws that are not known exactly.
 pub struct Constants {
-    /// Their interval is open
+    /// Constants whose interval is open
     pub undetermined: Vec<String>,
-    /// Their interval has two ends
+    /// Constants whose interval has two ends
     pub bounded: Vec<String>,
 }
 
@@ -35,12 +35,12 @@ impl<'a> Cases<'a> {
         Self { constants, ..cases }
     }
 
-    /// Converged cases of a family in a variant.
+    /// Returns the converged cases of a family in a variant.
     pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
         self.stored.iter().filter(|c| c.record.converged() && c.is_in(&family.name, variant)).collect()
     }
 
-    /// Converged cases of a variant.
+    /// Returns the converged cases of a variant.
     pub fn of_variant(&self, variant: &str) -> impl Iterator<Item = &'a StoredCase> {
         self.stored.iter().filter(move |c| c.record.converged() && c.is_of(variant))
     }
@@ -50,19 +50,19 @@ impl<'a> Cases<'a> {
         self.steps.get(variant).is_some_and(|of| has_steps_of(c, of))
     }
 
-    /// Constants of the laws of a variant that are not known exactly.
+    /// Returns the constants of the laws of a variant that are not known exactly.
     pub fn constants(&self, variant: &str) -> Option<&Constants> {
         self.constants.get(variant)
     }
 
-    /// Reason why the answer has no limit as h → 0, if a case names one.
+    /// Returns the reason why the answer has no limit as h → 0, if a case states one.
     pub fn no_limit(&self) -> Option<&'a str> {
         self.stored.iter().find_map(|c| c.record.no_limit.as_deref())
     }
 }
 
 impl Constants {
-    /// Those of some cases; none of a case whose scene this version does not read.
+    /// Collects the constants of some cases, except cases whose scene this version cannot read.
     fn of<'a>(cases: impl Iterator<Item = &'a StoredCase>) -> Self {
         let spec = |c: &StoredCase| SceneSpec::from_text(Path::new(&c.record.id), &c.record.provenance.scene, "").ok();
         let specs: Vec<SceneSpec> = cases.filter_map(spec).collect();
@@ -71,7 +71,7 @@ impl Constants {
     }
 }
 
-/// The first case of the sizes of a variant, or where it has none of another family, one of time steps last.
+/// The first case of the family of sizes in a variant; if there is none, of another family, with families of time steps last.
 fn with_steps_of_study<'a>(study: &'a StudyRecord, stored: &'a [StoredCase], variant: &str) -> Option<&'a CaseRecord> {
     let rank = |role: Role| match role {
         Role::Sizes => 0,

@@ -1,7 +1,7 @@
 //! Errors of the cases against the reference, mesh noise, and differences between time steps.
 //!
-//! The error of a case is |f − f*|/|f*|, its error bar (|f − f*| + U(f*) + error of the time steps + peak that the time grid may miss)/|f*|, with the scale of the
-//! tolerance in place of |f*| where an absolute one is given.
+//! The error of a case is |f − f*|/|f*|. Its error bar is (|f − f*| + U(f*) + error of the time steps + part of the peak that the time grid may
+//! miss)/|f*|. If an absolute tolerance is given, the scale of the tolerance replaces |f*|.
 
 use crate::math::statistics::{half_width_of_one, larger, mean, range};
 use crate::report::numbers::{percent, seconds};
@@ -20,11 +20,11 @@ pub struct CaseQuantityError {
     pub value: f64,
     /// |f − f*|/scale \[–\]
     pub error: f64,
-    /// The error with U(f*) and the error of the time steps \[–\]
+    /// Error plus U(f*) and the error of the time steps, relative to the scale \[–\]
     pub bar: f64,
 }
 
-/// Scatter of the mesher at one size.
+/// Scatter between meshes of one size from different seeds.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Noise {
     pub family: String,
@@ -32,19 +32,19 @@ pub struct Noise {
     pub seeds: usize,
     pub h_m: f64,
     pub mean: f64,
-    /// max − min \[unit of f\]
+    /// Largest minus smallest value \[unit of f\]
     pub scatter: f64,
-    /// Half width of the 95 % interval of one value, which counts in U(f*) \[unit of f\]
+    /// Half-width of the 95 % interval of one value, which is part of U(f*) \[unit of f\]
     pub half_width: f64,
 }
 
-/// Cause of the differences between runs that differ in their time steps only.
+/// Cause of the differences between runs that differ only in their time steps.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum StepCause {
     /// Dynamics, or a path of loading that the steps follow
     TimeStep,
-    /// The states are static and independent of the path: at one time Newton's method stops short of the same solution.
+    /// The states are static and path-independent: at one time, Newton's method stops at different distances from the same solution.
     Algebraic,
 }
 
@@ -57,22 +57,22 @@ impl StepCause {
     }
 }
 
-/// Differences between time steps on one mesh, as an error of the study's step. It is part of every error bar.
+/// Differences between time steps on one mesh, as an error of the study's step, which is part of every error bar.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct TimeStepError {
     pub family: String,
     pub cause: StepCause,
-    /// \[cases\] Δt \[s\], smallest first
+    /// Time step of each case \[s\], smallest first
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
-    /// Error of the time step |f(Δt) − f(Δt_min)| + s Δt_min, s the change per time step towards shorter steps, first order assumed; algebraic max − min
-    /// of the values, or of those at the end where it is larger \[unit of f\]
+    /// Error of the time step |f(Δt) − f(Δt_min)| + s Δt_min, with s the change per time step towards shorter steps, assuming first order; for an
+    /// algebraic cause, max − min of the values, or of the values at the end of the run if that is larger \[unit of f\]
     pub error: f64,
-    /// error ≤ U(f*)/10, or rounding
+    /// Whether error ≤ U(f*)/10, or the error is rounding
     pub negligible: bool,
 }
 
-/// Error of every converged case run with the study's time step.
+/// Returns the error of every converged case that was run with the study's time step.
 pub fn errors(
     cases: &Cases,
     (variant, quantity): (&str, &str),
@@ -92,19 +92,19 @@ pub fn errors(
         .collect()
 }
 
-/// Share of a peak that the time grid may miss, since a prescribed signal has its extremum between two points of it: three times the share of the signal, for a response may grow
-/// faster than its load, and from the middle of its range.
+/// Share of a peak that the time grid may miss because a prescribed signal has its extremum between two grid points. It is three times the missed
+/// share of the signal, because a response may grow faster than its load, and may start to grow in the middle of the range of the load.
 fn missed(run: &CaseRecord, quantity: &str) -> f64 {
     CAUTIOUS_FACTOR * run.unseen(quantity)
 }
 
-/// Largest share of a peak that the time grid of a case with the study's step may miss \[–\].
+/// Returns the largest share of a peak that the time grid of a case with the study's step may miss \[–\].
 pub fn missed_share(cases: &Cases, variant: &str, quantity: &str) -> f64 {
     let own = cases.of_variant(variant).map(|c| &c.record).filter(|r| cases.at_study_step(variant, r));
     own.map(|run| missed(run, quantity)).fold(0.0, larger)
 }
 
-/// The scatter over the seeds of each family of that role with two results or more.
+/// Returns the scatter over the seeds, for each family of role `seeds` with at least two results.
 pub fn noise(cases: &Cases, variant: &str, quantity: &str) -> Vec<Noise> {
     let families = cases.study.families.iter().filter(|f| f.role == Role::Seeds);
     families.filter_map(|family| noise_of(cases, family, variant, quantity)).collect()
@@ -148,7 +148,7 @@ impl Unresolved {
     }
 }
 
-/// The case with the study's step whose motion is resolved least, where it changes by more than `allowed` in one of its steps.
+/// Returns the case with the study's step whose motion is resolved worst, if it changes by more than `allowed` in one of its steps.
 pub fn unresolved(cases: &Cases, variant: &str, quantity: &str, allowed: f64) -> Option<Unresolved> {
     let own = cases.of_variant(variant).map(|c| &c.record).filter(|r| r.converged() && cases.at_study_step(variant, r));
     let found = own
@@ -156,7 +156,7 @@ pub fn unresolved(cases: &Cases, variant: &str, quantity: &str, allowed: f64) ->
     found.max_by(|a, b| a.share.total_cmp(&b.share))
 }
 
-/// The largest error of the study's step by a family of time steps that the variant runs; none where no family tells one.
+/// Returns the largest error of the study's step over the families of time steps that the variant runs; `None` if no family shows one.
 pub fn step_error(
     cases: &Cases,
     variant: &str,
@@ -168,7 +168,7 @@ pub fn step_error(
     found.max_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// Compares the study's step with the other ones of a family of time steps, on the same mesh.
+/// Compares the study's step with the other steps of a family of time steps, on the same mesh.
 fn step_error_of(
     cases: &Cases,
     family: &FamilyRecord,
@@ -178,7 +178,7 @@ fn step_error_of(
     let mut members: Vec<&StoredCase> = cases.of(family, variant);
     let first = &members.first()?.record;
     let is_of_study = |c: &&StoredCase| cases.at_study_step(variant, &c.record);
-    // The same mesh at the study's step may be stored under another family
+    // The same mesh with the study's step may be stored under another family
     if !members.iter().any(is_of_study) {
         let is_same = |c: &&StoredCase| c.record.formulation == first.formulation && c.record.has_mesh_of(first);
         members.extend(cases.of_variant(variant).filter(is_same).find(is_of_study));

@@ -1,7 +1,8 @@
 //! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
 //!
 //! ```text
-//! constants     √(Σⱼₖ rⱼₖ cⱼ cₖ)/scale,   cₖ = ∂J/∂θₖ · the larger side of the 95 % interval of θₖ,   rⱼₖ the correlation of θⱼ and θₖ      on the finest mesh of the leading family
+//! constants     √(Σⱼₖ rⱼₖ cⱼ cₖ)/scale                                     on the finest mesh of the leading family
+//!               cₖ = ∂J/∂θₖ · the larger side of the 95 % interval of θₖ,   rⱼₖ the correlation of θⱼ and θₖ
 //! together      √(bar² + constants²)                                        after ASME V&V 20-2009, section 1-5
 //! ```
 
@@ -14,34 +15,34 @@ use crate::study::run::uncertain_constants::UncertainConstantRecord;
 use crate::study::store::record::StoredCase;
 use serde::Serialize;
 
-/// The error of one case from its run alone \[unit of f, bar –\].
+/// The error of one case from its run alone \[unit of f; bar –\].
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct OneRunBar {
     pub id: String,
     pub value: f64,
     pub corrected: f64,
     pub uncertainty: f64,
-    /// Share of the scale
+    /// Error bar relative to the scale \[–\]
     pub bar: f64,
-    /// Parts of the error that are missing in the bar, in words
+    /// Parts of the error that the bar lacks, in words
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lacks: Option<String>,
 }
 
-/// Uncertainty of a quantity by the constants of the laws.
+/// Uncertainty of a quantity due to the constants of the laws.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct InputUncertainty {
     /// The case whose derivatives were taken
     pub case: String,
     pub constants: Vec<String>,
-    /// Share of the scale, 95 %
+    /// Half-width of the 95 % interval relative to the scale \[–\]
     pub share: f64,
-    /// The law file says how the constants are correlated
+    /// Whether the law file states the correlations of the constants
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub correlated: bool,
 }
 
-/// One line per case that has an estimate of its own.
+/// Returns one entry per case with an estimate from its own run.
 pub fn one_run(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Vec<OneRunBar> {
     let bar = |c: &StoredCase| {
         let e = c.record.one_run.as_ref()?.quantities.get(quantity)?;
@@ -53,15 +54,15 @@ pub fn one_run(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Vec<
     cases.of_variant(variant).filter_map(bar).collect()
 }
 
-/// Compares the reference with the estimate from the finest mesh of its leading family, where no part of its error is missing.
+/// Compares the reference with the single-run estimate of the finest mesh of its leading family, if that estimate lacks no part of its error.
 pub fn check(reference: &mut Reference, finest: Option<&String>, own: &[OneRunBar]) {
     if let Some(bar) = own.iter().find(|b| Some(&b.id) == finest && b.lacks.is_none()) {
         reference.check(&bar.id, bar.corrected, bar.uncertainty);
     }
 }
 
-/// The uncertainty by constants of the finest mesh of the leading family that has derivatives by constants with intervals; where none has, of that of the next family of the envelope. A
-/// mesh of another family may lock, and its derivatives with it.
+/// Returns the uncertainty due to the constants, from the finest mesh of the leading family that has derivatives by constants with intervals; if
+/// there is none, from the next family of the envelope. A mesh of another family may lock, and its derivatives with it.
 pub fn input_uncertainty(
     cases: &Cases,
     (variant, quantity): (&str, &str),
@@ -93,7 +94,8 @@ pub fn input_uncertainty(
 mod tests {
     use super::*;
 
-    /// An estimate that lacks a part of its error, or is of another mesh than the finest one, says nothing of the reference; a whole one widens it to reach the estimate.
+    /// An estimate that lacks a part of its error, or belongs to a mesh other than the finest, says nothing about the reference; a complete one
+    /// widens it to reach the estimate.
     #[test]
     fn only_a_whole_estimate_of_the_finest_mesh_is_compared() {
         let reference = Reference {

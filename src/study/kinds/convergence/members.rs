@@ -1,4 +1,4 @@
-//! Members of families that are not meshes of one problem, and those of a size that another one has.
+//! Members of families that are not meshes of one problem, and members with the size of another member.
 
 use crate::math::units::shown;
 use crate::report::names::title;
@@ -14,18 +14,18 @@ use toml::{Table, Value};
 
 /// Tables and keys that do not change the problem.
 const OF_NO_PROBLEM: [&str; 4] = ["title", "numerics", "output", "view"];
-/// Keys of a grid that set the sizes of its cells; the others are its shape.
+/// Keys of a grid that set the sizes of its cells; the others describe its shape.
 const OF_SIZE: [&str; 2] = ["divisions", "fine"];
 /// Tables of `[mesh]` that are the same on every mesh of a problem.
 const OF_SHAPE: [&str; 4] = ["grid", "deform", "parameters", "regions"];
 
-/// Times the change of volume by facets that become finer, within which that of meshes of one body lies \[–\]
+/// Factor within which the change of volume between meshes of one body follows the law of refined facets \[–\]
 const OF_FACETS: f64 = 4.0;
-/// Change of the volume over the tolerance that is worth a word \[–\]
+/// Change of the volume relative to the tolerance that is worth reporting \[–\]
 const TELLING: f64 = 0.2;
 
-/// One sentence for each family whose members differ in more than their meshes or have no formal order in common, whose meshes are of several bodies by their volumes, or that has two
-/// members of one size.
+/// Returns one sentence for each family whose members differ in more than their meshes or have no common formal order, whose meshes belong to several
+/// bodies by their volumes, or that has two members of one size.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     let is_of_meshes = |f: &&FamilyRecord| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep);
     let mut out = Vec::new();
@@ -71,15 +71,15 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
     out
 }
 
-/// The formulations of these members, where they do not have one formal order.
+/// The formulations of these members, if they do not share one formal order.
 fn orders(members: &[&StoredCase]) -> Option<Vec<String>> {
     let all = || members.iter().map(|c| c.record.formulation.as_str());
     let several = distinct(all().map(formal_order)).len() > 1;
     several.then(|| distinct(all().map(title)))
 }
 
-/// Largest change of the volume from mesh to mesh, over the volume, where meshes of one body do not have it: facets on a curved surface miss its volume
-/// by c h², and a change is of another kind where this law makes it four times as large or small as the one next to it, or of the other sign.
+/// Largest relative change of the volume from mesh to mesh, if it is not that of meshes of one body: facets on a curved surface miss its volume by c
+/// h², so a change is of another kind if, scaled by this law, it differs from its neighbour by more than a factor of four or in sign.
 fn other_volume(members: &[&StoredCase], tolerance: f64) -> Option<f64> {
     let mut meshes: Vec<(f64, f64)> = members.iter().map(|c| (c.record.mesh.h_m, c.record.mesh.volume_m3)).collect();
     meshes.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -107,7 +107,7 @@ fn left_out<'a>(
     unused.collect()
 }
 
-/// Keys of the scenes in which these cases differ, apart from those that set the sizes of the cells.
+/// The keys of the scenes in which these cases differ, except those that set the sizes of the cells.
 fn differing_keys<'a>(members: impl Iterator<Item = &'a CaseRecord>) -> BTreeSet<String> {
     let mut scenes = members.filter_map(|c| c.provenance.scene.parse::<Table>().ok()).map(|scene| {
         let mut keys = BTreeMap::new();
@@ -123,7 +123,7 @@ fn differing_keys<'a>(members: impl Iterator<Item = &'a CaseRecord>) -> BTreeSet
     out
 }
 
-/// Whether two scenes that differ in this key are of different problems.
+/// Whether scenes that differ in this key describe different problems.
 fn is_of_problem(key: &str) -> bool {
     let parts: Vec<&str> = key.split('.').collect();
     if parts[0] != "mesh" {
@@ -132,7 +132,7 @@ fn is_of_problem(key: &str) -> bool {
     parts.iter().any(|part| OF_SHAPE.contains(part)) && !parts.iter().any(|part| OF_SIZE.contains(part))
 }
 
-/// The leaves of a scene by their keys, `laws.rubber.E` or `stage.0.dt`.
+/// Collects the leaves of a scene by their keys, such as `laws.rubber.E` or `stage.0.dt`.
 fn flatten(key: &str, value: &Value, keys: &mut BTreeMap<String, Value>) {
     let below = |name: &str| if key.is_empty() { name.to_string() } else { format!("{key}.{name}") };
     match value {

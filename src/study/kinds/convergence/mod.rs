@@ -1,8 +1,8 @@
 //! Convergence: which mesh can be trusted, with what error bar, at what cost.
 //!
-//! `analysis` goes from the stored cases to the `findings`: estimates of each family ([`crate::study::estimate`], which also says what
-//! limits them), `errors` of the cases against the reference, `warnings`, and the recommendation or refusal in words (`verdict`),
-//! with the mesh that would help (`next_mesh`).
+//! `analysis` leads from the stored cases to the `findings`: the estimates of each family with their limitations ([`crate::study::estimate`]), the
+//! `errors` of the cases against the reference, the `warnings`, and the recommendation or refusal in words (`verdict`), with the mesh that would help
+//! (`next_mesh`).
 
 pub mod analysis;
 pub mod bars;
@@ -34,18 +34,18 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConvergenceStudy {
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Errors of every case are estimated from its run alone, too
+    /// Whether the errors of every case are also estimated from its run alone
     #[serde(default)]
     pub error_estimates: bool,
 }
 
-/// Roles of which one member says nothing; one mesh of a size or an element is a setting to judge.
+/// Roles for which a single member says nothing; a single mesh of a size or an element is a setting to judge.
 const COMPARED: [Role; 4] = [Role::Nested, Role::Remeshed, Role::Seeds, Role::TimeStep];
 
 impl StudyKind for ConvergenceStudy {

@@ -1,10 +1,11 @@
-//! The mesh that would support a verdict where the evidence does not, and its cost.
+//! The mesh that would support a verdict if the present evidence does not, and its cost.
 //!
-//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no objection that lasts whatever the mesh is (a region whose
-//! border runs through cells, a value that may have no limit), and do not oscillate, or scatter by seeds, by more than the tolerance whatever the next value is: its next size follows from its finest and
-//! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
-//! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
-//! family, and its kind counts its cells. The cost is that of the power law through the means over the variants of the family.
+//! The family whose bars are nearest to the tolerance is refined. Families are excluded if they lock, have an objection that no mesh removes (a
+//! region whose border runs through cells, a value that may have no limit), or oscillate, or scatter between seeds, by more than the tolerance
+//! whatever the next value is. The next size follows from the finest and the second finest scene, whose `[mesh]` tables differ in the keys that set
+//! the size. The ratio of sizes is the one that brings the largest bar to the tolerance by the observed order (2 if there is none), limited to 1.3 to
+//! 2; a larger ratio takes another step. A grid keeps the proportions of its family, and the number of its cells follows from its kind. The cost
+//! comes from the power law through the means over the variants of the family.
 
 use crate::math::units;
 use crate::report::numbers::{percent, seconds, thousands};
@@ -26,22 +27,22 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Largest ratio of sizes from one mesh to the next.
+/// Largest ratio of sizes between successive meshes.
 const MOST_RATIO: f64 = 2.0;
-/// Share of the tolerance that the next mesh is to reach.
+/// Fraction of the tolerance that the next mesh aims at.
 const AIM: f64 = 0.8;
 
 /// The mesh that would help.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NextMesh {
-    /// It is not a mesh of the study yet
+    /// A mesh that the study does not have yet
     New(Extension),
-    /// No mesh helps, or the family has it already without a usable result; in words
+    /// The reason, in words, why no mesh helps or why the family already has the mesh without a usable result
     OfNoUse(String),
 }
 
 impl NextMesh {
-    /// The advice in words: which mesh, and why.
+    /// Returns the advice in words: which mesh, and why.
     pub fn sentence(&self) -> &str {
         match self {
             Self::New(extension) => &extension.sentence,
@@ -49,7 +50,7 @@ impl NextMesh {
         }
     }
 
-    /// The mesh to add.
+    /// Returns the mesh to add.
     pub fn extension(self) -> Option<Extension> {
         match self {
             Self::New(extension) => Some(extension),
@@ -58,8 +59,8 @@ impl NextMesh {
     }
 }
 
-/// The mesh that would help where there is no verdict; none where no family can be refined by its keys, where a quantity near zero needs an absolute
-/// tolerance first, or where a reason remains that no mesh removes.
+/// Returns the mesh that would help if there is no verdict; `None` if no family can be refined through its keys, if a quantity near zero first needs
+/// an absolute tolerance, or if a reason remains that no mesh removes.
 pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<NextMesh> {
     let deciding = || quantities.iter().filter(|q| q.deciding);
     let is_supported = deciding().all(|q| q.supported);
@@ -85,7 +86,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     let cells = best.next.cells;
     let cost_s = best.cost();
     let cost = cost_s.map_or(String::new(), |p| {
-        // Three meshes may leave an interval over decades
+        // With three meshes the interval may extend over decades
         let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
         let interval = known.map_or(String::new(), |[a, b]| format!(" (95 %: {} to {})", seconds(a), seconds(b)));
         let over = if best.meshes[0].len() > 1 { " on average over the variants" } else { "" };
@@ -108,7 +109,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     Some(NextMesh::New(Extension { family, member, set: best.next.set, cells, cost_s, sentence }))
 }
 
-/// A sentence, where the error of the time steps alone is above the tolerance.
+/// A sentence if the error of the time steps alone exceeds the tolerance.
 fn limited_by_steps(q: &ByQuantity<MeshErrors>, tolerance: f64) -> Option<String> {
     if q.unresolved.is_some() || q.is_missed {
         return Some("No finer mesh would help before the time steps are shorter.".into());
@@ -128,7 +129,7 @@ fn limited_by_steps(q: &ByQuantity<MeshErrors>, tolerance: f64) -> Option<String
     })
 }
 
-/// Label of a member that is added with about so many cells.
+/// The label of an added member with about `cells` cells.
 fn label(cells: usize) -> String {
     format!("added-{cells}")
 }
@@ -136,11 +137,11 @@ fn label(cells: usize) -> String {
 /// A family that can be refined.
 struct Candidate<'a> {
     family: &'a FamilyRecord,
-    /// Finest first, the runs of each in all variants
+    /// Runs of each mesh in all variants, finest mesh first
     meshes: Vec<Vec<&'a CaseRecord>>,
-    /// Largest bar of its finest mesh in the quantities without a verdict \[–\]
+    /// Largest bar of its finest mesh among the quantities without a verdict \[–\]
     bar: f64,
-    /// Ratio of sizes by which the bar would meet the tolerance
+    /// Ratio of sizes at which the bar would meet the tolerance
     wanted: f64,
     next: Finer,
 }
@@ -185,7 +186,7 @@ impl<'a> Candidate<'a> {
         bar.is_finite().then_some(Self { family, meshes, bar, wanted, next })
     }
 
-    /// A sentence, where the family has the next mesh already: it has no usable result, or it would be the finest one.
+    /// A sentence if the family already has the next mesh, because that has no usable result or would be the finest one.
     fn tried(&self, cases: &Cases) -> Option<String> {
         let label = label(self.next.cells);
         let is_next = |c: &&StoredCase| {
@@ -220,7 +221,8 @@ impl<'a> Candidate<'a> {
     }
 }
 
-/// The least U(f*) of a family with one more mesh: the differences of those that it has remain where it oscillates, and noise by the seeds that is above the difference of its two finest.
+/// The smallest U(f*) that a family with one more mesh can have: if it oscillates, its present differences remain, as does noise between seeds that
+/// exceeds the difference of its two finest meshes.
 fn left_by(e: &Estimate, noise: Option<f64>, ratio: f64) -> f64 {
     let scatters = e.role != Role::Nested && e.class != Convergence::Exact;
     let remains = |s: &f64| scatters && *s > (e.values[0] - e.values[1]).abs();
@@ -233,7 +235,7 @@ fn left_by(e: &Estimate, noise: Option<f64>, ratio: f64) -> f64 {
     of_noise.max(CAUTIOUS_FACTOR * oscillation(&h, &f))
 }
 
-/// Order by which the bar is expected to fall, that of two meshes the one they assume.
+/// The order by which the bar is expected to fall; for two meshes, the order that their estimate assumes.
 fn order(e: &Estimate) -> f64 {
     let usual = match e.method {
         Method::TwoMeshes { p } => p,
@@ -249,7 +251,8 @@ struct Finer {
 }
 
 impl Finer {
-    /// The change that follows from the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
+    /// Derives the changes from the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves
+    /// unchanged.
     fn new(second: &CaseRecord, finest: &CaseRecord, ratio: f64, all: bool) -> Option<Self> {
         let (coarse, fine) = (mesh_keys(second)?, mesh_keys(finest)?);
         let (mut set, mut factor) = (Table::new(), 1.0);
@@ -284,8 +287,9 @@ impl Finer {
     }
 }
 
-/// The grid with its divisions times the ratio, in `all` directions or those in which they differ from the grid `before`. Where the two grids have the
-/// same proportions, the next one has them too, as far as the grid takes them, and the ratio is at least this one; otherwise nearly.
+/// The grid with its divisions multiplied by the ratio, in `all` directions or only in those in which they differ from the grid `before`. If the two
+/// grids have the same proportions, the next one keeps them as far as the grid allows, with at least this ratio; otherwise the ratio is met
+/// approximately.
 fn divided(now: &GridSpec, before: &GridSpec, all: bool, ratio: f64) -> GridSpec {
     let [own, before] = [now, before].map(divisions_of_grid);
     let is_left = |k: usize| !all && before[k] == own[k];
@@ -293,7 +297,7 @@ fn divided(now: &GridSpec, before: &GridSpec, all: bool, ratio: f64) -> GridSpec
     let proportional = |w: &[usize]| own[w[0]] * before[w[1]] == before[w[0]] * own[w[1]];
     let scale = if refined.windows(2).all(proportional) {
         let common = common_divisor(refined.iter().map(|k| own[*k])) as f64;
-        // A product that is whole but for rounding is not rounded up
+        // A product that is a whole number up to rounding is not rounded up
         (common * ratio - 1e-9).ceil() / common
     } else {
         ratio
@@ -303,7 +307,7 @@ fn divided(now: &GridSpec, before: &GridSpec, all: bool, ratio: f64) -> GridSpec
     grid_with_divisions(now, &(0..own.len()).map(number).collect::<Vec<_>>())
 }
 
-/// Three significant digits.
+/// Rounds to three significant digits.
 fn round(x: f64) -> f64 {
     let unit = 10f64.powf(x.abs().log10().floor() - 2.0);
     let rounded = (x / unit).round() * unit;
@@ -326,7 +330,7 @@ fn grid_of(case: &CaseRecord) -> Option<GridSpec> {
 fn mesh_keys(case: &CaseRecord) -> Option<BTreeMap<String, Value>> {
     let mut keys = BTreeMap::new();
     flatten("", &mesh_table(case)?, &mut keys);
-    // A level of zero may be left out
+    // A level of zero may be omitted
     keys.entry("levels".into()).or_insert(Value::Integer(0));
     Some(keys)
 }
@@ -345,7 +349,8 @@ mod tests {
     use super::*;
     use crate::study::estimate::family::{Level, estimate};
 
-    /// Seeds of one size say nothing of another one: three times their noise remains on the next mesh where it is above the difference of the two finest, unless the meshes are nested.
+    /// Seeds of one size say nothing about another: three times their noise remains on the next mesh if it exceeds the difference of the two finest,
+    /// unless the meshes are nested.
     #[test]
     fn noise_of_the_seeds_remains_on_a_finer_mesh() {
         let levels = [(1.0, 1.0), (1.5, 1.01), (2.25, 1.05)].map(|(h, f)| Level { h, f, ..Level::default() });
@@ -381,7 +386,7 @@ mod tests {
             ("[20, 10, 5]", "[40, 20, 10]", 1.3, "[52, 26, 13]"),
             ("[4, 1, 1]", "[8, 2, 2]", 2.0, "[16, 4, 4]"),
             ("[8, 4, 2]", "[16, 8, 2]", 1.3, "[22, 11, 2]"),
-            // Members of other proportions: the nearest numbers, and none that stays
+            // Members of other proportions: the nearest numbers, and every direction is refined
             ("[3, 5, 2]", "[5, 7, 3]", 1.4, "[7, 10, 4]"),
             ("[8, 2, 1]", "[16, 3, 2]", 1.3, "[21, 4, 3]"),
         ] {
@@ -390,7 +395,8 @@ mod tests {
         }
     }
 
-    /// One number of an octant or a bracket is that of two directions, layers that grow count together, and a hole takes even numbers round it.
+    /// The first division of an octant or a bracket counts in two directions, layers that grow count together, and a hole takes even numbers around
+    /// it.
     #[test]
     fn cells_of_a_finer_grid_are_counted_by_its_kind() {
         let octant = "kind = \"octant\", inner = \"1 mm\", outer = \"2 mm\"";

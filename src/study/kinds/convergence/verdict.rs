@@ -1,7 +1,7 @@
 //! Conclusions for the choice of a mesh: settings with cost and error bar, the sentences, the verdict or its refusal.
 //!
-//! A refusal lists reasons that are worded where they are found: what limits one family in [`crate::study::estimate::family`],
-//! disagreement of families in [`super::analysis`], a response without a limit in the scene.
+//! A refusal lists reasons that are worded where they are found: limitations of one family in [`crate::study::estimate::family`], disagreement of
+//! families in [`super::analysis`], a response without a limit in the scene.
 
 use crate::report::names::title;
 use crate::report::numbers::{capital, percent, seconds};
@@ -13,7 +13,7 @@ use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::wording::{all, count, distinct, few};
 
-/// All settings run with the time steps of the study, cheapest first. Seeds show the scatter; a lucky one is no choice.
+/// Returns all settings that were run with the study's time steps, cheapest first. Seeds only show the scatter, so that a lucky one is not chosen.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
     let mut out: Vec<(&CaseRecord, MeshSetting, usize)> = vec![];
     for (c, variant) in cases.stored.iter().flat_map(|c| c.variants().into_iter().map(move |v| (c, v))) {
@@ -86,15 +86,15 @@ fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
     s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
 }
 
-/// Share of an error bar by which that of a better setting is smaller at least: less is not worth its cost.
+/// Relative reduction of the error bar from which a more expensive setting counts as better; less is not worth its cost.
 const BETTER: f64 = 0.1;
 
-/// An error bar is smaller than that of a cheaper setting by more than a difference in its last digits.
+/// Whether an error bar is smaller than that of a cheaper setting by more than a difference in the last digits.
 fn is_better(bar: f64, than: f64) -> bool {
     bar < (1.0 - BETTER) * than
 }
 
-/// The verdict on a quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
+/// States the verdict on a quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
     let title = capital(&q.peak_title());
     if !q.supported {
@@ -132,10 +132,10 @@ pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance:
     )
 }
 
-/// Reasons of a family that a verdict names: the last ones, which are those against it.
+/// Largest number of reasons per family in a verdict: the last ones, which speak against the family.
 const LAST: usize = 3;
 
-/// Why the data do not support a reference: the last `most` reasons of each family, then what families have in common.
+/// The reasons why the data do not support a reference: the last `most` reasons of each family, then those that families have in common.
 fn reasons(q: &ByQuantity<MeshErrors>, most: usize) -> String {
     let of_family = |e: &Estimate| {
         let last = &e.reasons[e.reasons.len().saturating_sub(most)..];
@@ -149,7 +149,7 @@ fn reasons(q: &ByQuantity<MeshErrors>, most: usize) -> String {
     q.estimates.iter().filter_map(of_family).chain(common).collect::<Vec<_>>().join("; ")
 }
 
-/// The recommendation, or why there is none.
+/// Returns the recommendation, or the reasons against one.
 pub fn conclude(
     cases: &Cases,
     quantities: &[ByQuantity<MeshErrors>],
@@ -227,7 +227,7 @@ pub fn conclude(
     (Some(recommendation), words)
 }
 
-/// How far the verdict goes: nothing can be trusted on an unstable branch, or where bars lack the share of constants.
+/// How far the verdict goes: on an unstable branch nothing can be trusted, and bars may lack the share of the constants.
 fn claim(quantities: &[ByQuantity<MeshErrors>], is_stable: bool) -> (&'static str, &'static str) {
     let is_whole = undetermined(quantities).is_empty() && without_share(quantities).next().is_none();
     match (is_stable, is_whole) {
@@ -251,7 +251,7 @@ fn undecided(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting, toler
     if words.is_empty() { String::new() } else { format!(" Not decided by: {}.", words.join("; ")) }
 }
 
-/// Discretisation and constants, apart and together, of the deciding quantity where both together are largest.
+/// Discretisation and constants, separately and together, for the deciding quantity in which the two together are largest.
 fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> String {
     let both = |q: &ByQuantity<MeshErrors>| Some((find(setting, q)?.bar, q.inputs.as_ref()?.share));
     let deciding = quantities.iter().filter(|q| q.deciding && both(q).is_some());
@@ -270,7 +270,7 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
     )
 }
 
-/// The share of the constants of the deciding quantity where it is largest.
+/// States the share of the constants for the deciding quantity in which it is largest.
 pub fn constants_alone(quantities: &[ByQuantity<MeshErrors>]) -> String {
     let known = quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, q.inputs.as_ref()?)));
     known.max_by(|a, b| a.1.share.total_cmp(&b.1.share)).map_or(String::new(), |(q, inputs)| {
@@ -288,7 +288,7 @@ fn undetermined(quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     distinct(quantities.iter().filter(|q| q.deciding).flat_map(|q| q.undetermined.iter().cloned()))
 }
 
-/// The share of constants cannot be stated where their interval is open.
+/// States that the share of constants with an open interval is unknown; empty if there are no such constants.
 pub fn undetermined_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
     let open = undetermined(quantities);
     if open.is_empty() {
@@ -301,12 +301,12 @@ pub fn undetermined_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
     )
 }
 
-/// The deciding quantities whose share of the constants is not known.
+/// The deciding quantities to which the contribution of constants is unknown.
 fn without_share(quantities: &[ByQuantity<MeshErrors>]) -> impl Iterator<Item = &ByQuantity<MeshErrors>> {
     quantities.iter().filter(|q| q.deciding && !q.without_share.is_empty())
 }
 
-/// The bars of quantities without a derivative by constants that are known within intervals lack the share of these.
+/// States which bars lack the share of constants that are known within intervals, because the quantity has no derivative by them.
 pub fn without_share_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
     let titles: Vec<String> = without_share(quantities).map(|q| format!("the {}", q.peak_title())).collect();
     if titles.is_empty() {
@@ -321,7 +321,7 @@ pub fn without_share_words(quantities: &[ByQuantity<MeshErrors>]) -> String {
     )
 }
 
-/// A recommended setting that raises the locking alarm.
+/// A warning if a recommended setting raises the locking alarm.
 fn locked(cases: &Cases, setting: &MeshSetting) -> String {
     let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
     let worst = of.filter_map(locking::alarm).fold(0.0, f64::max);
@@ -335,7 +335,7 @@ fn locked(cases: &Cases, setting: &MeshSetting) -> String {
     )
 }
 
-/// A recommended setting with states that are equilibria and not stable.
+/// A warning if a recommended setting has unstable equilibria.
 fn unstable(cases: &Cases, setting: &MeshSetting) -> String {
     let of = cases.stored.iter().map(|c| &c.record).filter(|c| setting.cases.contains(&c.id));
     let unstable: Vec<&str> = of.filter(|c| c.solver.unstable_steps > 0).map(|c| c.id.as_str()).collect();
@@ -349,7 +349,7 @@ fn unstable(cases: &Cases, setting: &MeshSetting) -> String {
     )
 }
 
-/// The study asks about the sizes: say so if none of them will do.
+/// The study asks about the sizes: a sentence if none of them will do.
 fn about_sizes(cases: &Cases, settings: &[MeshSetting], tolerance: f64) -> String {
     let Some(family) = cases.study.families.iter().find(|f| f.role == Role::Sizes) else { return String::new() };
     let of: Vec<&MeshSetting> = settings.iter().filter(|s| s.cases.iter().any(|c| family.cases.contains(c))).collect();
@@ -364,7 +364,7 @@ fn about_sizes(cases: &Cases, settings: &[MeshSetting], tolerance: f64) -> Strin
     })
 }
 
-/// A deciding quantity that hardly depends on the mesh hides the error of the one that limits the setting in the same variant.
+/// A warning if a deciding quantity that hardly depends on the mesh hides the error of the one that limits the setting in the same variant.
 fn insensitive(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> String {
     let spread = |q: &ByQuantity<MeshErrors>| {
         let e = q.sizes()?;

@@ -1,4 +1,4 @@
-//! Warnings that a reader should know before trusting the numbers.
+//! Warnings that a reader should know before relying on the numbers.
 
 use crate::report::names::title;
 use crate::report::numbers::{capital, minus_signs, percent, space};
@@ -14,7 +14,7 @@ use crate::study::store::record::{Role, StoredCase};
 use crate::wording::{all, count, distinct};
 use std::collections::BTreeSet;
 
-/// One sentence each.
+/// Returns one sentence per warning.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
     let mut seen = vec![];
@@ -78,7 +78,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     out
 }
 
-/// The runs without an estimate of their errors, and the columns without one in runs that may have those of others.
+/// The runs without an estimate of their errors, and the columns without one in runs that have estimates of other columns.
 fn without_estimate(stored: &[StoredCase]) -> Vec<String> {
     let runs = || stored.iter().filter_map(|c| c.record.one_run.as_ref());
     let refusals: BTreeSet<&String> = runs().filter_map(|run| run.refused.as_ref()).collect();
@@ -96,7 +96,7 @@ fn without_estimate(stored: &[StoredCase]) -> Vec<String> {
     out
 }
 
-/// Says that no bar has the share of the constants, where no derivative tells it.
+/// States that the bars lack the share of the constants if no derivative gives it.
 fn error_of_constants(q: &ByQuantity<MeshErrors>) -> Option<String> {
     (!q.without_share.is_empty()).then(|| {
         format!(
@@ -107,7 +107,7 @@ fn error_of_constants(q: &ByQuantity<MeshErrors>) -> Option<String> {
     })
 }
 
-/// The error of the steps, where it is not negligible, and whether it is in error bars.
+/// States the error of the time steps if it is not negligible, and whether it is part of the error bars.
 fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
     let step = q.step.as_ref().filter(|s| !s.negligible)?;
     let place = match q.reference {
@@ -129,7 +129,8 @@ fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
     ))
 }
 
-/// Says that a family of time steps measures no error of theirs at one time, once. Values that are rounding of the largest one in their unit have no digits to differ in.
+/// States once that a family of time steps measures no error. Values that are rounding of the largest value in their unit have no digits that could
+/// differ.
 fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let steps = quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?)));
     let idle: Vec<(&ByQuantity<MeshErrors>, &TimeStepError)> =
@@ -156,7 +157,7 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     ))
 }
 
-/// The share of peaks that the time grid of a variant may miss, once, where it counts in the error bars.
+/// States the share of peaks that the time grid of a variant may miss, once per variant, if it counts in the error bars.
 fn missed_peaks(quantities: &[ByQuantity<MeshErrors>], tolerance: f64) -> Vec<String> {
     let counts = quantities.iter().filter(|q| q.missed_share > 0.1 * tolerance);
     let variants = distinct(counts.map(|q| (q.variant_label.clone(), percent(q.missed_share))));
@@ -170,8 +171,8 @@ fn missed_peaks(quantities: &[ByQuantity<MeshErrors>], tolerance: f64) -> Vec<St
     variants.into_iter().map(warn).collect()
 }
 
-/// The formulations of references whose scatter from mesh to mesh is not known, with the variants where seeds of other variants do not tell it. The best of families
-/// that are all not defensible is no reference.
+/// The formulations of references with an unknown scatter between meshes, with the variants if seeds of other variants do not show it. The best of
+/// several families that are all not defensible is no reference.
 fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     let is_seen = |q: &ByQuantity<MeshErrors>, formulation: &str| q.noise.iter().any(|n| n.formulation == formulation);
     let unknown = |q: &ByQuantity<MeshErrors>| {
@@ -196,7 +197,8 @@ fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<St
     distinct(unknown.iter().map(|u| &u.0)).into_iter().map(warn).collect()
 }
 
-/// Cases whose states still ask for a correction above a tenth of what is accepted of a quantity that decides: its error bar, or the tolerance where the bar is smaller.
+/// Cases with a remaining Newton correction above a tenth of the acceptable error of a deciding quantity: its error bar, or the tolerance if the bar
+/// is smaller.
 fn inaccurate(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let tolerance = cases.study.tolerance;
     let least_bar = |id: &str| {

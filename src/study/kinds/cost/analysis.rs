@@ -13,7 +13,7 @@ use crate::study::kinds::cost::sentence;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use crate::wording::count;
 
-/// Analyses what is there; cases that are missing or did not converge are named.
+/// Analyses the stored cases; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindings> {
     let mut levels = LEVELS.to_vec();
     if !levels.contains(&study.tolerance) {
@@ -42,7 +42,7 @@ fn cost_of_accuracy(
     levels: &[f64],
 ) -> CostOfAccuracy {
     let reference = reference(study, stored, variant, quantity);
-    // No error is known against a family that is no reference
+    // No error is known against a refused reference
     let known = reference.as_ref().filter(|r| !r.refused);
     let mut settings = vec![];
     for family in study.families.iter().filter(|f| f.role != Role::Reference) {
@@ -107,7 +107,7 @@ fn setting(
         family: family.name.clone(),
         label,
         cost_s: r.cpu_s,
-        // A time below the step of the clock is zero, of which nothing is a share
+        // A time below the resolution of the clock is zero, which no spread can be relative to
         spread: spread.filter(|share| share.is_finite()),
         value,
         errors,
@@ -120,13 +120,13 @@ fn setting(
     }
 }
 
-/// `10 ms`, `2.5 ms`
+/// Formats a time in milliseconds: `10 ms`, `2.5 ms`.
 fn milliseconds(s: f64) -> String {
     let ms = (1e6 * s).round() / 1e3;
     format!("{ms} ms")
 }
 
-/// Time and memory over the cells, per variant and formulation with three meshes or more.
+/// The growth laws of time and memory over the cells, for each variant and formulation with at least three meshes.
 fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
     let mut out = vec![];
     let meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
@@ -148,7 +148,7 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
                 let check = power_law(others).map(|g| g.at(last.0) / last.1);
                 let next_cells = 2.0 * last.0;
                 let (variant, formulation) = (variant.clone(), family.formulation_of(&cases).into());
-                // More cells do not take less than what was measured
+                // More cells do not take less than the largest measured value
                 let most = points.iter().map(|p| p.1).fold(0.0, f64::max);
                 let next = law.predict(next_cells).at_least(most);
                 out.push(GrowthLaw { variant, formulation, of, points, law, next_cells, next, check });

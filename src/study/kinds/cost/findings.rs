@@ -1,6 +1,6 @@
 //! Cost of accuracy: settings of mesh, element, time step and solver by cost and error.
 //!
-//! Pure: stored cases in, [`CostFindings`] out. Every converged case of a variant that is not there for the reference is a setting:
+//! Pure: stored cases in, [`CostFindings`] out. Every converged case of a variant is a setting, except those that serve the reference:
 //!
 //! ```text
 //! cost       CPU seconds of the run, the median of its repeats; spread (max − min)/median
@@ -9,7 +9,8 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`power_law`](mod@crate::study::estimate::power_law)).
+//! The costs of reaching one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells
+//! ([`power_law`](mod@crate::study::estimate::power_law)).
 
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::power_law::{PowerLaw, Predicted};
@@ -18,14 +19,14 @@ use crate::study::kinds::cost::reference::ReferenceCurve;
 use crate::study::store::record::PhaseRecord;
 use serde::Serialize;
 
-/// Errors that every study asks for, in addition to its own tolerance.
+/// Error levels that every study considers, in addition to its own tolerance.
 pub const LEVELS: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 
 /// Findings of a cost study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostFindings {
     pub levels: Vec<f64>,
-    /// \[variants × quantities\]
+    /// Findings in every quantity \[variants × quantities\]
     pub quantities: Vec<ByQuantity<CostOfAccuracy>>,
     pub growth: Vec<GrowthLaw>,
 }
@@ -53,30 +54,30 @@ impl Measure {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CostOfAccuracy {
     pub reference: Option<ReferenceCurve>,
-    /// Cheapest first; none without a reference, since no error is known
+    /// The settings, cheapest first; empty without a reference, since no error is known
     pub settings: Vec<CostedCase>,
-    /// Lines of the peak, one per family with two settings or more
+    /// Cost lines of the peak, one per family with at least two settings
     pub lines: Vec<Line>,
     pub answers: Vec<Cheapest>,
 }
 
-/// A case as something to choose.
+/// A case as a setting to choose from.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CostedCase {
     pub case: String,
     pub family: String,
     pub label: String,
     pub cost_s: f64,
-    /// (max − min)/median of the repeats \[–\]; none of one run, and of times of zero
+    /// Spread (max − min)/median of the repeats \[–\]; `None` for a single run and for times of zero
     pub spread: Option<f64>,
     pub value: f64,
-    /// \[–\] of the peak and of the curve
+    /// Errors of the peak and of the curve \[–\]
     pub errors: [f64; 2],
-    /// Whether it is on the Pareto front of the peak, and on that of the curve
+    /// Whether it is on the Pareto front of the peak and on that of the curve
     pub front: [bool; 2],
     pub dofs: usize,
     pub factor_nnz: usize,
-    /// Operations of all factorisations
+    /// Floating-point operations of all factorisations
     pub flops: f64,
     pub memory_bytes: Option<u64>,
     pub phases: PhaseRecord,
@@ -87,26 +88,26 @@ pub struct CostedCase {
 pub struct Cheapest {
     pub measure: Measure,
     pub level: f64,
-    /// Index of the setting; none if no bar is within the level
+    /// Index of the setting; `None` if no error bar is within the level
     pub cheapest: Option<usize>,
-    /// The next more expensive one with a smaller error
+    /// Index of the next more expensive setting with a smaller error
     pub next: Option<usize>,
 }
 
-/// How time or memory grow with the cells of one formulation.
+/// Growth of time or memory with the number of cells, for one formulation.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct GrowthLaw {
     pub variant: String,
     pub formulation: String,
     pub of: Grows,
-    /// (cells, value) \[s\] or \[bytes\]
+    /// Measured points as (cells, value), with the value in \[s\] or \[bytes\]
     pub points: Vec<(f64, f64)>,
     pub law: PowerLaw,
-    /// Twice the most cells
+    /// Twice the largest number of cells
     pub next_cells: f64,
-    /// By the law, and no less than what was measured
+    /// Prediction of the law, at least the largest measured value
     pub next: Predicted,
-    /// The largest mesh predicted by the others, over what was measured \[–\]
+    /// Prediction for the largest mesh from the others, relative to the measured value \[–\]
     pub check: Option<f64>,
 }
 
@@ -118,7 +119,7 @@ pub enum Grows {
 }
 
 impl CostOfAccuracy {
-    /// U(f*) of a measure \[–\].
+    /// Returns the uncertainty U(f*) of the reference in a measure \[–\]; infinite without a usable reference.
     pub fn uncertainty(&self, measure: Measure) -> f64 {
         self.reference.as_ref().filter(|r| !r.refused).map_or(f64::INFINITY, |r| match measure {
             Measure::Peak => r.peak_uncertainty,
@@ -126,7 +127,7 @@ impl CostOfAccuracy {
         })
     }
 
-    /// Error with U(f*) \[–\].
+    /// Returns the error bar of a setting, its error plus U(f*) \[–\].
     pub fn bar(&self, setting: usize, measure: Measure) -> f64 {
         self.settings[setting].errors[measure as usize] + self.uncertainty(measure)
     }

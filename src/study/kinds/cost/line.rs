@@ -1,27 +1,28 @@
-//! The error of one family over its cost, and the cost of an error: read off between the cases, extrapolated beyond.
+//! The error of one family as a function of its cost, and the cost of an error: interpolated between the cases, extrapolated beyond them.
 //!
-//! A cost is the one from which on every case of the family is within the error. Between two cases ln c is linear in ln e. Below the error of the most
-//! expensive case the law e ∝ c^−s is fitted to all cases ([`power_law`](mod@crate::study::estimate::power_law), c over e) with its 95 % interval, no part of which is below the
-//! cost of a case that misses the error; a family whose error does not fall from case to case has none.
+//! The cost of an error is the cost from which on every case of the family is within the error. Between two cases ln c is linear in ln e. Below the
+//! error of the most expensive case the law e ∝ c^−s is fitted to all cases ([`power_law`](mod@crate::study::estimate::power_law), c over e) with its
+//! 95 % interval, no part of which lies below the cost of a case that misses the error; a family whose error does not fall from case to case has no
+//! such law.
 
 use crate::study::estimate::power_law::{PowerLaw, power_law};
 use serde::Serialize;
 
-/// One family of settings that differ in one thing.
+/// One family of settings that differ in one respect.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Line {
     pub family: String,
     pub label: String,
-    /// (cost \[s\], error \[–\]) cheapest first
+    /// Points as (cost \[s\], error \[–\]), cheapest first
     pub points: Vec<(f64, f64)>,
-    /// Cost of every level, in their order; none where the most expensive case is above it and no law leads on
+    /// Cost of every level, in their order; `None` if the error of the most expensive case is above the level and no law extrapolates it
     pub costs: Vec<Option<LevelCost>>,
-    /// Cost over error; none with two points
+    /// Law of cost over error; `None` with only two points
     #[serde(skip)]
     pub law: Option<PowerLaw>,
 }
 
-/// Cost of an error.
+/// The cost of reaching an error.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]
 pub struct LevelCost {
     pub seconds: f64,
@@ -33,14 +34,14 @@ pub struct LevelCost {
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
-    /// The coarsest case is good enough, as all others are: a coarser one may be too
+    /// Even the coarsest case is good enough, as are all others: a still coarser one may be too
     AtMost,
     Between,
     Extrapolated,
 }
 
 impl Line {
-    /// `points`: (cost, error) of the converged cases; `levels`: errors asked for. `None` with fewer than two points.
+    /// Builds the line from `points`, (cost, error) of the converged cases, and the error `levels` of interest. `None` with fewer than two points.
     pub fn new(family: &str, label: String, mut points: Vec<(f64, f64)>, levels: &[f64]) -> Option<Self> {
         points.retain(|(c, e)| *c > 0.0 && *e >= 0.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -62,24 +63,24 @@ fn cost(points: &[(f64, f64)], law: Option<&PowerLaw>, level: f64) -> Option<Lev
     };
     let (cost, error) = points[last];
     if let Some((next, least)) = points.get(last + 1) {
-        // An error of zero has no logarithm: its own case is the first that is known to be within
+        // An error of zero has no logarithm: its case is the first that is known to be within the level
         let s = if *least > 0.0 { (error / level).ln() / (error / least).ln() } else { 1.0 };
         let seconds = (cost.ln() * (1.0 - s) + next.ln() * s).exp();
         return Some(LevelCost { seconds, how: How::Between, interval: None });
     }
-    // It is more than that of a case that misses it
+    // The cost exceeds that of a case that misses the level
     let p = law?.predict(level).at_least(cost);
     Some(LevelCost { seconds: p.value, how: How::Extrapolated, interval: p.interval })
 }
 
 impl LevelCost {
-    /// The least and the largest that it may be \[s\].
+    /// Returns the smallest and the largest possible cost \[s\].
     pub fn ends(&self) -> [f64; 2] {
         let least = if self.how == How::AtMost { 0.0 } else { self.seconds };
         self.interval.unwrap_or([least, self.seconds])
     }
 
-    /// `3.1 s`, `≤ 0.4 s`, `≈ 2 h`
+    /// Writes the cost as `3.1 s`, `≤ 0.4 s` or `≈ 2 h`.
     pub fn words(&self) -> String {
         let sign = match self.how {
             How::AtMost => "≤ ",
@@ -107,7 +108,7 @@ mod tests {
         assert!(high / low - 1.0 < 1e-5, "{low} to {high}");
     }
 
-    /// The law of all three cases would reach 4 % at 42 s, with its interval from less; the case of 100 s does not.
+    /// The law of all three cases would reach 4 % at 42 s, with an interval that starts lower; yet the case of 100 s does not reach it.
     #[test]
     fn an_extrapolated_cost_is_above_that_of_a_case_that_misses_the_error() {
         let points = vec![(1.0, 0.5), (10.0, 0.05), (100.0, 0.045)];
@@ -116,7 +117,7 @@ mod tests {
         assert!(cost.seconds == 100.0 && low == 100.0 && high > 1e3, "{cost:?}");
     }
 
-    /// A measured error has a cost, also where the last errors rise by noise or a change of sign; an error that a later case does not keep has none, and
+    /// A measured error has a cost, even if the last errors rise by noise or a change of sign; an error that a later case exceeds has no cost, and
     /// nothing is extrapolated.
     #[test]
     fn an_error_that_rises_has_the_costs_that_are_measured() {

@@ -25,16 +25,16 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CostStudy {
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Runs of every case, for the scatter of its cost
+    /// Number of runs of every case, to measure the scatter of its cost
     #[serde(default = "once")]
     pub repeats: usize,
-    /// Errors of every case are estimated from its run alone, too
+    /// Whether the errors of every case are also estimated from its run alone
     #[serde(default)]
     pub error_estimates: bool,
 }

@@ -1,11 +1,11 @@
-//! The reference against which the settings of a variant are measured, and its own uncertainty.
+//! The reference that the settings of a variant are compared with, and its own uncertainty.
 //!
-//! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
-//! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
-//! differ, else over the time step with the least order of the integrators of its stages. The reference is the envelope of the defensible families
-//! ([`crate::study::estimate::reference`]). Families that are no claim in a
-//! convergence study, as those that lock, diverge, do not resolve the thinnest wall or may have no limit, are no reference. With an
-//! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
+//! The families of role `reference`, or in their absence the families of meshes, are extrapolated as in a convergence study
+//! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h if the meshes differ, otherwise over
+//! the time step with the lowest order of the integrators of its stages. The reference is the envelope of the defensible families
+//! ([`crate::study::estimate::reference`]). Families that a convergence study refuses, such as those that lock, diverge, do not resolve the thinnest
+//! wall or may have no limit, cannot be a reference. With an absolute tolerance, errors are relative to the scale of
+//! [`crate::study::estimate::tolerance`].
 //!
 //! ```text
 //! U(f*) of the peak                as in a convergence study
@@ -22,40 +22,40 @@ use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{FamilyRecord, Role, StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
-/// f* and f*(t) with their own errors.
+/// The extrapolated f* and f*(t) with their own errors.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct ReferenceCurve {
     pub family: String,
     pub method: String,
-    /// The families behind it, in words
+    /// Families that it comes from, in words
     pub from: String,
-    /// f* \[unit of f\]
+    /// Peak f* \[unit of f\]
     pub peak: f64,
-    /// Value that errors are related to, |f*| unless the tolerance is absolute \[unit of f\]
+    /// Value that errors are relative to, |f*| unless the tolerance is absolute \[unit of f\]
     pub scale: f64,
-    /// The family is no claim, as one that locks, diverges, or does not resolve the thinnest wall: no error is known
+    /// Whether its family is refused, for example because it locks, diverges, or does not resolve the thinnest wall: no error is known
     pub refused: bool,
     /// U(f*)/scale \[–\]
     pub peak_uncertainty: f64,
-    /// L2 error of f*(t) over the size of its changes \[–\]
+    /// L2 error of f*(t) relative to the size of its changes \[–\]
     pub curve_uncertainty: f64,
-    /// Reasons that limit it
+    /// Limitations of the reference
     pub reasons: Vec<String>,
     #[serde(skip)]
     pub curve: Curve,
 }
 
-/// Converged cases of a family in a variant.
+/// Returns the converged cases of a family in a variant.
 pub fn members<'a>(stored: &'a [StoredCase], family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
     stored.iter().filter(|c| c.record.converged() && c.is_in(&family.name, variant)).collect()
 }
 
-/// Sizes of the time steps of the cases of a family \[s\].
+/// Returns the time steps of the cases of a family \[s\].
 pub fn steps(cases: &[&StoredCase]) -> Vec<f64> {
     step_sizes(&cases.iter().map(|c| &c.record).collect::<Vec<_>>())
 }
 
-/// Sizes of the cases on the axis that their family refines, and the formal order there.
+/// The sizes of the cases along the axis in which their family is refined, and the formal order there.
 fn sizes(cases: &[&StoredCase]) -> (Vec<f64>, f64) {
     let Some(first) = cases.first().map(|c| &c.record) else { return (vec![], 2.0) };
     match cases.iter().any(|c| (c.record.mesh.h_m / first.mesh.h_m - 1.0).abs() > 1e-6) {
@@ -64,7 +64,7 @@ fn sizes(cases: &[&StoredCase]) -> (Vec<f64>, f64) {
     }
 }
 
-/// The reference of a quantity in a variant; `None` where no family has two cases.
+/// Returns the reference of a quantity in a variant; `None` if no family has two cases.
 pub fn reference(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -117,7 +117,7 @@ pub fn reference(
     })
 }
 
-/// Least size of a curve that errors are related to; zero without an absolute tolerance.
+/// Smallest size of a curve that errors are relative to; zero without an absolute tolerance.
 fn least(tolerance: Tolerance) -> f64 {
     tolerance.scale(0.0)
 }
@@ -138,8 +138,8 @@ fn extrapolated(
     estimate_of_order((&family.name, family.role, family.formulation_of(cases)), formal, levels, None, tolerance)
 }
 
-/// ‖f − f*‖₂/‖f* − f*₀‖₂ on the times of f*, f linear between its rows: a user with such steps has no more than those. Where the body lies in its frame
-/// decides nothing.
+/// Returns ‖f − f*‖₂/‖f* − f*₀‖₂ at the times of f*, with f linear between its rows, because a user with such steps knows no more. The position of
+/// the body in its frame does not matter.
 pub fn curve_error(
     reference: &ReferenceCurve,
     case: &StoredCase,

@@ -43,7 +43,7 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
     }
 }
 
-/// Whether some setting meets the tolerance; which one is the cheapest, measured times tell.
+/// Decides whether some setting meets the tolerance; which one is cheapest depends on measured times.
 fn decision(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> (String, String) {
     let met = q.answer(Measure::Peak, tolerance).is_some_and(|a| a.cheapest.is_some());
     let what = format!("{}, {} is within the tolerance in some setting", q.quantity.name, q.variant);
@@ -58,7 +58,7 @@ fn claims(q: &ByQuantity<CostOfAccuracy>) -> impl Iterator<Item = Claim> + '_ {
     })
 }
 
-/// Cost of the peak at the tolerance.
+/// The cost of the peak at the tolerance.
 fn fact(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> Option<(String, String)> {
     let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
     Some((seconds(s.cost_s), format!("{} within {} ({})", q.peak_title(), percent(tolerance), s.label)))

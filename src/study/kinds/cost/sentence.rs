@@ -5,7 +5,7 @@ use crate::study::analysis::{ByQuantity, without_result};
 use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
 use crate::study::kinds::cost::line::{How, LevelCost, Line};
 
-/// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
+/// The cheapest setting that meets the tolerance and the cost of the next better one, for the peak and for the curve.
 pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
     let Some(r) = &q.reference else {
         return format!("{}: no reference, so no cost can be given.", capital(&q.title()));
@@ -56,10 +56,10 @@ fn cheapest(q: &ByQuantity<CostOfAccuracy>, measure: Measure, tolerance: f64) ->
     format!("{what} the cheapest setting within {} is {}, {bar} for {cost} ({next})", percent(tolerance), s.label)
 }
 
-/// A ratio of costs below is none.
+/// Ratio of costs below which they count as equal.
 const RATIO: f64 = 1.5;
 
-/// Cheapest and most expensive family at a level, where both have a cost of their own and their ratio is one.
+/// The cheapest and the most expensive family at a level, if both have their own cost and the ratio is significant.
 fn extremes(q: &ByQuantity<CostOfAccuracy>, level: usize) -> Option<[(&str, LevelCost); 2]> {
     let own = |l: &Line| l.costs.get(level).copied().flatten();
     let by_cost: Vec<(&str, LevelCost)> = q.lines.iter().filter_map(|l| Some((l.label.as_str(), own(l)?))).collect();
@@ -69,11 +69,11 @@ fn extremes(q: &ByQuantity<CostOfAccuracy>, level: usize) -> Option<[(&str, Leve
     (known && expensive.1.seconds > RATIO * cheap.1.seconds).then_some([*cheap, *expensive])
 }
 
-/// Factor between the ends of an interval beyond which its upper end says nothing.
+/// Ratio of the ends of an interval above which its upper end is not informative.
 const WIDE: f64 = 1e3;
 
-/// The cost of one family relative to that of a cheaper one. The interval of the ratio is from the least cost of the one over the largest of the other to
-/// the largest over the least.
+/// The cost of one family relative to that of a cheaper one. The interval of the ratio runs from the smallest cost of the former over the largest of
+/// the latter to the largest over the smallest.
 fn relative_cost([(cheap, less), (expensive, more)]: [(&str, LevelCost); 2]) -> String {
     let [low, high] = [more.ends()[0] / less.ends()[1], more.ends()[1] / less.ends()[0]];
     let would = |factor: String, how: &str| format!(", {expensive} would cost {factor} times as much as {cheap}{how}");
@@ -147,7 +147,7 @@ mod tests {
         assert!(!nothing.contains("times"), "{nothing}");
     }
 
-    /// The interval of a ratio is that of both costs: 50 to 90 s over 0.5 to 2 s is 25 to 180. Costs whose intervals overlap have no order.
+    /// The interval of a ratio combines those of both costs: 50 to 90 s over 0.5 to 2 s is 25 to 180. Costs with overlapping intervals have no order.
     #[test]
     fn the_interval_of_a_ratio_is_of_both_costs() {
         let words =
@@ -160,7 +160,7 @@ mod tests {
         assert!(own([1e-4, 2.0]).ends_with("at least 25 times as much as tet10 by extrapolation (95 %)"));
         let overlap = own([1e-4, 60.0]);
         assert!(overlap.contains("too few cases") && !overlap.contains("times"), "{overlap}");
-        // Nothing is known of how much less a cost may be that is at most that of the coarsest case
+        // A cost of at most that of the coarsest case may be lower by an unknown amount
         let least = words(cost(1.0, How::AtMost, None));
         assert!(least.ends_with("would cost at least 50 times as much as tet10 by extrapolation (95 %)"), "{least}");
         let measured = relative_cost([("b", cost(0.32, How::AtMost, None)), ("a", cost(0.7, How::Between, None))]);

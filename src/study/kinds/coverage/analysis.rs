@@ -1,4 +1,4 @@
-//! Counts of the error bars of all problems that contain the truth.
+//! Counts how many error bars of all problems contain the truth.
 //!
 //! Pure: stored cases in, [`CoverageFindings`] out.
 
@@ -11,23 +11,23 @@ use crate::study::kinds::coverage::truth::{Truth, truth};
 use crate::study::store::record::{StoredCase, StudyRecord};
 use crate::wording::{all, count};
 
-/// Share of the bars that must hold, and the largest median of bar over error, for the verdict to be yes.
+/// Share of bars that must hold, and largest median of bar over error, for a positive verdict.
 pub const LEAST_SHARE: f64 = 0.95;
 pub const MOST_RATIO: f64 = 4.0;
-/// Shares of effectivities: from 0.7 to 1.4 on smooth problems, from 0.5 to 2 on all.
+/// Required share of effectivities from 0.7 to 1.4 on smooth problems, and from 0.5 to 2 on all.
 pub const LEAST_NEAR: f64 = 0.8;
 pub const LEAST_WITHIN: f64 = 0.9;
 
 /// Findings of a coverage study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoverageFindings {
-    /// Problems in all materials
+    /// Number of problems in all materials
     pub problems: usize,
     pub truths: Vec<Truth>,
     pub marks: Vec<Mark>,
-    /// Shares of all bars first, then by group
+    /// Share of bars that hold: of all bars first, then by group
     pub shares: Vec<Share>,
-    /// Effectivities of estimates from one run: smooth problems, singular ones, all
+    /// Effectivities of estimates from one run: on smooth problems, on singular ones, on all
     pub effectivities: Vec<Effectivity>,
 }
 
@@ -40,7 +40,7 @@ impl CoverageFindings {
         self.shares.iter().find(|s| s.estimator == estimator)
     }
 
-    /// Whether bars hold often enough, and are narrow enough.
+    /// Whether bars hold often enough and are narrow enough.
     pub fn passes(&self) -> bool {
         Estimator::ALL
             .iter()
@@ -48,7 +48,7 @@ impl CoverageFindings {
     }
 }
 
-/// Analyses what is there; cases that are missing or did not converge are named.
+/// Analyses the stored cases; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, coverage: &CoverageRecord, stored: &[StoredCase]) -> Analysis<CoverageFindings> {
     let (mut truths, mut all, mut problems) = (vec![], vec![], 0);
     for problem in &coverage.problems {
@@ -74,13 +74,13 @@ pub fn analyse(study: &StudyRecord, coverage: &CoverageRecord, stored: &[StoredC
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-/// Cases whose errors could not be estimated from their own runs.
+/// The cases whose errors could not be estimated from their own runs, each with the reason.
 fn refusals(stored: &[StoredCase]) -> impl Iterator<Item = String> {
     let why = |c: &StoredCase| c.record.one_run.as_ref()?.missing();
     stored.iter().filter_map(move |c| Some(format!("{} has no estimate from its run: {}.", c.record.id, why(c)?)))
 }
 
-/// Groups of bars: what they are grouped by, and the group of a bar.
+/// A grouping of bars: the property that they are grouped by, and the function that gives the group of a bar.
 type Group = (&'static str, fn(&Mark) -> String);
 
 const GROUPS: [Group; 8] = [
@@ -133,7 +133,7 @@ fn effectivities(marks: &[Mark]) -> Vec<Effectivity> {
     groups.into_iter().flatten().collect()
 }
 
-/// Why no bar of an estimator counts.
+/// The reasons why no bar of an estimator counts.
 fn without_bars(a: &CoverageFindings, estimator: Estimator) -> String {
     let reasons = [
         (

@@ -1,4 +1,4 @@
-//! Bar over true error of every error bar, problem after problem.
+//! The ratio of bar to true error for every error bar, problem by problem.
 
 use crate::report::canvas::{
     At, INK, Mark as Shape, PALE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text,
@@ -18,11 +18,11 @@ const TALL: f64 = 62.0;
 const GAP: f64 = 14.0;
 const RIGHT: f64 = 4.0;
 const GREY: RGB = RGB(0xc4, 0xc4, 0xc4);
-/// Ratios beyond these are drawn at the edge.
+/// Smallest and largest ratio that is drawn; ratios beyond are drawn at the edge.
 const LEAST: f64 = 0.1;
 const MOST: f64 = 1000.0;
 
-/// `None` without a bar.
+/// Draws the ratios; `None` without a bar.
 pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
     let (mut problems, mut formulations): (Vec<&str>, Vec<&str>) = (vec![], vec![]);
     for m in &a.marks {
@@ -100,7 +100,7 @@ fn look(m: &Mark, formulations: &[&str]) -> (Shape, RGB) {
     }
 }
 
-/// In the strip of its problem, spread by material and then in the order of the bars.
+/// The position in the strip of its problem, grouped by material and then in the order of the bars.
 fn place(m: &Mark, problems: &[&str], all: &[Mark]) -> f64 {
     let k = problems.iter().position(|p| *p == m.problem).unwrap_or(0);
     let own: Vec<&Mark> = all.iter().filter(|o| o.problem == m.problem && o.estimator == m.estimator).collect();

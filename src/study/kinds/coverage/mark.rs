@@ -1,4 +1,4 @@
-//! One error bar next to the truth.
+//! One error bar compared with the truth.
 //!
 //! ```text
 //! bar holds          |truth − value| ≤ bar
@@ -7,8 +7,8 @@
 //! effectivity        (corrected − value) / (truth − value)
 //! ```
 //!
-//! From one run, value, corrected, uncertainty and bar are those of its estimate. From many runs, value is that of the finest mesh of a family,
-//! corrected ± uncertainty is f* ± U(f*), and bar = |value − f*| + U(f*), as a convergence study states it.
+//! For an estimate from one run, value, corrected value, uncertainty and bar are its own. For an estimate from many runs, value is that of the finest
+//! mesh of a family, corrected ± uncertainty is f* ± U(f*), and bar = |value − f*| + U(f*), as in a convergence study.
 
 use crate::math::statistics::half_width_of_one;
 use crate::study::curve::peak;
@@ -18,7 +18,7 @@ use crate::study::kinds::coverage::truth::{Truth, levels};
 use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
-/// A truth is known if its uncertainty is at most this share of a bar.
+/// Largest uncertainty of a truth that counts as known, as a fraction of the bar.
 const KNOWN: f64 = 0.1;
 
 /// The source of an error bar.
@@ -45,9 +45,9 @@ impl Estimator {
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
     Counted,
-    /// The truth is not known to a tenth of the bar
+    /// The truth is not known to within a tenth of the bar
     TruthUncertain,
-    /// The family diverges, locks, or does not resolve the thinnest wall, and a study refuses it: no claim
+    /// A study makes no claim with it and refuses it, because the family diverges, locks, or does not resolve the thinnest wall
     Refused,
 }
 
@@ -57,9 +57,9 @@ pub struct Mark {
     pub problem: String,
     pub body: String,
     pub smooth: bool,
-    /// The boundary of the body is curved
+    /// Whether the boundary of the body is curved
     pub curved: bool,
-    /// The problem took no part in the choice of the bounds and rules
+    /// Whether the problem took no part in the choice of the bounds and rules
     pub fresh: bool,
     pub material: String,
     pub formulation: String,
@@ -76,11 +76,11 @@ pub struct Mark {
     pub corrected: f64,
     pub uncertainty: f64,
     pub bar: f64,
-    /// Number of meshes that an estimate of many runs has
+    /// Number of meshes behind an estimate from many runs
     pub meshes: usize,
-    /// U(f*) of many runs is within the tolerance of the study
+    /// Whether U(f*) from many runs is within the tolerance of the study
     pub defensible: bool,
-    /// The case, or the finest one of the family, has an alarm of locking
+    /// Whether the case, or the finest one of the family, raises the locking alarm
     pub locks: bool,
 }
 
@@ -97,7 +97,7 @@ impl Mark {
         (self.truth - self.corrected).abs() <= self.uncertainty
     }
 
-    /// The truth is known to a tenth of the uncertainty of the corrected value.
+    /// Whether the truth is known to within a tenth of the uncertainty of the corrected value.
     pub fn interval_known(&self) -> bool {
         self.truth_uncertainty <= KNOWN * self.uncertainty
     }
@@ -115,7 +115,7 @@ impl Mark {
     }
 }
 
-/// All error bars of a problem in a material and a quantity.
+/// Returns all error bars of a problem in one material and quantity.
 pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord, truth: &Truth) -> Vec<Mark> {
     let mut seen: Vec<(&str, &CaseRecord)> = vec![];
     let mut out = vec![];
@@ -139,7 +139,8 @@ pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord
     out
 }
 
-/// The half width of the 95 % interval of one value by the seeds at the second finest size, as a convergence study has it from a family of seeds.
+/// The half-width of the 95 % interval of one value, from the seeds at the second finest size, as a convergence study takes it from a family of
+/// seeds.
 fn noise(
     stored: &[StoredCase],
     problem: &ProblemRecord,
@@ -193,7 +194,7 @@ impl Mark {
     fn of_one_run(&self, case: &StoredCase) -> Option<Self> {
         let r = &case.record;
         let q = r.one_run.as_ref()?.quantities.get(&self.quantity)?;
-        // Judged is the change of what does not start at zero
+        // For a quantity that does not start at zero, its change is judged
         let value = peak(case, &self.quantity)?;
         let mark = Self {
             case: r.id.clone(),

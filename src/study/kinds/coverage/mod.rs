@@ -1,4 +1,4 @@
-//! Coverage: how often error bars contain truths that are known, and how much wider than the errors they are.
+//! Coverage: how often error bars contain known truths, and how much wider they are than the errors.
 
 pub mod analysis;
 pub mod figure;
@@ -26,7 +26,7 @@ impl StudyKind for CoverageStudy {
     type Details = CoverageRecord;
     type Findings = CoverageFindings;
 
-    /// The problems that are marked as quick.
+    /// Keeps only the problems that are marked as quick.
     fn quick(mut self) -> Self {
         self.problems.retain(|problem| problem.quick);
         self

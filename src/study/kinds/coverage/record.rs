@@ -15,17 +15,17 @@ pub struct ProblemRecord {
     pub name: String,
     pub label: String,
     pub body: String,
-    /// No edge is singular
+    /// Whether no edge is singular
     pub smooth: bool,
-    /// Linear cells cut its boundary
+    /// Whether the boundary is curved, so that linear cells cut it
     pub curved: bool,
-    /// It took no part in the choice of the bounds and rules that are judged
+    /// Whether it took no part in the choice of the bounds and rules that are judged
     #[serde(default)]
     pub fresh: bool,
     pub quantities: Vec<StudyQuantity>,
     /// Families whose error bars are judged
     pub judged: Vec<JudgedFamily>,
-    /// Families that know the truth
+    /// Families that determine the truth
     pub truths: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Report of a coverage study: the counts, what is outside of its bar, the truths.
+//! Report of a coverage study: the counts, the truths outside their bars, and the truths themselves.
 
 use crate::report::figure::drawn;
 use crate::report::names::title;

@@ -1,4 +1,4 @@
-//! Counts of error bars that hold, with the interval of their share.
+//! Counts of error bars that hold, with the confidence interval of their share.
 
 use crate::math::statistics::median;
 use crate::study::kinds::coverage::mark::{Estimator, Mark};
@@ -11,7 +11,7 @@ const Z: f64 = 1.96;
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Share {
     pub estimator: Estimator,
-    /// Property by which bars are grouped, and its value: `formulation`, `tet10_up`
+    /// Property by which bars are grouped, for example `formulation` with the group `tet10_up`
     pub by: &'static str,
     pub group: String,
     pub bars: usize,
@@ -20,13 +20,13 @@ pub struct Share {
     pub interval: [f64; 2],
     /// Median of bar/|truth − value| \[–\]
     pub median_ratio: f64,
-    /// Intervals about the corrected value, whose truth is known to a tenth of their half width
+    /// Number of intervals about the corrected value with a truth that is known to within a tenth of their half-width
     pub intervals: usize,
     pub intervals_hold: usize,
 }
 
 impl Share {
-    /// `None` without a bar that counts.
+    /// Counts the bars of a group; `None` without a bar that counts.
     pub fn new(estimator: Estimator, by: &'static str, group: &str, marks: &[&Mark]) -> Option<Self> {
         if marks.is_empty() {
             return None;
@@ -51,20 +51,20 @@ impl Share {
     }
 }
 
-/// Effectivities within bounds.
+/// Numbers of effectivities within bounds.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Effectivity {
     pub group: String,
     pub bars: usize,
     pub median: f64,
-    /// Number of those from 0.7 to 1.4
+    /// Number of effectivities from 0.7 to 1.4
     pub near: usize,
-    /// Number of those from 0.5 to 2
+    /// Number of effectivities from 0.5 to 2
     pub within: usize,
 }
 
 impl Effectivity {
-    /// `None` without an estimate that counts.
+    /// Counts the effectivities of a group; `None` without an estimate that counts.
     pub fn new(group: &str, marks: &[&Mark]) -> Option<Self> {
         let all: Vec<f64> = marks.iter().map(|m| m.effectivity()).collect();
         if all.is_empty() {
@@ -76,7 +76,7 @@ impl Effectivity {
     }
 }
 
-/// 95 % interval of a share after `hold` of `n` (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
+/// Returns the 95 % interval of a share of which `hold` of `n` cases hold (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212).
 pub fn wilson(hold: usize, n: usize) -> [f64; 2] {
     let (n, p) = (n as f64, hold as f64 / n as f64);
     let z2 = Z * Z / n;
@@ -88,7 +88,7 @@ pub fn wilson(hold: usize, n: usize) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Wilson's interval of 9 in 10 is 0.596 to 0.982; all of n leave (z²/n)/(1 + z²/n) below 1.
+    /// Wilson's interval for 9 of 10 is 0.596 to 0.982; with n of n, (z²/n)/(1 + z²/n) remains below 1.
     #[test]
     fn intervals_of_shares() {
         let [lo, hi] = wilson(9, 10);

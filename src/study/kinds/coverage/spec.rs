@@ -1,7 +1,7 @@
 //! `[[material]]`, `[[formulation]]`, `[[truth]]`, `[[seed]]` and `[[problem]]` of a study of kind `coverage`, as families of cases.
 //!
-//! A family is one problem in one formulation with one seed, its members are the sizes, and the materials are its variants. The families
-//! of the truth are references: the errors of their cases are not estimated from their own runs.
+//! A family is one problem in one formulation with one seed; its members are the sizes, and its variants the materials. The families of the truth are
+//! references: the errors of their cases are not estimated from their own runs.
 
 use crate::scene::changes;
 use crate::schema::AnyTable;
@@ -24,7 +24,7 @@ pub struct CoverageStudy {
     /// Formulations whose error bars are judged
     #[serde(rename = "formulation", default)]
     pub formulations: Vec<ChangesSpec>,
-    /// Formulations that know the truth on finer meshes
+    /// Formulations that determine the truth on finer meshes
     #[serde(rename = "truth", default)]
     pub truths: Vec<ChangesSpec>,
     /// Several meshes of the same size
@@ -41,13 +41,13 @@ pub struct CoverageStudy {
 pub struct ChangesSpec {
     /// Part of the case ids
     pub name: String,
-    /// In words; the name if absent
+    /// Name in words; `name` if absent
     pub label: Option<String>,
     /// Changes by path
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
-    /// Of a formulation: which of the sizes of a problem it is run with
+    /// For a formulation, the series of sizes of a problem with which it is run
     pub sizes: Option<String>,
 }
 
@@ -59,35 +59,35 @@ pub struct ProblemSpec {
     pub name: String,
     /// The set-up in one line
     pub label: String,
-    /// Kind of body, by which counts are given
+    /// Kind of body by which the counts are grouped
     pub body: String,
     /// Scene file, relative to the study
     pub scene: PathBuf,
-    /// No edge is singular
+    /// Whether no edge is singular
     #[serde(default)]
     pub smooth: bool,
-    /// The boundary is curved, so that linear cells cut it
+    /// Whether the boundary is curved, so that linear cells cut it
     #[serde(default)]
     pub curved: bool,
-    /// It took no part in the choice of the bounds and rules that are judged: counted apart, too
+    /// Whether it took no part in the choice of the bounds and rules that are judged; such problems are also counted separately
     #[serde(default)]
     pub fresh: bool,
-    /// Belongs to the quick half
+    /// Whether it belongs to the quick half
     #[serde(default)]
     pub quick: bool,
     /// Quantities whose error bars are judged
     #[serde(rename = "quantity")]
     pub quantities: Vec<StudyQuantity>,
-    /// Name of a series of sizes → label of a size → its changes; `truth` is the series of the truth
+    /// Changes by label of a size, by name of a series of sizes; `truth` is the series of the truth
     #[serde(deserialize_with = "changes::of_series")]
     #[schemars(with = "BTreeMap<String, AnyTable>")]
     pub sizes: BTreeMap<String, toml::Table>,
 }
 
-/// The series of sizes of the truth.
+/// Name of the series of sizes of the truth.
 const TRUTH: &str = "truth";
 
-/// Families and what is known of them; the first mistake as place, fact and remedy.
+/// Returns the families and the record of the problems, or the first mistake as place, fact and remedy.
 pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistake> {
     check(study)?;
     let variant = |m: &ChangesSpec| VariantSpec {

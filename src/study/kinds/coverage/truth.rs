@@ -1,9 +1,9 @@
-//! The true value of a quantity, by families of finer meshes in several formulations.
+//! The true value of a quantity, from families of finer meshes in several formulations.
 //!
-//! Each family of the truth has a limit f* (the Richardson value where the order of its three finest meshes is sane, the finest value f₁
-//! otherwise) and a change δ towards it, |f* − f₁| or, without an order, the last difference |f₁ − f₂|. The truth is the limit of the
-//! family with the smallest δ. Its uncertainty is the largest distance from the limit of another family, and at least a quarter of δ where
-//! it was extrapolated, all of it where not. A family whose value may have no limit, or with a region whose border runs through cells, knows no truth.
+//! Each family of the truth has a limit f* (the Richardson value if the order of its three finest meshes is sane, otherwise the finest value f₁) and
+//! a change δ towards it: |f* − f₁|, or without an order the last difference |f₁ − f₂|. The truth is the limit of the family with the smallest δ. Its
+//! uncertainty is the largest distance from the limit of another family, and at least a quarter of δ if the limit was extrapolated, otherwise all of
+//! δ. A family whose value may have no limit, or that has a region whose border runs through cells, is not used.
 
 use crate::study::curve::peak;
 use crate::study::estimate::family::{Level, estimate, formal_order};
@@ -12,22 +12,22 @@ use crate::study::kinds::coverage::record::ProblemRecord;
 use crate::study::store::record::{Role, StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
-/// Share of a change by extrapolation that counts as its uncertainty.
+/// Fraction of the change by extrapolation that counts as its uncertainty.
 const SHARE_OF_CHANGE: f64 = 0.25;
 
-/// A known value.
+/// A true value with its uncertainty.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Truth {
     pub problem: String,
     pub material: String,
     pub quantity: StudyQuantity,
-    /// \[unit of the quantity\]
+    /// True value \[unit of the quantity\]
     pub value: f64,
     pub uncertainty: f64,
-    /// The family it is of, and that of the others that is farthest
+    /// The family it comes from, and the other family whose limit is farthest from it
     pub family: String,
     pub other: String,
-    /// Cells of the finest mesh
+    /// Number of cells of the finest mesh
     pub cells: usize,
 }
 
@@ -39,7 +39,7 @@ struct Limit {
     cells: usize,
 }
 
-/// `None` unless two families have two converged meshes each.
+/// Determines the truth; `None` unless two families have two converged meshes each.
 pub fn truth(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -87,7 +87,7 @@ fn limit(study: &StudyRecord, stored: &[StoredCase], family: &str, material: &st
     Some(Limit { family: family.into(), value, change, uncertainty, cells })
 }
 
-/// Converged meshes of a family, finest first.
+/// Returns the converged meshes of a family, finest first.
 pub fn levels<'a>(
     stored: &'a [StoredCase],
     family: &str,

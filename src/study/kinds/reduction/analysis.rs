@@ -16,18 +16,18 @@ use crate::wording::count;
 pub struct ReductionFindings {
     pub inputs: Vec<ReductionInputRecord>,
     pub quantities: Vec<StudyQuantity>,
-    /// None as long as there are no models
+    /// Record of the models; `None` as long as there are none
     pub derived: Option<DerivedRecord>,
     /// Whether every case has its result
     pub complete: bool,
-    /// Most states of a greedy plan
+    /// Largest number of states of a greedy plan
     pub plan: Option<usize>,
-    /// The smallest model whose errors are within the tolerance
+    /// Index of the smallest model whose errors are within the tolerance
     pub chosen: Option<usize>,
 }
 
 impl ReductionFindings {
-    /// Why there is no model, where every case has its result.
+    /// Returns why there is no model although every case has its result.
     pub fn without_models(&self) -> Option<String> {
         match &self.derived {
             Some(derived) if derived.models.is_empty() => {
@@ -38,18 +38,18 @@ impl ReductionFindings {
         }
     }
 
-    /// The models; none where there are none yet.
+    /// Returns the models; an empty slice as long as there are none.
     pub fn models(&self) -> &[ModelRecord] {
         self.derived.as_ref().map_or(&[], |d| &d.models)
     }
 }
 
-/// Largest error of a quantity as a share of its size.
+/// Returns the largest error of a quantity relative to its size.
 pub fn relative(q: &QuantityRecord) -> f64 {
     if q.largest == 0.0 { 0.0 } else { q.largest / q.size }
 }
 
-/// A time in µs or ms; a dash where none was measured.
+/// Formats a time in µs or ms; a dash if it was not measured.
 pub fn time(seconds: f64) -> String {
     match seconds {
         0.0 => "–".into(),
@@ -59,7 +59,7 @@ pub fn time(seconds: f64) -> String {
     }
 }
 
-/// Analyses what is there.
+/// Analyses the stored results.
 pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {
     let study = &results.study;
     let read = |value: &serde_json::Value| serde_json::from_value::<DerivedRecord>(value.clone());
@@ -94,7 +94,7 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-/// Bar over error from which on a bar is called wide.
+/// Ratio of bar to error above which a bar is called wide.
 const WIDE: f64 = 5.0;
 
 fn doubts(models: &[ModelRecord], quantities: &[StudyQuantity]) -> Vec<String> {
@@ -118,7 +118,7 @@ fn doubts(models: &[ModelRecord], quantities: &[StudyQuantity]) -> Vec<String> {
     out
 }
 
-/// The CPU time of a small step, in a sentence; nothing where none was measured.
+/// The CPU time of a small step, in a sentence; empty if it was not measured.
 fn small_step(model: &ModelRecord) -> String {
     let [median, last] = model.step_s;
     if median == 0.0 {
@@ -185,7 +185,7 @@ pub(super) mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    /// Of one state that was held back there is no way to another, and no small step along it.
+    /// With a single held-back state there is no path to another one, and so no small step along it.
     #[test]
     fn what_was_not_measured_is_not_said() {
         let model = |step_s| ModelRecord { step_s, ..found(0.0, None).models()[0].clone() };
@@ -219,7 +219,7 @@ pub(super) mod tests {
         }
     }
 
-    /// The verdict says which model has which error over how many states, and only times that were measured.
+    /// The verdict says which model has which error over how many states, and states only times that were measured.
     #[test]
     fn the_verdict_is_of_the_model_that_was_measured() {
         assert_eq!(
@@ -235,7 +235,7 @@ pub(super) mod tests {
         assert!(none.starts_with(best), "{none}");
     }
 
-    /// A quantity that changes nowhere and has no error is exact.
+    /// A quantity that never changes and has no error is exact.
     #[test]
     fn no_error_of_nothing_is_no_error() {
         let mut record = found(0.0, None).derived.expect("models").models.remove(0).quantities.remove(0);
@@ -245,7 +245,7 @@ pub(super) mod tests {
         assert_eq!(relative(&record), f64::INFINITY);
     }
 
-    /// A record of models that this program cannot read is told with its remedy, and there is no verdict by it.
+    /// A record of models that this program cannot read is reported with its remedy, and no verdict uses it.
     #[test]
     fn a_record_that_cannot_be_read_is_told() {
         let study = serde_json::json!({

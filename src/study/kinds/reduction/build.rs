@@ -24,8 +24,8 @@ use std::time::Instant;
 /// File with the record of the models.
 const DERIVED: &str = "derived.json";
 
-/// The record of the models, which are made where the states, the choices or the program have changed; where another program cannot make
-/// them since the files or the mesh of the scene are others now, those that are there stay. None as long as a run is missing.
+/// Returns the record of the models, which are made again if the states, the choices or the program have changed; if another build cannot make them
+/// because the files or the mesh of the scene have changed, the existing models are kept. `None` as long as a run is missing.
 pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, Underived> {
     let (Some(training), Some(held_back)) = (converged(results, Role::Training), converged(results, Role::HeldBack))
     else {
@@ -33,7 +33,7 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     };
     let rounds = Rounds::read(dir);
     if record.greedy.is_some() && !rounds.has_ended() {
-        // Where it cannot go on it says why
+        // If the search cannot continue, it says why
         round(results, record, dir)?;
         return Err("the search for training states has not ended; run the study again to go on".to_string().into());
     }
@@ -53,14 +53,15 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     Ok(Some(value))
 }
 
-/// The record of models whose files are those that were written with it.
+/// The record of the models, if their files are unchanged since it was written.
 fn kept(dir: &Path) -> Option<DerivedRecord> {
     let known: DerivedRecord = files::json(&dir.join(DERIVED)).ok().flatten()?;
     let is_own = |m: &ModelRecord| storage::read(&dir.join(&m.file), DATA_LIMIT).is_ok_and(|b| sha256(b) == m.sha256);
     known.models.iter().all(is_own).then_some(known)
 }
 
-/// The record of models that another build has made of these states, where they are not made anew only because the files or the mesh of the scene are others now.
+/// The record of models that another build has made from these states, if the only reason not to make them again is that the files or the mesh of the
+/// scene have changed.
 fn of_another_build(why: Underived, states: &str, dir: &Path) -> Result<DerivedRecord, Underived> {
     let stays = matches!(why, Underived::NotAsComputed(_));
     let Some(mut known) = kept(dir).filter(|known| stays && known.states_sha256 == states) else { return Err(why) };
@@ -68,18 +69,18 @@ fn of_another_build(why: Underived, states: &str, dir: &Path) -> Result<DerivedR
     Ok(known)
 }
 
-/// The record of models that are not made anew, whose files are noted as those of the report.
+/// The record of models that are not made again; their files are registered as part of the report.
 fn again(known: &DerivedRecord, dir: &Path) -> Option<Value> {
     let models = known.models.iter().map(|model| model.file.as_str());
     models.chain([DERIVED]).for_each(|file| writing::note(&dir.join(file)));
     serde_json::to_value(known).ok()
 }
 
-/// Digests of what the models are made of.
+/// Digests of everything that the models are made of.
 struct Sources {
-    /// Of the states and the choices
+    /// Digest of the states and the choices
     states: String,
-    /// Of the program too
+    /// Digest that also includes the program
     all: String,
 }
 
@@ -118,7 +119,7 @@ fn make(
         let start = Instant::now();
         let mut model = match trained.model(modes, record.sampling, &others) {
             Ok(model) => model,
-            // The other models are not lost by it
+            // The other models are still made
             Err(why) => {
                 left_out.push(format!("No model with {modes} modes could be made: {why}."));
                 continue;
@@ -154,9 +155,9 @@ fn make(
     })
 }
 
-/// Parts that the way between two points is divided into, for the time of a step.
+/// Number of steps into which the path between two points is divided to time a step.
 const PARTS: usize = 50;
-/// Ways that are timed so.
+/// Number of paths that are timed in this way.
 const WAYS: usize = 40;
 
 fn describe(
@@ -175,7 +176,7 @@ fn describe(
         };
         (1..=PARTS).map(between).collect::<Vec<_>>()
     });
-    // The steps of a model that moves have one length
+    // The steps of a model that moves all have one length
     let small = if twin.dt().is_some() { None } else { Some(times(&mut twin, ways.map(|u| (false, u)))) };
     let (step_s, steps) = small.unwrap_or((leap_s, leaps));
     let all = all_errors(model, others).map_err(|e| e.to_string())?;
@@ -201,14 +202,15 @@ fn describe(
     })
 }
 
-/// Median and 99th percentile of the CPU times of steps to these inputs \[s\], and their iterations on average. Steps without a result count in neither.
+/// Median and 99th percentile of the CPU times of steps to these inputs \[s\], and their mean number of iterations. Steps without a result do not
+/// count.
 fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f64; 2], f64) {
     let (mut all, mut iterations) = (vec![], 0.0);
     for (at_rest, u) in inputs {
         begin(twin, at_rest);
         let stopwatch = Stopwatch::start();
         if let Ok(report) = twin.step(&u) {
-            // On some systems the CPU clock is too coarse for one step
+            // On some systems the CPU clock is too coarse for a single step
             let spent = stopwatch.spent();
             all.push(if spent.cpu_s > 0.0 { spent.cpu_s } else { spent.wall_s });
             iterations += report.iterations as f64;
@@ -247,7 +249,7 @@ mod tests {
     use super::*;
     use crate::study::kinds::reduction::analysis::tests::found;
 
-    /// Models of another build stay where only the files of the scene are others now, not where this build refuses the states that they were made of.
+    /// Models of another build are kept if only the files of the scene have changed, but not if this build refuses the states that they were made of.
     #[test]
     fn models_of_states_that_are_refused_do_not_stay() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -6,7 +6,7 @@ use crate::study::kinds::reduction::record::ReductionInputRecord;
 use crate::study::spec::Mistake;
 use std::path::Path;
 
-/// Keys that are neither signals nor constants of laws: how they are known, why they cannot be inputs, and the remedy.
+/// Keys that are neither signals nor constants of laws: the part of the key that identifies them, why they cannot be inputs, and the remedy.
 const OTHERS: [(&str, &str, &str); 5] = [
     (
         "mesh.",
@@ -19,7 +19,7 @@ const OTHERS: [(&str, &str, &str); 5] = [
     (".prony", "statics have no rates", "leave relaxation out"),
 ];
 
-/// Refuses inputs that cannot be, at their place, with the reason.
+/// Refuses inputs that are impossible, naming the input and the reason.
 pub fn check(inputs: &[ReductionInputRecord], scene: &Path) -> Result<(), Mistake> {
     for input in inputs {
         let place = format!("input {}", input.name);
@@ -28,7 +28,7 @@ pub fn check(inputs: &[ReductionInputRecord], scene: &Path) -> Result<(), Mistak
             return Err((place, format!("{} cannot be an input: {why}", input.key), (*remedy).into()));
         }
     }
-    // A scene that cannot be read is refused with its own reason
+    // A scene that cannot be read is refused elsewhere, with its own reason
     let Ok((spec, _)) = read_scene(scene, &[]) else { return Ok(()) };
     for input in inputs.iter().filter(|input| input.is_constant()) {
         let mistake = |fact: String, remedy: String| (format!("input {}", input.name), fact, remedy);

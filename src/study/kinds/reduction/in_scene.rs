@@ -1,4 +1,4 @@
-//! The inputs of a study as its scene has them: their values at its start, and whether they drive.
+//! The inputs of a study as they are in its scene: their values at the start, and whether they drive it.
 
 use super::record::ReductionInputRecord;
 use crate::math::units;
@@ -8,9 +8,10 @@ use crate::study::spec::Mistake;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages or a static one.
+/// Adds the facts of the scene to each input. Refuses two inputs that replace the same value and, for runs in time, a scene that is static or has
+/// several stages.
 pub fn complete(inputs: &mut [ReductionInputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
-    // A scene that cannot be read is refused with its own reason
+    // A scene that cannot be read is refused elsewhere, with its own reason
     let Ok((spec, text)) = read_scene(scene, &[]) else { return Ok(()) };
     let table: toml::Table = text.parse().unwrap_or_default();
     if in_time && spec.stages.len() > 1 {
@@ -34,11 +35,11 @@ pub fn complete(inputs: &mut [ReductionInputRecord], scene: &Path, in_time: bool
     Ok(())
 }
 
-/// Refuses inputs whose keys lead to the same place, however they are written.
+/// Refuses inputs whose keys lead to the same value, however they are written.
 fn check_apart(inputs: &[ReductionInputRecord], table: &toml::Table) -> Result<(), Mistake> {
     let mut marked = table.clone();
     for (k, input) in inputs.iter().enumerate() {
-        // A key that leads nowhere is refused with its own reason
+        // A key that leads nowhere is refused elsewhere, with its own reason
         overrides::apply(&mut marked, &input.key, (k as i64).into()).ok();
     }
     for (k, input) in inputs.iter().enumerate() {
@@ -72,13 +73,13 @@ fn check_whole(input: &ReductionInputRecord, table: &toml::Table) -> Result<(), 
     }
 }
 
-/// Whether a key is one of a weight.
+/// Whether a key belongs to a weight.
 fn is_weight(spec: &SceneSpec, table: &toml::Table, key: &str) -> bool {
     let entries = if key.starts_with("effect.") { overrides::entries_of(table, key) } else { vec![] };
     entries.iter().any(|&k| matches!(spec.effects.get(k), Some(EffectSpec::Gravity(_))))
 }
 
-/// The value of a signal or a constant at the start of the scene, in this unit.
+/// The value of a signal or a constant at the start of the scene, in `unit`.
 fn at_start(value: &toml::Value, unit: &str, scene: &Path) -> Option<f64> {
     let (_, _, factor, dimension) = units::parts(&format!("1 {unit}")).ok()?;
     let signal = SignalSpec::deserialize(value.clone()).ok()?;

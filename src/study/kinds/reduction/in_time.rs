@@ -1,4 +1,4 @@
-//! Runs in time of a reduction study: inputs that are polygons over time, drawn from their ranges.
+//! Runs in time of a reduction study: inputs that are piecewise linear over time, with corners drawn from their ranges.
 
 use super::path::random;
 use super::record::{ReductionInputRecord, ReductionMotionRecord};
@@ -14,11 +14,11 @@ use serde::Deserialize;
 pub struct MotionSpec {
     /// Length of each run
     pub duration: String,
-    /// Time from one corner of an input to the next: between corners it changes evenly
+    /// Time from one corner of an input to the next; in between it changes linearly
     pub corner: String,
 }
 
-/// The times in s.
+/// Parses the times, in seconds.
 pub fn motion(spec: &MotionSpec) -> Result<ReductionMotionRecord, Mistake> {
     let time = |key: &str, text: &str| {
         let wrong = |fact: String| {
@@ -39,13 +39,13 @@ pub fn motion(spec: &MotionSpec) -> Result<ReductionMotionRecord, Mistake> {
     Ok(record)
 }
 
-/// Shares of the ranges at the corners of each run, each drawn by itself.
+/// Returns the inputs at the corners of each run as fractions of their ranges, each drawn independently.
 pub fn corners(inputs: usize, runs: usize, motion: ReductionMotionRecord, seed: u64) -> Vec<Vec<Vec<f64>>> {
     let each = (motion.duration / motion.corner - 1e-9).ceil().max(1.0) as usize;
     random(inputs, runs * each, seed).chunks(each).map(<[Vec<f64>]>::to_vec).collect()
 }
 
-/// Refuses runs with steps that were cut: the model that is made of them has steps of one length, `dt` \[s\]. Each run comes with the number of its cuts.
+/// Refuses runs with cut steps, because the model made from them has steps of one length, `dt` \[s\]. Each run comes with its number of cuts.
 pub fn uncut<'a>(dt: f64, runs: impl Iterator<Item = (&'a str, usize)>) -> Result<(), String> {
     let cut: Vec<&str> = runs.filter(|(_, cuts)| *cuts > 0).map(|(id, _)| id).collect();
     if cut.is_empty() {
@@ -58,7 +58,7 @@ pub fn uncut<'a>(dt: f64, runs: impl Iterator<Item = (&'a str, usize)>) -> Resul
     ))
 }
 
-/// The inputs at a time of a run with these corners, in the units of both.
+/// Returns the inputs at time `t` of a run with these corners, in the units of the inputs.
 pub fn at(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: ReductionMotionRecord, t: f64) -> Vec<f64> {
     let place = t / motion.corner;
     let before = (place.floor() as usize).min(corners.len());
@@ -74,7 +74,7 @@ pub fn at(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: Reducti
     (0..inputs.len()).map(between).collect()
 }
 
-/// The changes of a run: each input is a polygon with these corners, from rest on.
+/// Returns the changes of a run: each input starts at rest and is linear between these corners.
 pub fn run(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: ReductionMotionRecord) -> toml::Table {
     let mut changes = super::runs::polygons(inputs, corners, motion.corner);
     changes.insert("stage.0.duration".into(), format!("{} s", motion.duration).into());
@@ -85,7 +85,7 @@ pub fn run(inputs: &[ReductionInputRecord], corners: &[Vec<f64>], motion: Reduct
 mod tests {
     use super::*;
 
-    /// The runs with cuts are named, with the step that they should have had.
+    /// Runs with cuts are named, with the step that they should have had.
     #[test]
     fn runs_with_cut_steps_are_refused() {
         assert_eq!(uncut(0.02, [("training-1", 0), ("training-2", 0)].into_iter()), Ok(()));
@@ -94,7 +94,7 @@ mod tests {
         assert!(why.contains("dt = 0.02 s were cut in training-1, held-back-1;"), "{why}");
     }
 
-    /// From rest to the first corner, on it, between two, and at the last one.
+    /// From rest to the first corner, at it, between two corners, and at the last one.
     #[test]
     fn inputs_are_polygons_from_rest() {
         let (start, held) = (None, false);

@@ -7,7 +7,7 @@ use crate::study::kinds::reduction::runs::at_points;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
 
-/// The comparison, where the study has a reference and its runs have their results.
+/// Compares meshes and models; `None` unless the study has a reference and all its runs have results.
 pub fn compare(
     results: &Results,
     record: &ReductionRecord,
@@ -34,7 +34,7 @@ pub fn compare(
     })
 }
 
-/// \[quantities × points\] changes of a case from its first row, at rest.
+/// Changes of a case from its first row, at rest \[quantities × points\].
 fn changes(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec<Vec<f64>>> {
     let at = at_points(&case.series.t_s);
     let change = |name: &String| {
@@ -45,7 +45,7 @@ fn changes(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec
     names.iter().map(change).collect()
 }
 
-/// The same of a model.
+/// Changes of a model from rest at the same points \[quantities × points\].
 fn along(model: &ReducedModel, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut twin = Twin::new(model.clone()).ok()?;
     let mut out = vec![vec![]; model.quantities.len()];
@@ -67,12 +67,12 @@ fn mesh(
     ReductionMeshRecord { name: name.into(), cells, step_s: step(case, states), errors: distances(values, target) }
 }
 
-/// CPU time from one of so many states of a case to the next \[s\]; parts of steps that were cut are none of their own.
+/// Returns the CPU time from one of `states` states of a case to the next \[s\]; parts of cut steps are not counted separately.
 pub fn step(case: &StoredCase, states: usize) -> f64 {
     case.record.cpu_s / states.max(1) as f64
 }
 
-/// Largest distance of each quantity.
+/// The largest distance in each quantity.
 fn distances(values: &[Vec<f64>], target: &[Vec<f64>]) -> Vec<f64> {
     let largest = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     values.iter().zip(target).map(largest).collect()

@@ -1,4 +1,4 @@
-//! Reduction: models of few unknowns made of runs of a scene, at rest or in time, with what they cost and how far they are off.
+//! Reduction: models of few unknowns made from runs of a scene, at rest or in time, with their cost and error.
 
 pub mod analysis;
 pub mod build;
@@ -36,11 +36,11 @@ impl StudyKind for ReductionStudy {
     type Findings = ReductionFindings;
 
     fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<ReductionRecord>, SceneError> {
-        // The tolerance is a key of all kinds
+        // The tolerance is a key of all kinds of study
         let (_, common) = read_table(file)?;
         let tolerance = common.get("tolerance").and_then(toml::Value::as_str).unwrap_or_default();
         let mut expansion = spec::expand(self, tolerance, scene).map_err(|mistake| refuse(file, mistake))?;
-        // One study, wherever it is called from
+        // The path is relative, so that the study is the same wherever it is run from
         let below = file.parent().and_then(|folder| scene.strip_prefix(folder).ok());
         expansion.details.scene = below.unwrap_or(scene).into();
         Ok(expansion)

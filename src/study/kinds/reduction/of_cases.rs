@@ -1,13 +1,14 @@
-//! Whether the files and the mesh of a scene are those that its cases were computed with: with others their states are none of the scene.
+//! Checks that the files and the mesh of a scene are those that its cases were computed with; otherwise the states do not belong to the scene.
 
 use crate::scene::{Body, FileDigest, mesh_sha256, simulated_files};
 use crate::study::kind::Underived;
 use crate::study::store::record::StoredCase;
 use std::path::Path;
 
-/// Refuses files that are not those of the cases, but for those that no state depends on. Records of earlier versions that name none say nothing.
+/// Refuses a scene whose files differ from those of the cases; files that no state depends on are ignored. Records of earlier versions that list no
+/// files are accepted.
 pub fn check_files(scene: &Path, cases: &[&StoredCase]) -> Result<(), Underived> {
-    // Apart from the inputs the scenes of all cases are one
+    // Apart from the inputs, all cases have the same scene
     let present = cases.first().map_or_else(Vec::new, |case| simulated_files(scene, &case.record.provenance.scene));
     for case in cases {
         for of_case in &case.record.provenance.identity.files {
@@ -26,7 +27,7 @@ pub fn check_files(scene: &Path, cases: &[&StoredCase]) -> Result<(), Underived>
     Ok(())
 }
 
-/// Refuses a mesh that is not that of the cases.
+/// Refuses a mesh that differs from that of the cases.
 pub fn check_mesh(scene: &Path, body: &Body, cases: &[&StoredCase]) -> Result<(), Underived> {
     let now = mesh_sha256(body);
     let of_case = |case: &&StoredCase| case.record.provenance.identity.mesh_sha256.clone();

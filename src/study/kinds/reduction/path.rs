@@ -1,8 +1,8 @@
-//! Points in the ranges of the inputs, and the order in which runs go through them.
+//! Points in the ranges of the inputs, and the order in which runs pass through them.
 
 use crate::math::random::SplitMix;
 
-/// Shares of the ranges: a grid from end to end for one input; for several the corners and a Latin hypercube.
+/// Returns points as fractions of the ranges: a grid from end to end for one input; the corners and a Latin hypercube for several.
 pub fn spread(inputs: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
     if inputs == 1 {
         return grid(1, points);
@@ -14,14 +14,14 @@ pub fn spread(inputs: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
     out
 }
 
-/// Every combination of `each` shares of each range, from end to end.
+/// Returns every combination of `each` fractions of each range, from end to end.
 pub fn grid(inputs: usize, each: usize) -> Vec<Vec<f64>> {
     let value = |k: usize| k as f64 / (each - 1).max(1) as f64;
     let point = |n: usize| (0..inputs).map(|k| value(n / each.pow(k as u32) % each)).collect();
     (0..each.pow(inputs as u32)).map(point).collect()
 }
 
-/// A Latin hypercube: one point in each of as many strata of every input (McKay, Beckman & Conover, *Technometrics* 21, 1979).
+/// Returns a Latin hypercube: one point in each of `points` strata of every input (McKay, Beckman & Conover, *Technometrics* 21, 1979).
 pub fn hypercube(inputs: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = SplitMix(seed);
     let columns: Vec<Vec<f64>> = (0..inputs)
@@ -36,16 +36,16 @@ pub fn hypercube(inputs: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
     (0..points).map(|p| columns.iter().map(|column| column[p]).collect()).collect()
 }
 
-/// Points for each corner of the ranges that are needed for the corners to be among them.
+/// Number of points per corner of the ranges from which the corners are included.
 const CORNERS: usize = 3;
 
-/// Shares of the ranges, each drawn by itself, as the steps of a later use are.
+/// Returns fractions of the ranges, each drawn independently, like the steps of a later use.
 pub fn random(inputs: usize, points: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut random = SplitMix(seed);
     (0..points).map(|_| (0..inputs).map(|_| random.unit()).collect()).collect()
 }
 
-/// The same points along a way of short steps from `start`, each to the nearest that is left.
+/// Returns the same points along a path of short steps from `start`, each time to the nearest remaining point.
 pub fn ordered(mut points: Vec<Vec<f64>>, start: &[f64]) -> Vec<Vec<f64>> {
     let (mut out, mut here) = (Vec::with_capacity(points.len()), start.to_vec());
     while !points.is_empty() {
@@ -61,7 +61,7 @@ pub fn ordered(mut points: Vec<Vec<f64>>, start: &[f64]) -> Vec<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// One point in each of the strata of every input, apart from the corners; all points once along the way.
+    /// One point in each stratum of every input, apart from the corners; the path visits all points once.
     #[test]
     fn every_stratum_has_a_point() {
         let points = spread(2, 32, 5);

@@ -1,4 +1,4 @@
-//! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
+//! The scene of a study with its inputs left to a controller, and the states of its runs as needed for training.
 
 use crate::material::KnownLaws;
 use crate::math::units::{Dimension, parts, quantity};
@@ -18,35 +18,35 @@ use crate::study::store::states::KeptStates;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The cases of this role, in the order of the study; none where one of them has no result.
+/// Returns the cases of this role, in the order of the study; `None` if one of them has no result.
 pub fn converged(results: &Results, role: Role) -> Option<Vec<&StoredCase>> {
     let families = results.study.families.iter().filter(move |f| f.role == role);
     let find = |id: &String| results.cases.iter().find(|c| c.record.id == *id).filter(|c| c.record.converged());
     families.flat_map(|f| &f.cases).map(find).collect()
 }
 
-/// A scene with the places of the inputs of its study.
+/// A scene with the indices of the inputs of its study.
 pub struct Prepared {
     pub scene: Scene,
     file: PathBuf,
     body: Arc<Body>,
     inputs: Vec<ReductionInputRecord>,
-    /// \[inputs of the study\] place among those of a model
+    /// Index among the inputs of a model, for each input of the study
     places: Vec<usize>,
-    /// \[inputs of the study\] one unit in SI
+    /// SI value of one unit, for each input of the study
     factors: Vec<f64>,
-    /// Recorded columns that are asked for
+    /// Recorded columns that the models are to give
     pub names: Vec<String>,
-    /// Changes that make the scene of that of the study
+    /// Changes that turn the scene of the study into this one
     pub changes: toml::Table,
 }
 
 impl Prepared {
-    /// Prepares the scene from cases of the study with its results in `dir`, one of which is there.
+    /// Prepares the scene from cases of the study with its results in `dir`, at least one of which is there.
     ///
     /// # Errors
     ///
-    /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
+    /// Returns an error if the scene cannot be built, or if its files or mesh differ from those of the cases.
     pub fn of(
         results: &Results,
         record: &ReductionRecord,
@@ -81,13 +81,13 @@ impl Prepared {
         })
     }
 
-    /// Digest of the mesh.
+    /// Returns the digest of the mesh.
     pub fn mesh_sha256(&self) -> String {
         mesh_sha256(&self.body)
     }
 
-    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, the files, and the inputs as that scene has them. A model that moves begins
-    /// where its runs do.
+    /// Stores in a model the facts about the scene of the study that it keeps: the changes that lead to its own scene, the mesh, the files, and the
+    /// inputs as they are in that scene. A model that moves starts where its runs start.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
         model.origin.files = simulated_files(&self.file, &self.scene.text);
@@ -101,7 +101,7 @@ impl Prepared {
         }
     }
 
-    /// The inputs of a model \[SI\] for values in the units of the study.
+    /// Converts values in the units of the study to the inputs of a model \[SI\].
     pub fn inputs(&self, values: &[f64]) -> Vec<f64> {
         let mut inputs = vec![0.0; values.len()];
         for ((&place, factor), value) in self.places.iter().zip(&self.factors).zip(values) {
@@ -110,12 +110,12 @@ impl Prepared {
         inputs
     }
 
-    /// Values in the units of the study for the inputs of a model \[SI\].
+    /// Converts the inputs of a model \[SI\] to values in the units of the study.
     pub fn in_units(&self, inputs: &[f64]) -> Vec<f64> {
         self.places.iter().zip(&self.factors).map(|(&place, factor)| inputs[place] / factor).collect()
     }
 
-    /// The states of each run, but for the first, at rest.
+    /// Returns the states of each run except the first one, at rest.
     pub fn runs(
         &self,
         cases: &[&StoredCase],
@@ -155,7 +155,7 @@ impl Prepared {
         Ok(states.collect())
     }
 
-    /// The training of these runs, at rest or in time.
+    /// Returns the training of these runs, at rest or in time.
     pub fn trained<'a>(&'a self, record: &ReductionRecord, known: &'a Runs) -> Result<Trained<'a>, String> {
         if record.motion.is_none() {
             return Ok(Trained::AtRest(self.training(&known.states)?));
@@ -164,7 +164,7 @@ impl Prepared {
         training.map(Trained::InTime).map_err(|e| e.to_string())
     }
 
-    /// The training of these states.
+    /// Returns the training of these states.
     pub fn training<'a>(&'a self, states: &'a [FullState]) -> Result<Training<'a>, String> {
         let at = |values: &[f64]| self.at_constants(values).map_err(ReductionError::OtherScene);
         let of: Vec<(usize, &ReductionInputRecord)> =
@@ -194,14 +194,14 @@ impl Prepared {
     }
 }
 
-/// Points of a run in the units of the inputs: those of the study, or of a search.
+/// The points of a run in the units of the inputs, taken from the study or from a search.
 fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Option<Vec<Vec<f64>>> {
     let member = &case.record.member;
     let all = if case.record.family == TRAINING { &record.training } else { &record.held_back };
     if let Some(points) = all.get(member) {
         return Some(points.clone());
     }
-    // One state each, at the end of its run
+    // One state per run, at its end
     let set = rounds.member(&case.record.family, member)?;
     let value = |input: &ReductionInputRecord| match set.get(&input.key)? {
         toml::Value::Table(signal) => signal.get("of")?.as_array()?.last()?.as_array()?.get(1)?.as_float(),
@@ -211,7 +211,8 @@ fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Optio
     Some(vec![record.inputs.iter().map(value).collect::<Option<Vec<f64>>>()?])
 }
 
-/// An input in the scene of a model: a signal left to a controller, with a start that tells it from the others; a constant in the middle of its range.
+/// The value of an input in the scene of a model: a signal left to a controller, with a start value that identifies it; a constant at the middle of
+/// its range.
 fn left_open(input: &ReductionInputRecord, mark: f64) -> toml::Value {
     if input.is_constant() {
         return input.text(0.5 * (input.range[0] + input.range[1]));
@@ -223,12 +224,12 @@ fn left_open(input: &ReductionInputRecord, mark: f64) -> toml::Value {
     signal.into()
 }
 
-/// Share of a range by which the mark of its input is apart from those of others.
+/// Smallest distance of the mark of an input from other marks, relative to its range.
 const APART: f64 = 1e-6;
-/// Share of a range within which a value is a mark: rounding.
+/// Distance relative to a range within which a value matches a mark: rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// \[inputs\] values within the ranges, in the units of the inputs, that tell at the start which input is which: no two of them are one value in SI.
+/// Values within the ranges, in the units of the inputs, that identify each input at the start: no two of them are equal in SI \[inputs\].
 fn marks(inputs: &[ReductionInputRecord], factors: &[f64]) -> Vec<f64> {
     let (n, mut marks) = (inputs.len(), Vec::<f64>::new());
     for (k, (input, factor)) in inputs.iter().zip(factors).enumerate() {
@@ -237,14 +238,14 @@ fn marks(inputs: &[ReductionInputRecord], factors: &[f64]) -> Vec<f64> {
         let is_free = |value: &f64| {
             marks.iter().zip(factors).all(|(other, of)| (of * other - factor * value).abs() > APART * factor * width)
         };
-        // Each mark before it takes one of the n values at most
+        // Each previous mark takes at most one of the n values
         let free = (0..n).map(value).find(is_free).expect("there are more values than marks before it");
         marks.push(free);
     }
     marks
 }
 
-/// The place of each input of the study among those of a model: signals as the scene has them, then constants.
+/// The index of each input of the study among the inputs of a model: signals in the order of the scene, then constants.
 fn places(
     scene: &Scene,
     inputs: &[ReductionInputRecord],
@@ -265,14 +266,14 @@ fn places(
     inputs.iter().enumerate().map(&mut place).collect()
 }
 
-/// Name of a constant among the inputs of a model: law, key and unit, `rubber_mu_Pa`.
+/// The name of a constant among the inputs of a model: law, key and unit, `rubber_mu_Pa`.
 fn constant_name(input: &ReductionInputRecord) -> String {
     let name = input.key.trim_start_matches("laws.").replace('.', "_");
     let is_pressure = parts(&format!("1 {}", input.unit)).is_ok_and(|(_, _, _, of)| of == Dimension::PRESSURE);
     if is_pressure { name + "_Pa" } else { name }
 }
 
-/// One unit in SI.
+/// The SI value of one unit.
 fn factor(unit: &str) -> Result<f64, String> {
     quantity(&format!("1 {unit}")).map(|q| q.0).map_err(|e| e.to_string())
 }
@@ -281,7 +282,7 @@ fn factor(unit: &str) -> Result<f64, String> {
 mod tests {
     use super::*;
 
-    /// Ranges of which one is the half of the other, in one unit and in two, nested ones and equal ones.
+    /// Ranges of which one is half of the other, in the same unit and in different ones, nested ranges and equal ones.
     #[test]
     fn no_two_inputs_have_the_same_mark() {
         for ranges in [

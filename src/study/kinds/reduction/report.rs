@@ -1,4 +1,4 @@
-//! Report of a reduction study: what each model costs and how far it is off, and whether its bars hold.
+//! Report of a reduction study: the cost and error of each model, and whether its bars hold.
 
 use crate::report::figure::drawn;
 use crate::report::numbers::{percent, significant};
@@ -96,7 +96,7 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
     out
 }
 
-/// The inputs with their ranges, and what the models are made of, in sentences.
+/// Describes the inputs with their ranges, and the runs that the models are made of.
 pub fn made_of(a: &ReductionFindings) -> String {
     let range = |i: &ReductionInputRecord| {
         let [low, high] = i.range.map(|end| end.to_string().replace('-', "−"));
@@ -111,7 +111,7 @@ pub fn made_of(a: &ReductionFindings) -> String {
     )
 }
 
-/// How the greedy search went, in a sentence.
+/// How the greedy search proceeded, in a sentence.
 fn of_search(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     let (first, last) = (derived.search.first()?, derived.search.last()?);
     let share = |step: &SearchStep| step.largest.map_or("unknown".into(), percent);
@@ -129,7 +129,7 @@ fn of_search(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     ))
 }
 
-/// The errors of mesh and reduction, apart.
+/// The errors of mesh and reduction, separately.
 fn of_meshes(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     let of = derived.comparison.as_ref()?;
     let own = of.meshes.first()?;
@@ -155,7 +155,7 @@ fn of_meshes(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     ))
 }
 
-/// Meshes and models by their distances from the reference.
+/// A table of meshes and models with their distances from the reference.
 fn against_meshes(a: &ReductionFindings) -> Option<Table> {
     let derived = a.derived.as_ref()?;
     let of = derived.comparison.as_ref()?;
@@ -185,7 +185,7 @@ fn against_meshes(a: &ReductionFindings) -> Option<Table> {
     })
 }
 
-/// The steps of a greedy search.
+/// A table of the steps of a greedy search.
 fn search(a: &ReductionFindings) -> Option<Table> {
     let derived = a.derived.as_ref().filter(|d| !d.search.is_empty())?;
     let share = |value: Option<f64>| value.map_or("unknown".into(), |v| significant(100.0 * v, 2));
@@ -201,7 +201,7 @@ fn search(a: &ReductionFindings) -> Option<Table> {
     })
 }
 
-/// Confidence of the bars of so many states, or runs.
+/// The confidence level of error bars from `states` states, or runs.
 fn confidence(states: usize) -> String {
     format!("{:.0} %", 100.0 * crate::reduction::training::train::confidence(states))
 }
@@ -297,7 +297,7 @@ mod tests {
     use super::*;
     use crate::study::kinds::reduction::analysis::tests::found;
 
-    /// Where no small step was measured the time of a step is that from state to state.
+    /// If no small step was measured, the time of a step is the time from state to state.
     #[test]
     fn the_first_fact_is_a_time_that_was_measured() {
         let mut a = found(0.01, Some(0));
@@ -308,7 +308,7 @@ mod tests {
         assert_eq!(facts(&a)[1], gain);
     }
 
-    /// The inputs are named before there are models; those of models that move are made of runs.
+    /// The inputs are described before there are models; models that move are made from runs.
     #[test]
     fn models_are_made_of_states_or_of_runs() {
         let (start, held) = (None, false);

@@ -1,25 +1,25 @@
-//! Runs through points of the ranges of the inputs, as changes of the scene.
+//! Runs through points in the ranges of the inputs, as changes of the scene.
 
 use super::record::ReductionInputRecord;
 use crate::reduction::inputs::SHARE;
 use crate::scene::column;
 
-/// Share of a step by which rounding moves its end.
+/// Relative rounding error of the end of a step.
 const ROUNDING: f64 = 1e-9;
 
-/// Share of the range at which the input is zero, or nearest to it.
+/// Returns the fraction of the range at which the input is zero, or nearest to it.
 pub fn at_rest(input: &ReductionInputRecord) -> f64 {
     let [low, high] = input.range;
     (input.at_rest() - low) / (high - low)
 }
 
-/// Values in the units of the inputs.
+/// Converts fractions of the ranges to values in the units of the inputs.
 pub fn in_units(inputs: &[ReductionInputRecord], shares: &[f64]) -> Vec<f64> {
     inputs.iter().zip(shares).map(|(i, s)| i.range[0] + s * (i.range[1] - i.range[0])).collect()
 }
 
-/// The changes of a run: each signal is a polygon over time, one point a second, from rest on; constants are those of the first point. Where the `quantities` have
-/// angles, which count turns from state to state, the way to a point is cut into steps.
+/// Returns the changes of a run: each signal starts at rest and is piecewise linear over time, with one point per second; constants are those of the
+/// first point. If the `quantities` include angles, which count full turns from state to state, the path to each point is divided into steps.
 pub fn members<'a>(
     inputs: &[ReductionInputRecord],
     points: &[Vec<f64>],
@@ -44,7 +44,8 @@ pub fn members<'a>(
     changes
 }
 
-/// Steps from one point to the next in which no signal changes by more than a share of its range; a power of two, whose times have no rounding.
+/// Number of steps from one point to the next such that no signal changes by more than a given fraction of its range per step; a power of two, so
+/// that the times have no rounding.
 fn steps(inputs: &[ReductionInputRecord], from: &[f64], to: &[f64]) -> usize {
     let signals = inputs.iter().zip(from.iter().zip(to)).filter(|(input, _)| !input.is_constant());
     let shares = signals.map(|(input, (from, to))| (to - from).abs() / (input.range[1] - input.range[0]));
@@ -52,12 +53,12 @@ fn steps(inputs: &[ReductionInputRecord], from: &[f64], to: &[f64]) -> usize {
     ((most / SHARE - ROUNDING).ceil().max(1.0) as usize).next_power_of_two()
 }
 
-/// The rows of a run at its points and at rest, by their times \[s\]: one a second.
+/// Returns the rows of a run at its points and at rest, found by their times \[s\]: one per second.
 pub fn at_points(t: &[f64]) -> Vec<usize> {
     (0..t.len()).filter(|&row| (t[row] - t[row].round()).abs() <= ROUNDING * t[row].max(1.0)).collect()
 }
 
-/// Each signal as a polygon over time with these points at even distances \[s\], from rest on.
+/// Returns each signal as a polygon over time with these points at intervals of `each` \[s\], starting at rest.
 pub fn polygons(inputs: &[ReductionInputRecord], points: &[Vec<f64>], each: f64) -> toml::Table {
     let mut changes = toml::Table::new();
     for (k, input) in inputs.iter().enumerate() {
@@ -80,7 +81,7 @@ pub fn polygons(inputs: &[ReductionInputRecord], points: &[Vec<f64>], each: f64)
 mod tests {
     use super::*;
 
-    /// The way to an angle is cut into steps of a sixteenth of the range, others are not; the states at the points are found again.
+    /// The path to an angle is divided into steps of a sixteenth of the range, other paths are not; the states at the points are found again.
     #[test]
     fn the_way_to_an_angle_is_cut() {
         let input = |key: &str| ReductionInputRecord {

@@ -1,4 +1,4 @@
-//! The greedy search of a study: from the states that are there to those that are wanted next.
+//! The greedy search of a study: from the existing states to the next ones.
 
 use crate::reduction::ReductionError;
 use crate::reduction::training::greedy::Search;
@@ -13,10 +13,11 @@ use crate::study::store::results::Results;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Seed of the candidates: neither that of the training nor that of what is held back.
+/// Seed of the candidates, different from those of the training and held-back points.
 const SEED: u64 = 3;
 
-/// The next states of a greedy plan; a round without members where it has ended, none where it has to wait for results, or there is no such plan.
+/// Returns the next states of a greedy plan; a round without members if the search has ended, `None` if it must wait for results or if there is no
+/// such plan.
 pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Round>, String> {
     let Some(plan) = &record.greedy else { return Ok(None) };
     let Some(cases) = converged(results, Role::Training) else { return Ok(None) };
@@ -37,7 +38,7 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
                 chosen = choice.chosen;
             }
         }
-        // Too few states for a model: the candidates are drawn evenly, so that the first of them fill the ranges
+        // Too few states for a model: the candidates are drawn uniformly, so that the first of them fill the ranges
         Err(ReductionError::Sampling { .. } | ReductionError::NoEquilibrium { .. }) => chosen.extend(0..plan.batch),
         Err(why) => return Err(why.to_string()),
     }
@@ -46,7 +47,7 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     let points = ordered(chosen.iter().map(|&k| shares[k].clone()).collect(), &start);
     let number = Rounds::read(dir).rounds.len() + 1;
     let label = |k: usize| format!("greedy-{number:03}-{:02}", k + 1);
-    // Each state is a case of its own, so that those of a batch are computed side by side
+    // Each state is a case of its own, so that the states of a batch are computed in parallel
     let values: Vec<Vec<f64>> = points.iter().map(|share| in_units(&record.inputs, share)).collect();
     let members: BTreeMap<String, toml::Table> = values
         .iter()
@@ -59,7 +60,7 @@ pub fn round(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     Ok(Some(Round { family: TRAINING.into(), members, record }))
 }
 
-/// The inputs of the states, as shares of their ranges.
+/// The inputs of the states as fractions of their ranges.
 fn states_in_shares(
     record: &ReductionRecord,
     prepared: &Prepared,
@@ -72,10 +73,10 @@ fn states_in_shares(
     states.iter().map(share).collect()
 }
 
-/// Share of the ranges within which a candidate is a state that is there already.
+/// Distance relative to the ranges within which a candidate counts as an existing state.
 const SAME: f64 = 1e-9;
 
-/// The corners of the ranges and points drawn evenly in them, but for states that are there.
+/// The corners of the ranges and points drawn uniformly in them, except existing states.
 fn candidates(record: &ReductionRecord, plan: &GreedyRecord, known: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let n = record.inputs.len();
     let corners = if n < 8 { 1_usize << n } else { 0 };

@@ -31,24 +31,25 @@ pub struct ReductionStudy {
     pub quantities: Vec<StudyQuantity>,
     /// States that the models are made of: their number, or a plan; or the number of runs in time
     pub training: TrainingSpec,
-    /// States that their error bars are made of, or runs in time; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
+    /// Number of held-back states, or of runs in time, that the error bars are made from; at least 59 for bars that contain 95 % of the errors with a
+    /// confidence of 95 %
     #[serde(default = "held_back")]
     pub held_back: usize,
-    /// Runs that the states of each kind are divided into; of no meaning to runs in time
+    /// Number of runs into which the states of each kind are divided; without effect for runs in time
     #[serde(default = "runs")]
     pub runs: usize,
-    /// Modes of the displacement, one model for each number
+    /// Numbers of displacement modes, one model for each
     pub modes: Vec<usize>,
     /// Runs in time, for models that move
     pub motion: Option<MotionSpec>,
-    /// Error of the forces that the choice of points may make, as a fraction or in %
+    /// Largest error of the forces that the choice of points may cause, as a fraction or in %
     #[serde(default = "sampling")]
     pub sampling: String,
-    /// Other meshes that the models are compared with, each with its changes to the scene; with `reference`
+    /// Other meshes that the models are compared with, each with its changes to the scene; requires `reference`
     #[serde(default, deserialize_with = "changes::of_members")]
     #[schemars(with = "BTreeMap<String, AnyTable>")]
     pub meshes: BTreeMap<String, toml::Table>,
-    /// Changes that make the finer mesh from which the errors of meshes and models are counted
+    /// Changes that make the finer mesh from which the errors of meshes and models are measured
     #[serde(default, deserialize_with = "changes::by_path")]
     #[schemars(with = "Option<AnyTable>")]
     pub reference: Option<toml::Table>,
@@ -58,11 +59,11 @@ pub struct ReductionStudy {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReductionInputSpec {
-    /// In words: `pull`
+    /// Name in words: `pull`
     pub name: String,
-    /// Path into the scene of a signal or a constant that the input takes the place of
+    /// Path into the scene of the signal or constant that the input replaces
     pub key: String,
-    /// Least and largest value, with their unit
+    /// Smallest and largest value, with their unit
     pub range: [RangeEnd; 2],
 }
 
@@ -95,24 +96,24 @@ fn sampling() -> String {
     "0.1 %".into()
 }
 
-/// Seeds of the points for training, and of those that are held back.
+/// Seeds of the training points and of the held-back points.
 const SEEDS: [u64; 2] = [1, 2];
-/// Name of the one manner of driving the scene.
+/// Name of the only variant of models at rest.
 const VARIANT: &str = "static";
-/// The same of models that move.
+/// Name of the only variant of models that move.
 const IN_TIME: &str = "in-time";
 
 /// Family of the training states.
 pub const TRAINING: &str = "training";
-/// Family of those that are held back.
+/// Family of the held-back states.
 const HELD_BACK: &str = "held-back";
-/// Families of the meshes that models are compared with.
+/// Families of the meshes that the models are compared with.
 pub const MESHES: &str = "meshes";
 pub const REFERENCE: &str = "reference";
-/// States that are held back through which these go, at most.
+/// Largest number of held-back states that the compared meshes pass through.
 const COMPARED: usize = 10;
 
-/// The runs; the first mistake as place, fact and remedy.
+/// Returns the runs, or the first mistake as place, fact and remedy.
 pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
     let mut inputs = check(&study)?;
     constants::check(&inputs, scene)?;
@@ -120,7 +121,7 @@ pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Ex
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let motion = study.motion.as_ref().map(in_time::motion).transpose()?;
-    // The constants of a run are those of all its states
+    // All states of a run share its constants
     let apart = inputs.iter().any(ReductionInputRecord::is_constant);
     let number = if apart { usize::MAX } else { study.runs };
     let runs = |role: Role| match (motion, role) {
@@ -176,7 +177,7 @@ fn names(quantities: &[StudyQuantity]) -> impl Iterator<Item = &str> {
     quantities.iter().map(|q| q.name.as_str())
 }
 
-/// Points along a way of short steps, divided into runs.
+/// Points along a path of short steps, divided into runs.
 fn parts(points: Vec<Vec<f64>>, start: &[f64], runs: usize) -> Vec<Vec<Vec<f64>>> {
     let way = ordered(points, start);
     way.chunks(way.len().div_ceil(runs).max(1)).map(<[Vec<f64>]>::to_vec).collect()
@@ -195,7 +196,7 @@ fn family(name: &str, role: Role, members: toml::Table) -> FamilySpec {
     }
 }
 
-/// The runs of other meshes through the first states that are held back.
+/// The runs of other meshes through the first held-back states.
 fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<FamilySpec>, Mistake> {
     let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
     let Some(reference) = &study.reference else {
@@ -272,7 +273,7 @@ fn check(study: &ReductionStudy) -> Result<Vec<ReductionInputRecord>, Mistake> {
     Ok(inputs)
 }
 
-/// Refuses in a study of runs in time what models at rest only have.
+/// Refuses keys that only models at rest have in a study of runs in time.
 fn at_rest_only(study: &ReductionStudy, inputs: &[ReductionInputRecord]) -> Result<(), Mistake> {
     let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
     if matches!(study.training, TrainingSpec::Plan(_)) {

@@ -5,13 +5,13 @@ use crate::reduction::{
     FullState, ReducedModel, ReductionError, Training, TransientTraining, Twin, errors, errors_in_time,
 };
 
-/// Training of either kind.
+/// Training for models at rest or in time.
 pub enum Trained<'a> {
     AtRest(Training<'a>),
     InTime(TransientTraining<'a>),
 }
 
-/// The states of runs after each step; of models at rest the division into runs is of no meaning.
+/// The states of runs after each step; for models at rest the division into runs has no meaning.
 pub struct Runs {
     pub runs: Vec<Vec<FullState>>,
     pub states: Vec<FullState>,
@@ -45,7 +45,7 @@ impl Trained<'_> {
     }
 }
 
-/// Errors of a model at the states of runs, and their estimates: \[states × quantities\].
+/// Returns the errors of a model at the states of runs, with their estimates \[states × quantities\].
 pub fn all_errors(model: &ReducedModel, runs: &Runs) -> Result<Vec<Vec<(f64, f64)>>, ReductionError> {
     match &model.dynamics {
         None => errors(model, &runs.states),
@@ -53,12 +53,12 @@ pub fn all_errors(model: &ReducedModel, runs: &Runs) -> Result<Vec<Vec<(f64, f64
     }
 }
 
-/// Steps that are timed, in the order of the time of a run; true where one begins at rest.
+/// Returns the inputs of the steps that are timed, in the order of each run; true for a step that starts at rest.
 pub fn timed_steps(runs: &Runs) -> impl Iterator<Item = (bool, &[f64])> {
     runs.runs.iter().flat_map(|run| run.iter().enumerate().map(|(k, state)| (k == 0, &state.inputs[..])))
 }
 
-/// Puts a model that moves to rest where a run begins.
+/// Resets a model that moves to rest at the start of a run.
 pub fn begin(twin: &mut Twin, at_rest: bool) {
     if at_rest && twin.dt().is_some() {
         twin.reset();

@@ -10,7 +10,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 
-/// States that the models are made of: their number, or a plan.
+/// Number of states that the models are made of, or a plan.
 #[derive(Clone, Debug, PartialEq, JsonSchema)]
 #[schemars(untagged)]
 pub enum TrainingSpec {
@@ -25,7 +25,7 @@ pub enum TrainingSpec {
 pub enum PlanSpec {
     /// Every combination of `each` values of each input, ends included
     Grid {
-        /// Values of each input
+        /// Number of values of each input
         each: usize,
     },
     /// One state in each stratum of every input
@@ -33,7 +33,7 @@ pub enum PlanSpec {
         /// Number of states, and of strata
         states: usize,
     },
-    /// A few states, then batch after batch where the estimated error of the present model is largest
+    /// A few states, then batches of states where the estimated error of the present model is largest
     Greedy(GreedySpec),
 }
 
@@ -41,17 +41,17 @@ pub enum PlanSpec {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GreedySpec {
-    /// States at most
+    /// Largest number of states
     pub states: usize,
-    /// States to begin with; default a quarter of `states`, and two for each input and one more or more
+    /// Number of states to begin with; default a quarter of `states`, but at least two per input plus one
     pub start: Option<usize>,
-    /// States that are computed side by side
+    /// Number of states that are computed in parallel
     #[serde(default = "batch")]
     pub batch: usize,
-    /// Points at which errors are estimated
+    /// Number of points at which errors are estimated
     #[serde(default = "candidates")]
     pub candidates: usize,
-    /// Largest estimated error at which the search ends, as a share of the largest change: `"0.2 %"`; default a tenth of the tolerance of the study
+    /// Largest estimated error at which the search ends, relative to the largest change: `"0.2 %"`; default a tenth of the tolerance of the study
     pub tolerance: Option<String>,
 }
 
@@ -93,11 +93,11 @@ impl<'de> Visitor<'de> for TrainingVisitor {
     }
 }
 
-/// Most states of a plan: more are a mistake in writing.
+/// Largest number of states of a plan; more is taken to be a typing error.
 const MOST: usize = 100_000;
 
 impl TrainingSpec {
-    /// States that the plan has when it has run, at most.
+    /// Returns the largest number of states that the plan can have when it is complete.
     pub fn states(&self, inputs: usize) -> usize {
         match self {
             Self::States(states) | Self::Plan(PlanSpec::LatinHypercube { states }) => *states,
@@ -106,7 +106,7 @@ impl TrainingSpec {
         }
     }
 
-    /// Refuses a plan that cannot be.
+    /// Refuses an impossible plan.
     pub fn check(&self, inputs: usize) -> Result<(), Mistake> {
         let mistake = |fact: String, remedy: &str| Err(("training".into(), fact, remedy.into()));
         if self.states(inputs) > MOST {
@@ -125,7 +125,7 @@ impl TrainingSpec {
         greedy_tolerance(greedy).map(drop)
     }
 
-    /// States that are computed at once at the start.
+    /// Number of states that are computed together at the start.
     fn start(&self, inputs: usize) -> usize {
         match self {
             Self::Plan(PlanSpec::Greedy(greedy)) => {
@@ -135,7 +135,7 @@ impl TrainingSpec {
         }
     }
 
-    /// Shares of the ranges of the inputs at the states that are computed first.
+    /// Returns the states that are computed first, as fractions of the ranges of the inputs.
     pub fn points(&self, inputs: usize, seed: u64) -> Vec<Vec<f64>> {
         match self {
             Self::Plan(PlanSpec::Grid { each }) => grid(inputs, *each),
@@ -144,7 +144,7 @@ impl TrainingSpec {
         }
     }
 
-    /// The greedy plan as the record of the study has it.
+    /// Returns the greedy plan as stored in the record of the study.
     pub fn greedy(&self, tolerance: &str) -> Result<Option<GreedyRecord>, Mistake> {
         let Self::Plan(PlanSpec::Greedy(greedy)) = self else { return Ok(None) };
         let own = greedy_tolerance(greedy)?;
@@ -158,7 +158,7 @@ impl TrainingSpec {
     }
 }
 
-/// Share of the tolerance of the study at which a search ends by default: errors are estimated, not known.
+/// Fraction of the tolerance of the study at which a search ends by default: errors are estimated, not known.
 const SHARE: f64 = 0.1;
 
 fn greedy_tolerance(greedy: &GreedySpec) -> Result<Option<f64>, Mistake> {

@@ -1,9 +1,9 @@
-//! Results of scenes that break simulators: the matrix of case × variant, and maps of where a scene holds.
+//! Results of scenes that are hard for simulators: the matrix of case × variant, and maps of where a scene can be solved.
 //!
-//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it converges and meets its references; one that converges and has none
-//! is unchecked. It is stopped when it ends with a stated reason instead of an answer: as demanded, where convergence would be wrong or the limit has
-//! a reference, or as is accepted. Everything else is a failure: a reference that was missed, another end than the right one, a number that is not
-//! finite, a panic, the end of the time.
+//! Pure: stored cases in, [`RobustnessFindings`] out. A case passes when it converges and meets its references; one that converges but has no
+//! reference is unchecked. It is stopped when it ends with a stated reason instead of an answer: as demanded, if convergence would be wrong or the
+//! limit has a reference, or as accepted. Everything else is a failure: a missed reference, a wrong status at the end, a number that is not finite, a
+//! panic, or running out of time.
 
 use crate::report::numbers::percent;
 use crate::solve::Status;
@@ -26,13 +26,13 @@ pub struct JudgedCase {
     pub member: String,
     pub variant: String,
     pub outcome: CaseOutcome,
-    /// Why it was stopped or failed
+    /// Reason for a stop or failure
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub findings: Vec<CheckResult>,
     pub status: String,
     pub steps: usize,
-    /// Iterations, with those of refused steps
+    /// Iterations, including those of rejected steps
     pub newton_iterations: usize,
     pub cuts: usize,
     pub wall_s: f64,
@@ -51,14 +51,14 @@ impl RobustnessFindings {
         self.cases.iter().filter(|c| c.outcome == outcome).count()
     }
 
-    /// Outcome by case, also of the points of maps.
+    /// Returns the outcome of every case by its id, including the points of maps.
     pub fn outcomes(&self) -> BTreeMap<String, CaseOutcome> {
         let suites = self.cases.iter().map(|c| (c.case.clone(), c.outcome));
         suites.chain(self.maps.iter().flat_map(Map::outcomes)).collect()
     }
 }
 
-/// Analyses what is there.
+/// Analyses the stored cases.
 pub fn analyse(
     study: &StudyRecord,
     robustness: &RobustnessRecord,
@@ -71,7 +71,7 @@ pub fn analyse(
         cases.extend(ids.filter_map(|id| Some(judge(suite, stored.iter().find(|c| c.record.id == *id)?, stored))));
     }
     let maps: Vec<Map> = robustness.maps.iter().map(|m| map::analyse(m, study, stored)).collect();
-    // A status is a result here
+    // Here a status is a result
     let incomplete: Vec<(String, String)> = (study.families.iter().flat_map(|f| &f.cases))
         .filter(|id| stored.iter().all(|c| c.record.id != **id))
         .map(|id| (id.clone(), NOT_RUN.into()))
@@ -92,10 +92,10 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
         let like = c.like.as_ref()?;
         let is_it =
             |o: &&StoredCase| o.record.family == r.family && o.record.variant == r.variant && o.record.member == *like;
-        // A run that stopped is no reference at the end, which it did not reach
+        // A run that stopped early cannot be a reference at the end, which it did not reach
         stored.iter().find(is_it).filter(|o| o.record.converged() || c.at == check::Moment::Limit)
     };
-    // A reference at the end of a run says nothing of a run that did not come there
+    // A reference at the end says nothing about a run that did not get there
     let due = |c: &&&Check| converged || c.at == check::Moment::Limit;
     let found: Vec<Option<CheckResult>> = applied.iter().filter(due).map(|c| c.evaluate(case, other(c))).collect();
     let right = match &suite.ends {
@@ -127,7 +127,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     } else if converged {
         (if found.is_empty() { CaseOutcome::Unchecked } else { CaseOutcome::Pass }, None)
     } else {
-        // Ends that contain `Converged` accept a stop and demand none. Of a run that stopped only the limit is compared
+        // Ends that include `Converged` accept a stop but do not demand one. In a run that stopped, only the limit is compared
         let demands = |ends: &Vec<String>| ends.iter().all(|end| end != Status::Converged.name());
         let is_demanded = !found.is_empty() || suite.ends.as_ref().is_some_and(demands);
         (if is_demanded { CaseOutcome::Demanded } else { CaseOutcome::Stopped }, Some(detail()))
@@ -148,7 +148,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
     }
 }
 
-/// The cases of all suites by their outcomes, in a sentence.
+/// The numbers of cases of all suites by outcome, as a sentence.
 fn counted(a: &RobustnessFindings) -> String {
     let parts = [
         (CaseOutcome::Pass, "matches its references", "match their references"),
@@ -234,7 +234,7 @@ mod tests {
         .expect("a check")
     }
 
-    /// A run that converged with a value in its middle that is no number fails, though its end is sound; one that has stopped says why itself.
+    /// A converged run with a value in the middle that is not finite fails, although its end is sound; one that stopped states its own reason.
     #[test]
     fn a_value_in_the_middle_that_is_not_finite_fails_a_run() {
         let outcome = |middle: f64, status: &str| {
@@ -249,7 +249,7 @@ mod tests {
         }
     }
 
-    /// Only a run that was compared passes; a stop is demanded where an answer would be wrong, or where the limit was compared.
+    /// Only a run that was compared passes; a stop is demanded if an answer would be wrong or if the limit was compared.
     #[test]
     fn an_outcome_says_whether_anything_was_compared_or_demanded() {
         let outcome = |ends: Option<&[&str]>, at: &[&str], status: &str| {

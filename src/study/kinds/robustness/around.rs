@@ -1,4 +1,4 @@
-//! Maps around a scene of one's own: time step, mesh, Poisson's ratio, load and start state are varied, the rest stays.
+//! Maps around a user's own scene: time step, mesh, Poisson's ratio, load and start state are varied, the rest is kept.
 //!
 //! | varied | how |
 //! |---|---|
@@ -31,7 +31,7 @@ const RATIOS: [f64; 5] = [0.3, 0.4, 0.45, 0.49, 0.499];
 /// Factors of the number of cells, finest first.
 const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
 
-/// The study around a scene of one's own.
+/// The study around a user's own scene.
 pub const AROUND: Around = Around {
     question: "Where does this scene hold?",
     expectation: "Wherever the scene converges, its answer agrees with that of the smallest time step.",
@@ -39,7 +39,7 @@ pub const AROUND: Around = Around {
     expand: around,
 };
 
-/// Maps and starts around the scene in `file`.
+/// Maps and start states around the scene in `file`.
 fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, SceneError> {
     let (scene, text) = read_scene(file, changes)?;
     let table: Table = text.parse().expect("a scene that was read is TOML");
@@ -69,7 +69,7 @@ fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, S
     let dt = || axis("dt", "time step", "Δt/Δt₀", &STEPS, &|f| steps(&table, f));
     let load = || axis("load", "load", "s/s₀", &LOADS, &|f| signals.times(f));
     let (mut maps, mut left_out) = (vec![], vec![]);
-    // Nothing can be said of a load that the scene has not, of a ν that its laws do not take, or of a mesh that is given
+    // No map is possible of a load that the scene lacks, of a ν that its laws do not take, or of a mesh that is given
     if signals.is_empty() {
         left_out.push(format!("There is no map of the load: {}.", without_load(&signals)));
     } else {
@@ -106,7 +106,7 @@ fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, S
     Ok(stored(expansion))
 }
 
-/// Why a scene has no load that could be scaled.
+/// The reason why a scene has no load that can be scaled.
 fn without_load(signals: &Loads) -> String {
     match &signals.controlled[..] {
         [] => "the scene has no signal".into(),
@@ -114,7 +114,7 @@ fn without_load(signals: &Loads) -> String {
     }
 }
 
-/// The loads that no factor scales, as a sentence after another one.
+/// The loads that are not scaled, as a sentence that follows another.
 fn stays(signals: &Loads) -> String {
     match &signals.controlled[..] {
         [] => String::new(),
@@ -126,7 +126,7 @@ fn variant(name: &str, label: &str, set: Table) -> VariantSpec {
     VariantSpec { name: name.into(), label: Some(label.into()), group: None, set, quantities: vec![], scene: None }
 }
 
-/// Values that are tables of changes: each point changes keys of its own.
+/// An axis whose values are tables of changes, so that each point sets its own keys.
 fn axis(name: &str, label: &str, symbol: &str, factors: &[f64], changes: &dyn Fn(f64) -> Table) -> AxisSpec {
     AxisSpec {
         name: name.into(),
@@ -156,7 +156,7 @@ fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = (usize, &'a Tab
     entries.into_iter().flatten().filter_map(Value::as_table).enumerate()
 }
 
-/// The same scene with one linearised step per dt; `None` if a stage is static, or has a loop that linearises once anyway.
+/// The scene with one linearised step per dt; `None` if a stage is static, or has a loop that linearises only once anyway.
 fn linearised(table: &Table) -> Option<Table> {
     let iterates = |s: &Table| {
         let integrator = s.get("integrator");
@@ -182,7 +182,7 @@ fn ratios(table: &Table, nu: f64) -> Table {
     with.map(|(name, _)| (format!("laws.{name}.nu"), nu.into())).collect()
 }
 
-/// Meshes with more and fewer cells; `None` where fewer than two differ.
+/// Meshes with more and fewer cells; `None` if fewer than two of them differ.
 fn meshes(mesh: &MeshSpec) -> Option<AxisSpec> {
     let mut points: Vec<(String, Value)> = vec![];
     for factor in MESHES {
@@ -197,14 +197,14 @@ fn meshes(mesh: &MeshSpec) -> Option<AxisSpec> {
     (mesh.values.len() > 1).then_some(mesh)
 }
 
-/// The keys of a size, with the path of their table: those of the mesh and of its parts.
+/// The keys that set the size of the mesh and of its parts, with the path of their table.
 fn sources(mesh: &MeshSpec) -> impl Iterator<Item = (String, Option<usize>, Option<Length>, Option<&GridSpec>)> {
     let parts = mesh.parts.iter().enumerate();
     let parts = parts.map(|(k, p)| (format!("mesh.part.{k}"), p.cells, p.size, p.grid.as_ref()));
     std::iter::once(("mesh".into(), mesh.cells, mesh.size, mesh.grid.as_ref())).chain(parts)
 }
 
-/// The changes to a mesh of so many times the cells.
+/// The changes that give a mesh `factor` times as many cells.
 fn sizes(mesh: &MeshSpec, factor: f64) -> Table {
     let (mut out, finer) = (Table::new(), factor.cbrt());
     let shorter = |length: Length| Value::from(format!("{} m", length.0 / finer));
@@ -226,7 +226,7 @@ fn sizes(mesh: &MeshSpec, factor: f64) -> Table {
     out
 }
 
-/// Number of cells over that of the scene: of grids, which take whole divisions, that of the divisions.
+/// Number of cells relative to that of the scene; for grids, which need whole divisions, computed from the divisions.
 fn ratio(mesh: &MeshSpec, factor: f64) -> f64 {
     if sources(mesh).any(|(_, cells, size, _)| cells.is_some() || size.is_some()) {
         return factor;
@@ -238,7 +238,7 @@ fn ratio(mesh: &MeshSpec, factor: f64) -> f64 {
     (100.0 * count(factor) / count(1.0)).round() / 100.0
 }
 
-/// Why a mesh has no other sizes.
+/// The reason why a mesh cannot have other sizes.
 fn without_sizes(mesh: &MeshSpec) -> &'static str {
     match sources(mesh).any(|source| source.3.is_some()) {
         true => "the divisions of its grid are too few for another number of cells, or its cells grow from a place",
@@ -246,12 +246,12 @@ fn without_sizes(mesh: &MeshSpec) -> &'static str {
     }
 }
 
-/// Starts that are not rest: a scene that ends static ends where the run from rest ends.
+/// Start states other than rest: a scene that ends static must end where the run from rest ends.
 fn starts(file: &Path, spec: &SceneSpec, quantity: &StudyQuantity) -> SuiteSpec {
     let law = |table: &Table| table.get("law").and_then(Value::as_str).and_then(|name| registry::find(name).ok());
     let survives = spec.laws.values().all(|table| law(table).is_some_and(|l| l.info.survives_inversion));
     let mut all = vec![
-        // A twist by nothing takes the place of a start that the scene has
+        // A twist of zero replaces the start that the scene has
         ("rest", if spec.start.is_some() { "start = { kind = \"twisted\", angle = \"0 deg\" }" } else { "" }),
         ("twisted-90", "start = { kind = \"twisted\", angle = \"90 deg\" }"),
     ];
@@ -307,7 +307,7 @@ mod tests {
         meshes(mesh).and_then(|axis| axis.names).unwrap_or_default()
     }
 
-    /// Twice the cells are divisions 1.26 times as many, and the axis has the number that whole divisions give.
+    /// Twice the cells means 1.26 times the divisions, and the axis has the number of cells that whole divisions give.
     #[test]
     fn cells_of_a_grid_are_those_of_its_divisions() {
         let fine = mesh("grid = { kind = \"box\", size = [\"40 mm\", \"20 mm\", \"20 mm\"], divisions = [16, 8, 8] }");

@@ -1,13 +1,14 @@
-//! A number that a case must meet: two formulas in what was recorded, compared.
+//! A comparison that a case must pass: two formulas evaluated on the recorded results.
 //!
-//! Variables are the columns of the CSV in their units, `steps`, `unstable_steps`, `newton_iterations` and `cuts` of the whole run, and, in
-//! braces, values of the scene in SI: `{laws.rubber.E}`. With m measured and r the reference over the rows that are compared:
+//! Variables are the columns of the CSV in their units; `steps`, `unstable_steps`, `newton_iterations` and `cuts` of the whole run; and, in braces,
+//! values of the scene in SI: `{laws.rubber.E}`. With m the measured value and r the reference over the rows that are compared:
 //!
 //! ```text
 //! error = max |m − r| / max s        s the scale; at_most: m − r where positive; at_least: r − m
 //! ```
 //!
-//! If no scale is given, it is |r|. Of another member it is the largest change of r over its run, so that where a body lies in its frame decides nothing.
+//! Without a given scale, s is |r|. In a comparison with another member, it is the largest change of r over its run, so that the position of the body
+//! in its frame does not matter.
 
 use crate::math::formula::Formula;
 use crate::math::statistics::larger;
@@ -18,13 +19,13 @@ use crate::study::store::record::StoredCase;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Changes up to this are none \[of the largest value\].
+/// Relative change \[of the largest value\] up to which a formula counts as constant.
 const CONSTANT: f64 = 1e-6;
 
 /// Variables that are numbers of the whole run.
 const OF_THE_RUN: [&str; 4] = ["steps", "unstable_steps", "newton_iterations", "cuts"];
 
-/// `[[suite.check]]`
+/// Keys of a `[[suite.check]]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSpec {
@@ -34,7 +35,7 @@ pub struct CheckSpec {
     pub measured: String,
     /// Formula of the reference; or `like`, or `first`
     pub reference: Option<String>,
-    /// The same formula in another member, same variant; with `reference`, the reference is evaluated there
+    /// Another member, of the same variant, in which the same formula is evaluated; with `reference`, the reference is evaluated there
     pub like: Option<String>,
     /// The formula keeps its first value
     #[serde(default)]
@@ -51,9 +52,9 @@ pub struct CheckSpec {
     pub scale: Option<String>,
     /// Where the reference comes from
     pub source: String,
-    /// Members it holds for, all if absent
+    /// Members that it applies to, all if absent
     pub members: Option<Vec<String>>,
-    /// Variants it holds for, all if absent
+    /// Variants that it applies to, all if absent
     pub variants: Option<Vec<String>>,
 }
 
@@ -84,7 +85,7 @@ pub enum Bound {
 }
 
 impl Bound {
-    /// By how much a measured value is off its reference; not a number where one of them is not finite.
+    /// Returns by how much a measured value violates its reference; NaN if either is not finite.
     fn off(self, measured: f64, reference: f64) -> f64 {
         if !(measured.is_finite() && reference.is_finite()) {
             return f64::NAN;
@@ -96,13 +97,13 @@ impl Bound {
         }
     }
 
-    /// The largest error as a share of the largest size, and the values there; `None` of no rows. An error that is no number is the largest one.
+    /// The largest error relative to the largest size, and the values there; `None` without rows. NaN counts as the largest error.
     fn largest_error(self, measured: &[f64], reference: &[f64], size: &[f64]) -> Option<(f64, f64, f64)> {
         let size = size.iter().map(|s| s.abs()).fold(0.0, larger);
         let worse = |a: f64, b: f64| if b.is_nan() || a.is_nan() { b.is_nan() } else { b > a };
         let rows = measured.iter().zip(reference).map(|(&m, &r)| (self.off(m, r), m, r));
         let (off, measured, reference) = rows.reduce(|a, b| if worse(a.0, b.0) { b } else { a })?;
-        // Nothing is off by nothing, whatever the size; no error is a share of a size that is not a finite number
+        // An exact agreement has error zero, whatever the size; with a size that is not finite the error is NaN
         let error = match size.is_finite() {
             true if off == 0.0 => 0.0,
             true => off / size,
@@ -117,7 +118,7 @@ impl Bound {
 pub struct Check {
     pub what: String,
     pub measured: String,
-    /// Absent: the measured formula, in `like` or at the first row
+    /// Formula of the reference; if absent the measured formula, in `like` or at the first row
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -139,7 +140,7 @@ pub struct Check {
 pub struct CheckResult {
     pub what: String,
     pub source: String,
-    /// Where the error is largest
+    /// Values where the error is largest
     pub measured: f64,
     pub reference: f64,
     pub error: f64,
@@ -148,7 +149,7 @@ pub struct CheckResult {
 }
 
 impl Check {
-    /// A check of a suite with these members and variants; fact and remedy of what cannot be checked.
+    /// Builds a check of a suite with these members and variants.
     pub fn new(spec: &CheckSpec, members: &[String], variants: &[String]) -> Result<Self, (String, String)> {
         let place = |fact: String| format!("check \"{}\": {fact}", spec.what);
         let choices = [spec.reference.is_some(), spec.like.is_some(), spec.first];
@@ -194,7 +195,7 @@ impl Check {
         })
     }
 
-    /// Columns that a case must record for it.
+    /// Columns that a case must record for this check.
     pub fn columns(&self) -> Vec<String> {
         if self.at == Moment::Limit {
             return vec![];
@@ -205,14 +206,14 @@ impl Check {
         names.filter(|n| !n.contains('.') && n != "t_s" && !OF_THE_RUN.contains(&n.as_str())).collect()
     }
 
-    /// Whether it applies to this case.
+    /// Whether the check applies to this case.
     pub fn applies(&self, case: &StoredCase) -> bool {
         let within = |list: &Option<Vec<String>>, name: &String| list.as_ref().is_none_or(|l| l.contains(name));
         let itself = self.like.as_ref() == Some(&case.record.member);
         within(&self.members, &case.record.member) && within(&self.variants, &case.record.variant) && !itself
     }
 
-    /// Compares a case; `other` is the one that it is to be like. `None` where something that it needs was not recorded.
+    /// Compares a case; `other` is the case that it must agree with. `None` if something that is needed was not recorded.
     pub fn evaluate(&self, case: &StoredCase, other: Option<&StoredCase>) -> Option<CheckResult> {
         let measured = values(&self.measured, case, self.at)?;
         let formula = self.reference.as_ref().unwrap_or(&self.measured);
@@ -237,7 +238,8 @@ impl Check {
     }
 }
 
-/// The largest change of a formula over a run from its first value; from zero where it starts there, and none where it is constant, like a number of steps.
+/// The largest change of a formula over a run from its first value, or from zero if it starts there; `None` if it is constant, such as a number of
+/// steps.
 fn largest_change(formula: &str, case: &StoredCase) -> Option<f64> {
     let rows = values(formula, case, Moment::Every)?.into_iter().zip(&case.series.t_s);
     let (f, t): (Vec<f64>, Vec<f64>) = rows.filter(|(f, _)| f.is_finite()).unzip();
@@ -246,7 +248,7 @@ fn largest_change(formula: &str, case: &StoredCase) -> Option<f64> {
     (largest.abs() > CONSTANT * curve.peak().abs()).then_some(largest)
 }
 
-/// Values of a formula at the rows of a moment.
+/// The values of a formula at the rows that `at` selects.
 fn values(text: &str, case: &StoredCase, at: Moment) -> Option<Vec<f64>> {
     let formula = Formula::new(text, 1.0).ok()?;
     let series = &case.series;
@@ -277,7 +279,7 @@ fn variable(name: &str, case: &StoredCase, scene: &toml::Table, row: usize, at: 
     match name {
         "t_s" => case.series.t_s.get(row).copied(),
         "steps" => Some(r.steps as f64),
-        // Not known where eigenvalues were not counted in every step
+        // Unknown unless eigenvalues were counted in every step
         "unstable_steps" => (r.solver.uncounted_steps == 0).then_some(r.solver.unstable_steps as f64),
         "newton_iterations" => Some(r.newton_iterations as f64),
         "cuts" => Some(r.cuts as f64),
@@ -301,14 +303,14 @@ mod tests {
     use crate::study::store::record::{CaseRecord, Series};
     use crate::study::store::solver_record::StopRecord;
 
-    /// A case of these rows of x, after two steps.
+    /// A case with these values of x, after two steps.
     fn case(x: &[f64]) -> StoredCase {
         let t_s = (0..x.len()).map(|k| k as f64).collect();
         let series = Series { t_s, columns: [("x".to_string(), x.to_vec())].into() };
         StoredCase::new(CaseRecord { steps: 2, ..CaseRecord::default() }, series)
     }
 
-    /// In a suite of the members a and b and the variants v and w.
+    /// Reads a check of a suite with the members a and b and the variants v and w.
     fn read(more: &str) -> Result<Check, (String, String)> {
         let text = format!("what = 'a'\nmeasured = 'x'\naccept = '1 %'\nsource = 'a closed form'\n{more}");
         let spec: CheckSpec = toml::from_str(&text).expect("valid TOML");
@@ -371,8 +373,8 @@ mod tests {
         check("like = 'b'\nmembers = ['a', 'b']\nvariants = ['w']");
     }
 
-    /// A body that moves by 0.1 to the end of the run, and by 0.2 at most, is off by 1e-3: half a percent of its motion, wherever it lies. What does not move
-    /// is off by a share of itself.
+    /// A body that moves by 0.1 over the run, and by at most 0.2 in between, is off by 1e-3: half a percent of its motion, wherever it is. For a body
+    /// that does not move, the error is relative to its own value.
     #[test]
     fn the_scale_of_another_member_is_its_motion() {
         for place in [0.0, 7.0, -0.1, 1e3] {

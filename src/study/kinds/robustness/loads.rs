@@ -1,7 +1,7 @@
-//! The loads of a scene: every signal in its file, as a product with a factor.
+//! The loads of a scene: every signal in its file, multiplied by a factor.
 //!
-//! The places of signals are those of the JSON Schema of a scene, so that each effect, constraint, contact, rigid body and event has its own
-//! among them, at whatever depth.
+//! Signals are found by the JSON Schema of a scene, at any depth, so that those of each effect, constraint, contact, rigid body and event are
+//! included.
 
 use crate::scene::SceneSpec;
 use crate::scene::spec::SignalSpec;
@@ -13,14 +13,14 @@ use toml::{Table, Value};
 /// The signals of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Loads {
-    /// (path, signal) of those that can be scaled
+    /// The signals that can be scaled, as (path, signal)
     scaled: Vec<(String, Value)>,
-    /// Paths of those that a controller sets, which take no factor
+    /// Paths of the signals that a controller sets, which take no factor
     pub controlled: Vec<String>,
 }
 
 impl Loads {
-    /// Those of a scene file.
+    /// Collects the signals of a scene file.
     pub fn new(scene: &Table) -> Self {
         let mut generator = reader();
         let schema = SceneSpec::json_schema(&mut generator);
@@ -36,7 +36,7 @@ impl Loads {
         self.scaled.is_empty()
     }
 
-    /// The changes that multiply each of them with the factor.
+    /// The changes that multiply each signal by the factor.
     pub fn times(&self, factor: f64) -> Table {
         let product = |signal: &Value| {
             let of = Value::from(vec![signal.clone(), factor.into()]);
@@ -46,15 +46,15 @@ impl Loads {
     }
 }
 
-/// The places of signals in a schema.
+/// The places in a schema where signals occur.
 struct Places {
     definitions: Map<String, Json>,
-    /// Name of the definition of a signal
+    /// Name of the schema definition of a signal
     signal: String,
 }
 
 impl Places {
-    /// Adds the signals in a value that has this schema.
+    /// Adds the signals in `value`, which has this schema.
     fn visit(&self, schema: &Json, value: &Value, path: &str, found: &mut Vec<(String, Value)>) {
         if let Some(name) = schema["$ref"].as_str().and_then(|path| path.rsplit('/').next()) {
             match self.definitions.get(name) {
@@ -116,7 +116,7 @@ kind = "twisted"
 angle = "90 deg"
 "#;
 
-    /// Motions of regions and obstacles, weights of rigid bodies and signals of events are loads; a turned shape is none.
+    /// Motions of regions and obstacles, weights of rigid bodies and signals of events are loads; a rotated shape is not.
     #[test]
     fn every_signal_of_a_scene_is_scaled() {
         let loads = Loads::new(&SCENE.parse().expect("TOML"));

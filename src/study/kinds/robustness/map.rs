@@ -1,4 +1,4 @@
-//! Where a scene holds: the peak of a quantity over two axes, against a reference for each value along y.
+//! Where a scene can be solved: the peak of a quantity over two axes, against a reference for each value along y.
 //!
 //! ```text
 //! error = |peak − reference|/|reference|
@@ -11,21 +11,21 @@ use crate::study::kinds::robustness::record::MapRecord;
 use crate::study::store::record::{StoredCase, StudyQuantity, StudyRecord};
 use serde::Serialize;
 
-/// An answer up to this far off, beyond the tolerance, is poor; farther off it is wrong \[–\].
+/// Relative error \[–\] up to which an answer beyond the tolerance is poor; beyond it the answer is wrong.
 const POOR: f64 = 0.1;
 
-/// A map in every variant.
+/// A map with a panel for every variant.
 #[derive(Clone, Debug, Serialize, PartialEq)]
 pub struct Map {
     pub family: String,
     pub setup: String,
     pub quantity: StudyQuantity,
-    /// `maximum`, `minimum`, `extreme` or `largest change of`: the peak over the cases of the map
+    /// Kind of the peak over the cases of the map: `maximum`, `minimum`, `extreme` or `largest change of`
     pub peak_is: &'static str,
     pub axes: Vec<AxisRecord>,
-    /// \[values along y\] peak of the reference
+    /// Peak of the reference for each value along y
     pub references: Vec<Option<f64>>,
-    /// Cases of the study that are references and no points of the map
+    /// Cases of the study that serve as references but are not points of the map
     #[serde(skip)]
     pub reference_cases: Vec<MapPoint>,
     pub panels: Vec<Panel>,
@@ -36,10 +36,9 @@ pub struct Panel {
     pub variant: String,
     pub label: String,
     pub points: Vec<MapPoint>,
-    /// Share of the points whose answer is right, of those that are judged: all but the references, and the answers without one; none where no point is
-    /// judged \[–\]
+    /// Share of correct answers among the judged points \[–\], which exclude references and points without an answer; `None` if no point is judged
     pub holds: Option<f64>,
-    /// Means over the points along each value of x: iterations and cuts a step
+    /// Mean iterations and cuts per step over the points at each value of x
     pub iterations: Vec<f64>,
     pub cuts: Vec<f64>,
 }
@@ -65,20 +64,21 @@ pub enum Grade {
     Right,
     /// The answer by which the others along x are judged
     Reference,
-    /// Converged where the reference has no answer
+    /// Converged, but the reference has no answer
     Unjudged,
     /// The answer is not within the tolerance, but within 10 %
     Poor,
-    /// An answer, and no word that it is wrong
+    /// Farther off than both the tolerance and 10 %, although the run converged
     Wrong,
-    /// A status instead of an answer
+    /// A stated reason instead of an answer
     Stated,
-    /// Not finite, or a panic
+    /// A value that is not finite, or a panic
     Broken,
 }
 
 impl Map {
-    /// Outcomes of the points and of their references by case. An inaccurate answer is what a map looks for, and no failure; a value that is not a number is one.
+    /// Outcomes of the points and of their references by case. An inaccurate answer is what a map looks for and does not fail; a value that is not
+    /// finite does.
     pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
         self.panels.iter().flat_map(|p| &p.points).chain(&self.reference_cases).map(|p| {
             let outcome = match p.grade {
@@ -103,7 +103,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
     };
     let is_stored = |v: &&String| stored.iter().any(|c| c.is_in(&map.family, v));
     let variants: Vec<&String> = study.variants.iter().filter(is_stored).collect();
-    // That of the study, also where only other variants have results
+    // The variant that the study names first, even if only other variants have results
     let members = || study.families.iter().filter(|f| f.name == map.family).flat_map(|f| &f.members);
     let is_of_map = |v: &&String| members().any(|m| m.variant == **v);
     let of_references = study.variants.iter().find(is_of_map).or(variants.first().copied());
@@ -202,7 +202,7 @@ mod tests {
         .expect("a record")
     }
 
-    /// The reference of a row may end with a status; it fails where it broke. Nothing is compared with it alone.
+    /// The reference of a row may end with a stated reason; it fails only if it broke. Nothing is then compared with it.
     #[test]
     fn references_have_outcomes_of_their_own() {
         let axis = |name: &str| AxisRecord {
@@ -236,7 +236,8 @@ mod tests {
         assert_eq!(outcomes, [CaseOutcome::Unchecked, CaseOutcome::Stopped, CaseOutcome::Fail]);
     }
 
-    /// Three steps at two loads; the second step is right, the third one is off by 5 %. The first ones are what the others are judged by, and no right answers.
+    /// Three steps at two loads; the second step is right, the third one is off by 5 %. The first are the references of the others and do not count
+    /// as right answers.
     #[test]
     fn the_reference_is_not_judged_by_itself() {
         let axis = |name: &str, count: usize| AxisRecord {
@@ -277,10 +278,10 @@ mod tests {
         let grades: Vec<Grade> = panel.points.iter().map(|p| p.grade).collect();
         let row = [Grade::Reference, Grade::Right, Grade::Poor];
         assert_eq!((grades, panel.holds), ([row, row].concat(), Some(0.5)));
-        // An error of 0.05 is accepted whatever the value is
+        // An absolute error of 0.05 is accepted, whatever the value
         map.quantity.absolute_tolerance = Some(0.06);
         assert_eq!(analyse(&map, &study, &stored).panels.remove(0).holds, Some(1.0));
-        // A tolerance above the bound of poor answers is the one that counts
+        // A tolerance above the bound of poor answers takes precedence
         map.quantity.absolute_tolerance = None;
         for (tolerance, off, grade) in [
             (0.2, 0.15, Grade::Right),

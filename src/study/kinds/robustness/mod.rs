@@ -1,4 +1,4 @@
-//! Robustness: scenes that break simulators, and maps of where a scene holds.
+//! Robustness: scenes that are hard for simulators, and maps of where a scene can be solved.
 
 pub mod analysis;
 pub mod around;
@@ -27,13 +27,13 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobustnessStudy {
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
-    /// Scenes that break simulators
+    /// Suites of scenes that are hard for simulators
     #[serde(rename = "suite", default)]
     pub suites: Vec<SuiteSpec>,
-    /// Where a scene holds
+    /// Maps of where a scene can be solved
     #[serde(rename = "map", default)]
     pub maps: Vec<MapSpec>,
 }
@@ -44,7 +44,7 @@ impl StudyKind for RobustnessStudy {
     type Findings = RobustnessFindings;
     const AROUND: Option<Around> = Some(around::AROUND);
 
-    /// The suites that are marked as quick.
+    /// Keeps only the suites that are marked as quick.
     fn quick(mut self) -> Self {
         self.maps.clear();
         self.suites.retain(|suite| suite.quick);

@@ -13,7 +13,7 @@ pub struct RobustnessRecord {
     pub suites: Vec<SuiteRecord>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub maps: Vec<MapRecord>,
-    /// Maps and suites that a study around a scene has not, each with the reason in a sentence
+    /// Maps and suites that a study around a scene lacks, each with the reason in a sentence
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
@@ -35,14 +35,14 @@ pub struct MapRecord {
     pub family: String,
     pub setup: String,
     pub quantity: StudyQuantity,
-    /// Along x, along y
+    /// The axes along x and y
     pub axes: Vec<AxisRecord>,
-    /// Member → index along x and y
+    /// Index along x and y by member
     pub points: BTreeMap<String, Vec<usize>>,
-    /// Family of the references
+    /// Family of the reference cases
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// Its member for each value along y
+    /// Member of the reference family for each value along y
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rows: Vec<String>,
 }

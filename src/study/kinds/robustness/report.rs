@@ -23,7 +23,7 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let maps = a.maps.iter().filter(|m| m.panels.iter().any(|p| !p.points.is_empty()));
     let outcomes = a.outcomes();
-    // Cases that converge and have no reference support nothing
+    // Cases that converge without a reference support nothing
     let is_tested = outcomes.values().any(|o| !matches!(o, CaseOutcome::Unchecked | CaseOutcome::Stopped));
     let fails = outcomes.values().any(|o| *o == CaseOutcome::Fail);
     let supported = is_tested && !fails && a.incomplete.is_empty();
@@ -61,7 +61,7 @@ fn facts(a: &RobustnessFindings) -> Vec<(String, String)> {
     out
 }
 
-/// Result of a suite, in words.
+/// The result of a suite in words.
 fn sentence(a: &RobustnessFindings, suite: &str, setup: &str) -> Option<String> {
     let own: Vec<&JudgedCase> = a.cases.iter().filter(|c| c.suite == suite).collect();
     let count = |o: CaseOutcome| own.iter().filter(|c| c.outcome == o).count();
@@ -100,7 +100,7 @@ fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
     })
 }
 
-/// Five digits, whatever the size.
+/// Writes a number with five digits, whatever its size.
 fn plain(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) { format!("{x:.5}") } else { format!("{x:.4e}") }
 }
@@ -186,7 +186,7 @@ fn every(a: &RobustnessFindings) -> Table {
 fn table_of_maps(a: &RobustnessFindings) -> Table {
     let rows = a.maps.iter().flat_map(|m: &Map| {
         m.panels.iter().flat_map(move |p| {
-            // A column of references alone has no answers to count
+            // A column that consists of references has no answers to count
             let judged = move |x: usize| p.points.iter().any(|q| q.at[0] == x && q.grade != Grade::Reference);
             (m.axes[0].values.iter().enumerate()).filter(move |(x, _)| judged(*x)).map(move |(x, value)| {
                 let here: Vec<_> = p.points.iter().filter(|q| q.at[0] == x && q.grade != Grade::Reference).collect();

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Scenes that break simulators: rows of the matrix, whose columns are variants.
+/// Scenes that are hard for simulators: rows of the matrix, whose columns are variants.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteSpec {
@@ -21,9 +21,9 @@ pub struct SuiteSpec {
     pub name: String,
     /// The set-up in one line
     pub setup: String,
-    /// Scene file, relative to the study; that of the study if absent
+    /// Scene file, relative to the study; the scene of the study if absent
     pub scene: Option<PathBuf>,
-    /// Columns of the matrix it is run in, all if absent
+    /// Columns of the matrix in which the suite is run, all if absent
     pub variants: Option<Vec<String>>,
     /// Changes for all members
     #[serde(default, deserialize_with = "changes::by_path")]
@@ -33,13 +33,13 @@ pub struct SuiteSpec {
     #[serde(deserialize_with = "changes::of_members")]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
-    /// The statuses, or `Refused`, that are right, of which a stop is demanded where `Converged` is not among them; if absent
-    /// `Converged` with a check that wants a converged run, else any stated end but the end of the time
+    /// Statuses at the end of the run that are right, including `Refused`. A stop is demanded if `Converged` is not among them. If absent,
+    /// `Converged` if a check needs a converged run, otherwise any stated end except running out of time
     pub ends: Option<Vec<String>>,
     /// Checks of the results
     #[serde(rename = "check", default)]
     pub checks: Vec<CheckSpec>,
-    /// Belongs to the quick half
+    /// Whether it belongs to the quick half
     #[serde(default)]
     pub quick: bool,
 }
@@ -52,9 +52,9 @@ pub struct MapSpec {
     pub name: String,
     /// The set-up in one line
     pub setup: String,
-    /// Scene file, relative to the study; that of the study if absent
+    /// Scene file, relative to the study; the scene of the study if absent
     pub scene: Option<PathBuf>,
-    /// Variants that are compared, side by side
+    /// Variants that are compared side by side
     pub variants: Option<Vec<String>>,
     /// Changes for all points, by path
     #[serde(default, deserialize_with = "changes::by_path")]
@@ -62,7 +62,7 @@ pub struct MapSpec {
     pub set: toml::Table,
     /// The column whose peak is compared with that of the reference
     pub quantity: StudyQuantity,
-    /// Two: along x and along y
+    /// The two axes: first along x, then along y
     #[serde(rename = "axis")]
     pub axes: Vec<AxisSpec>,
     /// Changes that make the case that a row is compared with; if absent, the first value along x in the first variant
@@ -86,7 +86,7 @@ const ENDS: [&str; 11] = [
     REFUSED,
 ];
 
-/// Families and what is checked in them; the first mistake as place, fact and remedy.
+/// Returns the families of cases and the checks made in them, or the first mistake as place, fact and remedy.
 pub fn expand(
     variants: Vec<VariantSpec>,
     suites: &[SuiteSpec],
@@ -132,7 +132,8 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
     Ok(())
 }
 
-/// Refuses a map of which an axis undoes a change that its other axis, itself or one of its variants makes. `scene` is that of the study in `file`.
+/// Refuses a map in which an axis undoes a change made by the other axis, by itself or by one of the variants. `scene` is the scene of the study in
+/// `file`.
 pub fn check_map(map: &MapSpec, variants: &[VariantSpec], (file, scene): (&Path, &Path)) -> Result<(), Mistake> {
     let own = map.scene.as_ref().map(|own| file.parent().unwrap_or(Path::new("")).join(own));
     let wanted = |v: &&VariantSpec| map.variants.as_ref().is_none_or(|names| names.contains(&v.name));

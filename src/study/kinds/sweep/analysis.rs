@@ -1,21 +1,21 @@
-//! Behaviour of a quantity along the keys that were swept: trend, range, elasticity.
+//! Dependence of a quantity on the swept keys: trend, range, elasticity.
 //!
-//! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, or its value at the end of
-//! the run ([`Judged`]), p the value of a swept key. What does not start at zero, like a position, counts from its first value: where the body lies in
-//! its frame decides nothing.
+//! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, or its value at the end of the run
+//! ([`Judged`]), p the value of a swept key. A quantity that does not start at zero, such as a position, is measured from its first value, so that
+//! the position of the body in its frame does not matter.
 //!
 //! ```text
 //! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them. Of all points: the same over all of them
 //! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign, on lines that are not constant
 //! ```
 //!
-//! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]); words then give the change and the tolerance in the unit. An elasticity is that of |y|: of a quantity that is
-//! negative everywhere, words tell how its magnitude changes too.
+//! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]); the text then gives the change and the tolerance in
+//! the unit. An elasticity refers to |y|: for a quantity that is negative everywhere, the text also states how its magnitude changes.
 //!
-//! A trend is that of y as p rises, whatever the order of the values. A line rises or falls where two of its points, neighbours or not, differ by more than
-//! 1e-6 of its largest |y|, than what the solver leaves in its runs, the algebraic error times the largest change of a recorded column of this unit, and than
-//! the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a change of zero. A list whose axes go
-//! together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
+//! A trend describes y as p rises, whatever the order of the values. A line rises or falls if two of its points, neighbours or not, differ by more
+//! than all of the following: 1e-6 of its largest |y|; the algebraic error, multiplied by the largest change of a recorded column in this unit; and
+//! the rounding of the largest |y| of all lines, so that a line of zeros among others is constant. A constant line has a change of zero. A list whose
+//! axes vary together is one line along its points: the effects of single keys cannot be separated, and no elasticity is given.
 
 use crate::math::statistics::extent;
 use crate::report::numbers::{
@@ -32,27 +32,27 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Differences below this are none \[of the largest |y| of the line\].
+/// Relative difference \[of the largest |y| of the line\] below which values count as equal.
 const STEP: f64 = 1e-6;
 
-/// Differences below this are rounding \[of the largest |y| of all lines\].
+/// Relative difference \[of the largest |y| of all lines\] below which it counts as rounding.
 const ROUNDING: f64 = 1e-12;
-/// |ln p₂/p₁| of one number in two units
+/// Largest |ln p₂/p₁| of one number written in two units \[–\]
 const SAME: f64 = 1e-12;
 
 /// The value of a run by which a sweep judges a quantity.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Judged {
-    /// The one farthest from the first
+    /// The value farthest from the first one
     #[default]
     Peak,
-    /// The last
+    /// The last value
     Final,
 }
 
 impl Judged {
-    /// This value of a quantity; none where it is not recorded or no number.
+    /// Returns this value of a quantity; `None` if it is not recorded or not finite.
     pub fn of(self, case: &StoredCase, quantity: &str) -> Option<f64> {
         match self {
             Self::Peak => peak(case, quantity),
@@ -60,7 +60,7 @@ impl Judged {
         }
     }
 
-    /// The first value of a quantity, which this value counts from; 0 for one that starts there, and for a peak, which is a change by itself.
+    /// The first value of a quantity, from which this value is measured; 0 if it starts at zero, and for a peak, which is already a change.
     fn origin(self, case: &StoredCase, quantity: &str) -> f64 {
         match self {
             Self::Peak => 0.0,
@@ -68,7 +68,7 @@ impl Judged {
         }
     }
 
-    /// Heading of the values.
+    /// The table heading of the values.
     pub fn heading(self) -> &'static str {
         match self {
             Self::Peak => "Peaks",
@@ -77,12 +77,12 @@ impl Judged {
     }
 }
 
-/// Axes of a sweep, as they are stored with the study.
+/// Axes of a sweep as they are stored with the study.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct SweepRecord {
     /// The keys that were swept
     pub axes: Vec<AxisRecord>,
-    /// Member → index of its value on every axis
+    /// Index of its value on every axis, by member
     pub points: BTreeMap<String, Vec<usize>>,
     #[serde(default)]
     pub judged: Judged,
@@ -92,12 +92,12 @@ pub struct SweepRecord {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepFindings {
     pub axes: Vec<AxisRecord>,
-    /// Member → index of its value on every axis
+    /// Index of its value on every axis, by member
     pub points: BTreeMap<String, Vec<usize>>,
     pub judged: Judged,
-    /// The axes go together: one line of points
+    /// Whether the axes vary together, so that the points form one line
     pub list: bool,
-    /// \[variants × quantities\]
+    /// Findings in every quantity \[variants × quantities\]
     pub quantities: Vec<ByQuantity<Dependence>>,
 }
 
@@ -108,7 +108,7 @@ pub struct Dependence {
     /// Largest |y| of all points
     #[serde(skip)]
     size: f64,
-    /// \[axes\] behaviour along each; of a list the first one, for all together
+    /// Behaviour along each axis \[axes\]; for a list only one entry, along the first axis, for all together
     pub along: Vec<Along>,
 }
 
@@ -121,9 +121,9 @@ pub struct SweepPoint {
     pub at: Vec<usize>,
     /// Peak or final value
     pub value: f64,
-    /// The same counted from the first value, where a final value does not start at zero: trends, shares and elasticities are of this
+    /// The value minus the first one, if a final value does not start at zero; trends, shares and elasticities refer to it
     pub change: f64,
-    /// Algebraic error of the value, where the record has one \[unit of the quantity\]
+    /// Algebraic error of the value, if the record has one \[unit of the quantity\]
     #[serde(skip)]
     pub algebraic: f64,
 }
@@ -133,15 +133,15 @@ pub struct SweepPoint {
 pub struct Along {
     pub axis: String,
     pub trend: Trend,
-    /// The trend is that of every line, none of them constant where others are not
+    /// Whether every line has this trend; false if some lines are constant and others are not
     pub everywhere: bool,
-    /// Largest (max − min)/scale(max |y|) over the lines along this axis, constant ones without a difference \[–\]
+    /// Largest (max − min)/scale(max |y|) over the lines along this axis; constant lines count as zero \[–\]
     pub change: f64,
-    /// Of the lines that are not constant: smallest and largest between neighbours, and from end to end of the middle one \[–\]
+    /// Smallest and largest elasticity between neighbours on lines that are not constant, and that of the middle line from end to end \[–\]
     pub elasticity: Option<[f64; 3]>,
 }
 
-/// How a quantity changes as the value of the axis rises, of a list from its first point to the last.
+/// How a quantity changes as the value of the axis rises; for a list, from its first point to its last.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Trend {
@@ -149,16 +149,16 @@ pub enum Trend {
     Falling,
     /// No two points of a line differ
     Constant,
-    /// Up and down on one line
+    /// Rising and falling on one line
     Turning,
-    /// Up on some lines, down on others
+    /// Rising on some lines, falling on others
     Mixed,
-    /// It differs between values that have no order: words, and the scattered ones of a list
+    /// It differs between values that have no order: words, or the scattered values of a list
     Unordered,
 }
 
 impl Trend {
-    /// The name as `summary.json` writes it.
+    /// Returns the name used in `summary.json`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rising => "rising",
@@ -172,22 +172,22 @@ impl Trend {
 }
 
 impl Dependence {
-    /// Smallest and largest value.
+    /// Returns the smallest and the largest value.
     pub fn range(&self) -> [f64; 2] {
         extent(self.points.iter().map(|p| p.value))
     }
 
-    /// No change is positive, and one is negative: what falls gains in magnitude.
+    /// Whether no change is positive and at least one is negative, so that a falling value grows in magnitude.
     pub fn is_negative(&self) -> bool {
         self.points.iter().all(|p| p.change <= 0.0) && self.points.iter().any(|p| p.change < 0.0)
     }
 
-    /// Whether values count from the first ones.
+    /// Whether values are measured from their first ones.
     pub fn has_origin(&self) -> bool {
         self.points.iter().any(|p| p.change != p.value)
     }
 
-    /// The points that differ in axis `k` only, in its order; of a list all of them.
+    /// Returns the points that differ in axis `k` only, in its order; for a list all of them.
     pub fn lines(&self, k: usize, list: bool) -> Vec<Vec<&SweepPoint>> {
         let mut lines: Vec<Vec<&SweepPoint>> = vec![];
         for p in &self.points {
@@ -201,13 +201,13 @@ impl Dependence {
         lines
     }
 
-    /// Differences between these points up to this are none \[unit of the quantity\].
+    /// Difference up to which these points count as equal \[unit of the quantity\].
     fn noise(&self, points: &[&SweepPoint]) -> f64 {
         let algebraic = points.iter().map(|p| p.algebraic).fold(0.0, f64::max);
         (STEP * Spread::of(points.iter().copied()).size).max(algebraic).max(ROUNDING * self.size)
     }
 
-    /// The trend along a line: small steps add up, each point being compared with the largest and the smallest one before it.
+    /// The trend along a line. Small steps add up, because each point is compared with the largest and the smallest one before it.
     fn trend(&self, line: &[&SweepPoint]) -> Trend {
         let noise = self.noise(line);
         let (mut low, mut high, mut rises, mut falls) = (f64::INFINITY, f64::NEG_INFINITY, false, false);
@@ -223,14 +223,14 @@ impl Dependence {
         }
     }
 
-    /// The spread of points, without a difference that is none.
+    /// The spread of points; a difference within the noise counts as zero.
     fn spread(&self, points: &[&SweepPoint]) -> Spread {
         let spread = Spread::of(points.iter().copied());
         if spread.difference <= self.noise(points) { Spread { difference: 0.0, ..spread } } else { spread }
     }
 }
 
-/// Difference of the largest and the smallest change of some points, and the largest magnitude among them.
+/// Difference between the largest and the smallest change of some points, and the largest magnitude among them.
 #[derive(Clone, Copy)]
 struct Spread {
     difference: f64,
@@ -244,7 +244,7 @@ impl Spread {
         Self { difference: high - low, size: low.abs().max(high.abs()) }
     }
 
-    /// The difference over the scale of the tolerance \[–\].
+    /// Returns the difference relative to the scale of the tolerance \[–\].
     fn share(&self, tolerance: Tolerance) -> f64 {
         let scale = tolerance.scale(self.size);
         if scale > 0.0 { self.difference / scale } else { 0.0 }
@@ -259,12 +259,12 @@ impl Spread {
     }
 }
 
-/// How the changes of a quantity are told: all in one form, so that they can be compared.
+/// How the changes of a quantity are written: all in one form, so that they can be compared.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
-    /// As shares of the largest magnitude of a line
+    /// Relative to the largest magnitude of a line
     Share,
-    /// In the unit of the quantity, where the absolute tolerance decides
+    /// In the unit of the quantity, if the absolute tolerance decides
     Unit,
 }
 
@@ -274,20 +274,20 @@ impl Form {
         if tolerance.is_absolute(spread.size) { Self::Unit } else { Self::Share }
     }
 
-    /// The number that is told.
+    /// Returns the number that is written.
     fn size(self, spread: Spread, tolerance: Tolerance) -> f64 {
         if self == Self::Unit { spread.difference } else { spread.share(tolerance) }
     }
 }
 
 impl ByQuantity<Dependence> {
-    /// The spreads along an axis, one for each line.
+    /// Returns the spreads along an axis, one for each line with at least two points.
     fn spreads(&self, a: &Along, axes: &[AxisRecord], list: bool) -> Vec<Spread> {
         let lines = self.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
         lines.iter().filter(|line| line.len() > 1).map(|line| self.spread(line)).collect()
     }
 
-    /// The form of all changes: in the unit, where the largest share along some axis is told so.
+    /// The form of all changes: in the unit if the largest relative change along some axis is written so.
     fn form(&self, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> Form {
         let largest = |a: &Along| {
             let spreads = self.spreads(a, axes, list).into_iter();
@@ -297,7 +297,7 @@ impl ByQuantity<Dependence> {
         if forms.any(|form| form == Form::Unit) { Form::Unit } else { Form::Share }
     }
 
-    /// The largest change along an axis and the form that it is told in, and whether several lines have a change.
+    /// The largest change along an axis, the form in which it is written, and whether several lines have a change.
     fn largest(&self, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> (Spread, Form, bool) {
         let (form, spreads) = (self.form(axes, list, tolerance), self.spreads(a, axes, list));
         let largest =
@@ -306,7 +306,7 @@ impl ByQuantity<Dependence> {
     }
 }
 
-/// Analyses what is there; cases that are missing or did not converge are named.
+/// Analyses the stored cases; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
     let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
@@ -353,13 +353,13 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
-/// The points of a variant that a case is the result of.
+/// Returns the points of a variant whose result is this case.
 pub fn members<'a>(study: &StudyRecord, case: &'a StoredCase, variant: &str) -> Vec<&'a str> {
     let families = study.families.iter().filter(|f| f.role == Role::Grid);
     families.flat_map(|f| case.members(&f.name, variant).collect::<Vec<_>>()).collect()
 }
 
-/// `None` if no line has two points.
+/// The behaviour along one axis; `None` if no line has two points.
 fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
     let mut lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     if !list && axis.numbers.windows(2).any(|w| w[1] < w[0]) {
@@ -377,10 +377,10 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.change / a.change);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
-        // Of one number in two units there is none
+        // One number in two units has no elasticity
         (positive && p.ln().abs() > SAME).then(|| y.ln() / p.ln())
     };
-    // On a constant line the quotient is rounding
+    // On a constant line the quotient is only rounding
     let moved = lines.iter().zip(&trends).filter(|(_, t)| **t != Trend::Constant);
     let moved: Vec<&Vec<&SweepPoint>> = moved.map(|(line, _)| line).collect();
     let between: Option<Vec<f64>> = moved.iter().flat_map(|l| l.windows(2).map(|w| exponent(w[0], w[1]))).collect();
@@ -393,14 +393,14 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
-/// Algebraic error of a quantity: the share that the record states, of the largest change of a result in its unit.
+/// The algebraic error of a quantity: the relative error of the record times the largest change of a result in this unit.
 fn algebraic(case: &StoredCase, quantity: &str) -> f64 {
     let alike = case.record.probes.keys().filter(|column| column::comparable(column, quantity));
     let largest = alike.filter_map(|column| peak(case, column)).fold(0.0, |m: f64, change| m.max(change.abs()));
     case.record.solver.algebraic_error * largest
 }
 
-/// `Young's modulus E`, of a list `the points of the list`
+/// Names an axis: `Young's modulus E`, or for a list `the points of the list`.
 pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
     match study.iter().find(|a| a.name == *name) {
         Some(axis) if !list => format!("{} {}", axis.label, axis.symbol),
@@ -408,19 +408,19 @@ pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
     }
 }
 
-/// `67 %`; `up to 67 %`, where the change differs between values of the other keys.
+/// The change in words: `67 %`, or `up to 67 %` if it depends on the values of the other keys.
 fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> String {
     let (largest, form, several) = q.largest(a, axes, list, tolerance);
     let [change, _] = largest.words(form, tolerance, &q.quantity.unit);
     format!("{}{change}", if several { "up to " } else { "" })
 }
 
-/// The axes of a grid along which a quantity has no two values.
+/// The axes of a grid along which a quantity does not have two values.
 fn unjudged<'a>(q: &'a Dependence, axes: &'a [AxisRecord], list: bool) -> impl Iterator<Item = &'a AxisRecord> {
     axes.iter().filter(move |axis| !list && q.along.iter().all(|a| a.axis != axis.name))
 }
 
-/// `Young's modulus E is not judged: no two converged points differ in it alone`, with the quantities in words where others are judged.
+/// The sentence `Young's modulus E is not judged: no two converged points differ in it alone`, with the quantities if others are judged.
 fn not_judged(axes: &[AxisRecord], axis: &AxisRecord, quantities: &str) -> String {
     let axis = capital(&axis_words(axes, &axis.name, false));
     format!("{axis} is not judged{quantities}: no two converged points differ in it alone")
@@ -488,7 +488,7 @@ fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<St
     out
 }
 
-/// A quantity that is farthest from its first value below it at some points and above it at others.
+/// A warning if the value farthest from the first one is below it at some points and above it at others.
 fn opposite_peaks(q: &ByQuantity<Dependence>, stored: &[StoredCase]) -> Option<String> {
     let count = |kind: ExtremeKind| {
         let is_one = |p: &&SweepPoint| {
@@ -507,7 +507,7 @@ fn opposite_peaks(q: &ByQuantity<Dependence>, stored: &[StoredCase]) -> Option<S
     })
 }
 
-/// The verdict for each quantity: what it depends on, the strongest first.
+/// The verdict for each quantity: the keys that it depends on, the strongest first.
 fn verdict_of(
     quantities: &[ByQuantity<Dependence>],
     tolerance: f64,

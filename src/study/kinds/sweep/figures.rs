@@ -27,22 +27,22 @@ const LEFT: f64 = 16.5;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
-/// Room of a legend at the right of a panel \[mm\]
+/// Width of a legend to the right of a panel \[mm\]
 const LEGEND: f64 = 32.0;
-/// Least and usual width of a panel \[mm\]
+/// Smallest and usual width of a panel \[mm\]
 const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
-/// Between two rows of panels \[mm\]
+/// Distance between two rows of panels \[mm\]
 const BETWEEN: f64 = 17.0;
-/// Most values of an axis in a legend
+/// Largest number of values of an axis in a legend
 const ENTRIES: usize = 10;
 
-/// The place of value `k` on an axis; words are counted from 1.
+/// The position of value `k` on an axis; words are numbered from 1.
 fn place(axis: &AxisRecord, k: usize) -> f64 {
     axis.numbers.get(k).copied().unwrap_or(k as f64 + 1.0)
 }
 
-/// `Young's modulus E [kPa]`, with these words before the unit, or `formulation` for an axis of words.
+/// The axis title `Young's modulus E [kPa]`, with `with` before the unit; `formulation` for an axis of words.
 fn name(axis: &AxisRecord, with: &str) -> String {
     if axis.numbers.is_empty() {
         return axis.label.clone();
@@ -51,7 +51,7 @@ fn name(axis: &AxisRecord, with: &str) -> String {
     format!("{} {}{with}{unit}", axis.label, italic(&axis.symbol))
 }
 
-/// Logarithmic where the values span a factor of eight and their logarithms are spaced more evenly than they.
+/// The scale of an axis: logarithmic if the values span a factor of eight and are spaced more evenly in their logarithms.
 fn scale(axis: &AxisRecord, with: &str) -> Axis {
     if axis.numbers.is_empty() {
         return Axis { label: name(axis, with), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
@@ -65,7 +65,7 @@ fn scale(axis: &AxisRecord, with: &str) -> Axis {
     }
 }
 
-/// Largest over smallest distance of neighbours on a scale.
+/// Ratio of the largest to the smallest distance between neighbours on a scale.
 fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
     let mut places: Vec<f64> = numbers.iter().map(|n| scale(*n)).collect();
     places.sort_by(f64::total_cmp);
@@ -73,7 +73,7 @@ fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
     gaps().fold(0.0, f64::max) / gaps().fold(f64::INFINITY, f64::min)
 }
 
-/// `ν = 0.45`, a line of a legend, with the symbol in italics.
+/// A legend entry `ν = 0.45`, with the symbol in italics.
 fn entry(axis: &AxisRecord, value: &str) -> String {
     format!("{} = {}", italic(&axis.symbol), raised(value))
 }
@@ -83,19 +83,19 @@ fn goes_along(a: &SweepFindings) -> bool {
     a.list && a.axes[0].is_ordered()
 }
 
-/// The keys of a list that change next to its first one.
+/// The other keys that a list changes together with its first one.
 fn other_keys(a: &SweepFindings) -> impl Iterator<Item = &AxisRecord> {
     let changes = |axis: &&AxisRecord| axis.values.iter().any(|value| *value != axis.values[0]);
     a.axes.iter().skip(1).filter(|_| a.list).filter(changes)
 }
 
-/// The keys that go along with the first one of a list, on its axis: ` (with ρ)`.
+/// The keys that vary with the first one of a list along its axis: ` (with ρ)`.
 fn with(a: &SweepFindings) -> String {
     let symbols: Vec<String> = other_keys(a).filter(|_| goes_along(a)).map(|axis| italic(&axis.symbol)).collect();
     if symbols.is_empty() { String::new() } else { format!(" (with {})", wording::few(&symbols)) }
 }
 
-/// How a list changes further keys, for a caption that has named its first one: `, along which density ρ goes from 1 g/cm³ to 9 g/cm³ too`.
+/// How a list changes the other keys, for a caption that has named its first one: `, along which density ρ goes from 1 g/cm³ to 9 g/cm³ too`.
 fn along_which(a: &SweepFindings) -> String {
     let one = |axis: &AxisRecord| {
         let [first, .., last] = &axis.values[..] else { return String::new() };
@@ -112,16 +112,17 @@ fn along_which(a: &SweepFindings) -> String {
 
 /// A panel against one axis.
 struct Against {
-    /// The axis
+    /// The axis along which it is drawn
     along: usize,
     /// The axis that has a curve for each value
     other: Option<usize>,
-    /// The rest of the axes
+    /// The remaining axes, each kept at one value
     kept: Kept,
 }
 
 impl Against {
-    /// A panel for each axis along which the quantity is judged. Along an ordered list the points are one line; scattered ones are seen from each axis.
+    /// Returns a panel for each axis along which the quantity is judged. An ordered list has one panel, with its points on one line; scattered points
+    /// are drawn against each axis.
     fn all(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Vec<Self> {
         let is_judged = |k: &usize| q.along.iter().any(|x| x.axis == a.axes[*k].name);
         let axes: Vec<usize> = match a.list {
@@ -138,29 +139,29 @@ impl Against {
         axes.iter().enumerate().map(one).collect()
     }
 
-    /// The lines along the axis, of which each has a value of the other one.
+    /// Returns the lines along the axis, each at one value of the other axis.
     fn lines<'a>(&self, a: &SweepFindings, q: &'a Dependence) -> Vec<Vec<&'a SweepPoint>> {
         q.lines(self.along, a.list).into_iter().filter(|line| self.kept.has(line[0])).collect()
     }
 }
 
-/// Entries of a legend for so many lines in order, if it has room for `most`: the first, the last, and some between.
+/// The lines out of `lines`, in order, that get an entry in a legend with room for `most`: the first, the last, and some in between.
 fn picked(lines: usize, most: usize) -> Vec<usize> {
     let count = lines.min(most);
     (0..count).map(|k| k * (lines - 1) / (count - 1).max(1)).collect()
 }
 
-/// The end of a caption where a legend has entries for a part of the values only.
+/// The end of a caption if the legend names only a part of the values.
 fn named(axis: &AxisRecord, lines: usize, most: usize) -> Option<String> {
     (lines > most).then(|| format!(" Of {lines} values of {} {} the legend names {most}.", axis.label, axis.symbol))
 }
 
-/// Colour of line `k` of many, by their order.
+/// The colour of line `k` of `lines`, by their order.
 fn ordered_color(k: usize, lines: usize) -> RGB {
     viridis(0.9 * k as f64 / (lines - 1).max(1) as f64)
 }
 
-/// The cases whose peak is a minimum, where those of others are maxima.
+/// The cases whose peak is a minimum, if other cases have maxima; empty if all peaks are of one kind.
 fn minima<'a>(store: &Results, a: &SweepFindings, q: &'a ByQuantity<Dependence>) -> BTreeSet<&'a str> {
     let of = |kind: ExtremeKind| -> BTreeSet<&'a str> {
         let is_one = |p: &&SweepPoint| {
@@ -177,7 +178,7 @@ fn minima<'a>(store: &Results, a: &SweepFindings, q: &'a ByQuantity<Dependence>)
 struct Kept(Vec<(usize, usize)>);
 
 impl Kept {
-    /// These axes at the values at which the most points are, of several such at the nearest to the middle.
+    /// Keeps these axes at the values that most points have; of several such combinations, the one nearest to the middle.
     fn of<'a>(points: impl Iterator<Item = &'a SweepPoint>, axes: &[AxisRecord], rest: &[usize]) -> Self {
         let mut counts: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
         for p in points {
@@ -194,15 +195,15 @@ impl Kept {
         self.0.iter().all(|(k, at)| p.at[*k] == *at)
     }
 
-    /// `ρ = 1.07 g/cm³ and E = 250 kPa`; none without an axis.
+    /// The kept values in words, `ρ = 1.07 g/cm³ and E = 250 kPa`; `None` without an axis.
     fn words(&self, axes: &[AxisRecord]) -> Option<String> {
         let values = self.0.iter().map(|(k, at)| format!("{} = {}", axes[*k].symbol, raised(&axes[*k].values[*at])));
         (!self.0.is_empty()).then(|| wording::all(&values.collect::<Vec<_>>()))
     }
 }
 
-/// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// are kept at a value. Scattered points of a list are marks without a line, and no line joins a minimum and a maximum. `None` without two points on a line.
+/// Draws the peak of a quantity against every axis, one panel each, with one curve for each value of the next axis; the remaining axes are kept at
+/// one value. Scattered points of a list are marks without a line, and no line joins a minimum to a maximum. `None` if no line has two points.
 pub fn against(store: &Results, a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
@@ -213,7 +214,7 @@ pub fn against(store: &Results, a: &SweepFindings, q: &ByQuantity<Dependence>) -
     let others = shown.iter().filter_map(|panel| panel.other).map(|k| &a.axes[k]);
     let names: Vec<_> = others.flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v)))).collect();
     let longest = (legend_width(&names) + 2.5).clamp(LEGEND - 10.0, 0.3 * page_width());
-    // Lines of a single axis have no legend
+    // The lines of a single axis have no legend
     let side = if names.is_empty() { 5.0 } else { longest };
     let panels = Panels::new(shown.len(), (LEFT, side + GAP, side), (LEAST, EACH));
     let tall = panels.tall(TALL, (BETWEEN, TOP + 11.0));
@@ -262,7 +263,7 @@ fn panel(
     let named = picked(lines.len(), most);
     let is_minimum = |p: &SweepPoint| minima.contains(p.case.as_str());
     for (n, points) in lines.iter().enumerate() {
-        // A legend that names some of the lines needs colours in their order
+        // If the legend names only some of the lines, their colours follow their order
         let in_order = lines.len() > most;
         let (shape, color) = if in_order { (Mark::Circle, ordered_color(n, lines.len())) } else { style(n) };
         let at = |p: &SweepPoint| plot.at(place(axis, p.at[of.along]), p.value);
@@ -287,7 +288,7 @@ fn panel(
     legend(area, (mm(right + 2.5), mm(top + 2.0)), &entries);
 }
 
-/// Axes of a panel over words, which are below their places.
+/// Draws the axes of a panel over words, each written below its position.
 fn word_axis(plot: &Plot, axis: &AxisRecord) {
     plot.axis_y();
     let [left, _, right, bottom] = plot.frame;
@@ -307,19 +308,19 @@ fn shown<'a>(a: &'a SweepFindings, variant: &str) -> (Vec<&'a ByQuantity<Depende
     (all, more)
 }
 
-/// `Change of cavity volume`, over a panel of peaks.
+/// The title of a panel of peaks: `Change of cavity volume`.
 fn peak_name(q: &ByQuantity<Dependence>) -> String {
     capital(&q.peak_label())
 }
 
-/// Judged values over the two axes of a grid, one map per quantity; `None` for anything but two axes.
+/// Draws the judged values over the two axes of a grid, one map per quantity; `None` unless the sweep is a grid of two axes.
 pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (maps, more) = shown(a, variant);
     let [first, second] = &a.axes[..] else { return None };
     if a.list || maps.is_empty() {
         return None;
     }
-    // With so much room at the right of each for a colour bar: panels, their height, and the numbers of each
+    // With a width of `bar` for a colour bar to the right of each: the panels, their height, and the numbers of each
     let placed = |bar: f64| {
         let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0 + bar, 3.0 + bar), (56.0 - bar, 76.0));
         let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
@@ -353,16 +354,16 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 
-/// Room of a colour bar at the right of a map \[mm\].
+/// Width of a colour bar to the right of a map \[mm\].
 const BAR: f64 = ROOM + 2.0;
 
-/// Least and largest value of a map, which are the same where only rounding is between them.
+/// Smallest and largest value of a map; equal if they differ only by rounding.
 fn ends(q: &ByQuantity<Dependence>) -> [f64; 2] {
     let [low, high] = q.range();
     if high - low > ROUNDING * low.abs().max(high.abs()) { [low, high] } else { [low; 2] }
 }
 
-/// Squares of a map with their numbers, where all of them have room.
+/// Draws the squares of a map, with their numbers if all of them have room.
 fn squares(
     area: &Area,
     q: &ByQuantity<Dependence>,
@@ -386,7 +387,7 @@ fn squares(
     sides(area, (first, second), frame.map(mm), (true, mm(LEFT + 8.0)));
 }
 
-/// The distinct values of an axis in order, each by the place of its first one, and the number among them of each place.
+/// The distinct values of an axis in order, each by the index of its first occurrence, and for each index the number of its distinct value.
 fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
     let is_same = |a: usize, b: usize| match axis.numbers.is_empty() {
         true => axis.values[a] == axis.values[b],
@@ -406,7 +407,8 @@ fn distinct(axis: &AxisRecord) -> (Vec<usize>, Vec<usize>) {
     (found, numbers)
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value, those that go along with it in a list are in the legend.
+/// Draws quantities over time, coloured by the first axis. The other axes of a grid are kept at one value; those that vary with it in a list are in
+/// the legend.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
@@ -473,7 +475,7 @@ mod tests {
         }
     }
 
-    /// One key at a time: its value at rest is one entry, and numbers are in their order.
+    /// One key is varied at a time: its value at rest has one entry, and numbers are sorted.
     #[test]
     fn equal_values_have_one_colour() {
         let numbers = [3.0, 1.0, 3.0, 2.0, 3.0];

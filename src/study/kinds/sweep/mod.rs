@@ -21,16 +21,16 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepStudy {
-    /// Variants: manners of driving the scene, with the quantities judged there
+    /// Variants: ways of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// The keys that are swept
     #[serde(rename = "axis", default)]
     pub axes: Vec<AxisSpec>,
-    /// How several axes go together
+    /// How several axes are combined
     #[serde(default)]
     pub combine: Combine,
-    /// The value of a run that counts
+    /// The value of a run that is judged
     #[serde(default)]
     pub judged: Judged,
 }

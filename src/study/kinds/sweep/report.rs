@@ -42,7 +42,7 @@ fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     (format!("{low} to {high}{}", space(&q.quantity.unit)), q.peak_title())
 }
 
-/// The trend of a quantity along each axis, where it is beyond the tolerance.
+/// The trend of a quantity along each axis, if it exceeds the tolerance.
 fn decisions(q: &ByQuantity<Dependence>, tolerance: f64) -> impl Iterator<Item = (String, String)> + '_ {
     let of = move |x: &Along| {
         let trend = if x.change > tolerance { x.trend.name() } else { "within the tolerance" };
@@ -112,19 +112,19 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     }
 }
 
-/// Four digits, whatever the size.
+/// Writes a value with four digits, whatever its size.
 fn plain(value: f64) -> String {
     let small = value != 0.0 && value.abs() < 1e-3;
     if small { format!("{value:.3e}") } else { format!("{value:.*}", digits(1e-2 * value)) }
 }
 
-/// A value of an axis: a number without its unit, to the digits that a conversion of units leaves.
+/// A value of an axis: a number without its unit, rounded to the digits that survive a conversion of units.
 fn value_of(axis: &AxisRecord, k: usize) -> String {
     let number = axis.numbers.get(k).and_then(|n| format!("{n:.11e}").parse::<f64>().ok());
     number.map_or_else(|| axis.values[k].clone(), |n| n.to_string())
 }
 
-/// Forms of a heading, of which a column has the first that no other one has: the symbol, the label with it, and the name.
+/// Forms of a heading; a column gets the first that is unique: the symbol, the label with the symbol, and the name.
 fn forms(symbol: &str, label: &str, name: &str) -> [String; 3] {
     [symbol.into(), format!("{label} {symbol}"), name.into()]
 }
@@ -134,7 +134,7 @@ fn judged(q: &ByQuantity<Dependence>) -> ([String; 3], String) {
     (forms(&q.peak_symbol(), &q.peak_label(), &q.quantity.name), q.quantity.unit.clone())
 }
 
-/// A column for every key, and for every quantity of some variant.
+/// A table with a column for every key and for every quantity of some variant.
 fn points(store: &Results, a: &SweepFindings) -> Table {
     let found: Vec<HashMap<&str, f64>> =
         a.quantities.iter().map(|q| q.points.iter().map(|p| (p.case.as_str(), p.value)).collect()).collect();

@@ -71,7 +71,7 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     })
 }
 
-/// Adds a warning of each last row that is taken of a record in time while its column goes to and fro by more than the tolerance.
+/// Warns of records in time of which the last row is used although its column oscillates by more than the tolerance.
 fn warn_of_ringing(results: &Results, targets: &[Target], warnings: &mut Vec<String>) {
     for t in targets {
         let runs = results
@@ -90,7 +90,7 @@ fn warn_of_ringing(results: &Results, targets: &[Target], warnings: &mut Vec<Str
     }
 }
 
-/// Scatter of the quantities that have repeats.
+/// The scatter of the quantities that have repeats.
 fn scatters(plan: &ValidationPlan, repeats: &[Repeats]) -> Vec<FoundScatter> {
     let of = |q: &QuantityPlan, record: Option<String>, s: Scatter| FoundScatter {
         quantity: q.label.clone(),
@@ -107,7 +107,7 @@ fn scatters(plan: &ValidationPlan, repeats: &[Repeats]) -> Vec<FoundScatter> {
     plan.quantities.iter().zip(repeats).flat_map(one).collect()
 }
 
-/// The terms of the budget with what they rest on.
+/// The terms of the budget with the origin of each.
 fn sources_of(plan: &ValidationPlan, scatter: &[FoundScatter]) -> Vec<(String, String, String)> {
     let inputs =
         plan.inputs.iter().map(|i| (format!("{} ({})", i.name, i.group), i.deviation.clone(), i.source.clone()));
@@ -121,7 +121,7 @@ fn sources_of(plan: &ValidationPlan, scatter: &[FoundScatter]) -> Vec<(String, S
     }
     for q in &plan.quantities {
         for e in &q.errors {
-            // Points of a field are many, and have one source
+            // A field has many points but one source of errors
             let label = if q.records.len() == 1 && e.group == "field" { "points of a field" } else { &q.label };
             let row =
                 (format!("{label} ({})", e.group), format!("{}{}", e.deviation, space(&q.unit)), e.source.clone());
@@ -134,7 +134,7 @@ fn sources_of(plan: &ValidationPlan, scatter: &[FoundScatter]) -> Vec<(String, S
     all
 }
 
-/// The errors that tracks give a quantity, each group in a record as one.
+/// The errors that tracks give to a quantity, each group of a record once.
 fn of_tracks(q: &QuantityPlan) -> Vec<(&QuantityPlan, &str, String, f64, String)> {
     let mut all: Vec<(&QuantityPlan, &str, String, f64, String)> = vec![];
     for (record, e) in q.by_record.iter().flat_map(|(r, errors)| errors.iter().map(move |e| (r.as_str(), e))) {

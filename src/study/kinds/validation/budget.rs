@@ -1,35 +1,35 @@
-//! The uncertainty of a prediction by where it comes from.
+//! The uncertainty of a prediction, broken down by its sources.
 //!
-//! Sources and data belong to groups, `load`, `geometry`, `calibration: zero`. Independent contributions add as squares; what the mesh, the time
-//! steps and the response surface leave open are groups of their own.
+//! Sources and data belong to groups such as `load`, `geometry` or `calibration: zero`. Independent contributions add as squares; the uncertainties
+//! due to the mesh, the time steps and the response surface are groups of their own.
 
 use crate::math::statistics::root;
 use crate::study::kinds::validation::joint::Influence;
 use serde::{Deserialize, Serialize};
 
-/// Half-width of a 95 % interval in standard deviations, of a normal distribution.
+/// Half-width of the 95 % interval of a normal distribution, in standard deviations.
 pub const COVERAGE: f64 = 1.959_963_985;
 
 /// One group of sources.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contribution {
     pub group: String,
-    /// Standard deviation of the prediction by this group \[unit of the quantity\]
+    /// Standard deviation of the prediction due to this group \[unit of the quantity\]
     pub deviation: f64,
     /// Half-width of the 95 % interval of the prediction without this group
     pub without: f64,
 }
 
-/// Groups of sources, of data and of the own errors of a prediction, by name.
+/// Groups of the sources, of the data and of the own errors of a prediction, by name.
 pub struct Groups<'a> {
     pub sources: &'a [String],
-    /// \[data\] independent errors of each: (group, share of the variance)
+    /// Independent errors of each datum: (group, share of the variance)
     pub data: &'a [Vec<(String, f64)>],
     pub own: &'a [String],
 }
 
-/// Contributions, largest first. `numerical`: standard deviations of the groups that no measurement has, such as the mesh; `factor`: by which
-/// the statistical part is widened.
+/// Returns the contributions, largest first. `numerical` gives the standard deviations of the groups that no measurement has, such as the mesh;
+/// `factor` widens the statistical part.
 pub fn contributions(
     influence: &Influence,
     groups: &Groups,
@@ -56,7 +56,7 @@ pub fn contributions(
     variances.into_iter().map(one).collect()
 }
 
-/// Half-width of the 95 % interval.
+/// Returns the half-width of the 95 % interval.
 pub fn half_width(all: &[Contribution]) -> f64 {
     COVERAGE * all.iter().map(|c| c.deviation * c.deviation).sum::<f64>().sqrt()
 }
@@ -65,7 +65,7 @@ pub fn half_width(all: &[Contribution]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Variances of a group add, the largest group is first, and what remains without it is what the others make.
+    /// Variances of a group add, the largest group comes first, and the remainder without it is what the others contribute.
     #[test]
     fn groups_add_as_squares() {
         let influence = Influence { sources: vec![0.3, -0.4], data: vec![1.0], own: vec![2.0] };

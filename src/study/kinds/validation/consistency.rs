@@ -1,8 +1,9 @@
-//! Whether data scatter as their errors say, and by how much more where they do not.
+//! Whether the data scatter as their errors predict, and otherwise by how much more.
 //!
-//! χ² of the calibration is compared with its 95 % quantile, and with its 1 % quantile. Where all errors are known these are those of the χ² distribution. The scatter of a few repeats
-//! is known with few degrees of freedom ν itself, and χ² is then distributed as F: its quantiles are those of draws in which σ² = s² ν/χ²(ν), one χ²(ν) of
-//! all data with that scatter (JCGM 101:2008, 6.4.9), with the response linear in constants and sources.
+//! χ² of the calibration is compared with its 95 % and its 1 % quantile. If all errors are known, these are quantiles of the χ² distribution. The
+//! scatter of a few repeats is itself known only with few degrees of freedom ν, and χ² is then distributed as F: its quantiles come from draws in
+//! which σ² = s² ν/χ²(ν), with one χ²(ν) for all data with that scatter (JCGM 101:2008, 6.4.9) and a response that is linear in constants and
+//! sources.
 
 use crate::math::random::SplitMix;
 use crate::study::kinds::validation::joint::{FARTHEST, Problem, Response, Solution};
@@ -11,20 +12,20 @@ use std::collections::BTreeMap;
 
 /// Seed of the draws of χ².
 const SEED: u64 = 1932;
-/// χ² of an exact fit, of which the search leaves residuals of 0.03 standard deviations at most.
+/// Upper bound of χ² for an exact fit, in which the search leaves residuals of at most 0.03 standard deviations.
 const EXACT: f64 = 1e-3;
 /// Probabilities of the limits of χ².
 const LIMITS: [f64; 2] = [0.01, 0.95];
-/// Their quantiles of the normal distribution.
+/// Quantiles of the normal distribution at these probabilities.
 const NORMAL: [f64; 2] = [-2.326_347_874, 1.644_853_627];
 
-/// χ² of a calibration and what it may be.
+/// χ² of a calibration and its admissible range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Consistency {
     pub chi2: f64,
-    /// Data minus constants
+    /// Number of data minus number of constants
     pub freedom: usize,
-    /// 1 % and 95 % quantiles of χ² by the errors of the data
+    /// 1 % and 95 % quantiles of χ² predicted by the errors of the data
     limits: [f64; 2],
 }
 
@@ -36,38 +37,39 @@ impl Consistency {
         Self { chi2: solution.chi2, freedom: solution.freedom, limits }
     }
 
-    /// Whether χ² is below its 95 % quantile. As many constants as data fit them exactly, unless the search ends where no constant brings them closer.
+    /// Whether χ² is below its 95 % quantile. As many constants as data fit them exactly, unless the search ends where no constant brings them
+    /// closer.
     pub fn holds(&self) -> bool {
         self.chi2 <= if self.freedom == 0 { EXACT } else { self.limits[1] }
     }
 
-    /// Whether χ² is below its 1 % quantile, as it is of errors that are overstated, or that many data share and that count as independent.
+    /// Whether χ² is below its 1 % quantile, as it is if errors are overstated, or if errors shared by many data are treated as independent.
     pub fn agrees_too_well(&self) -> bool {
         self.freedom > 0 && self.chi2 < self.limits[0]
     }
 
-    /// The constant that the scatter of the data leaves open over all that the search goes through, where it is beyond chance: the search has ended at a
-    /// place where the data do not depend on it, and their misfit is no measure of it.
+    /// Returns a constant that the scatter of the data leaves undetermined over the whole range of the search, if that scatter is beyond chance: the
+    /// search has then ended at a point where the data do not depend on the constant, and their misfit is no measure of it.
     pub fn open(&self, solution: &Solution) -> Option<usize> {
         let deviation = |k: &usize| self.birge() * solution.covariance[(*k, *k)].sqrt();
         (0..solution.xi.len()).find(|k| !self.holds() && deviation(k) > FARTHEST)
     }
 
-    /// Factor √(χ²/ν) by which the data scatter more than their errors say, where that is beyond chance; 1 elsewhere.
+    /// Returns the factor √(χ²/ν) by which the data scatter more than their errors predict, if that is beyond chance; otherwise 1.
     /// Source: Birge, *Phys. Rev.* 40, 1932.
     pub fn birge(&self) -> f64 {
         if self.holds() { 1.0 } else { (self.chi2 / self.freedom as f64).sqrt().max(1.0) }
     }
 }
 
-/// Quantile of χ² by that of the normal distribution (Wilson & Hilferty, *PNAS* 17, 1931).
+/// Quantile of χ² from that of the normal distribution (Wilson & Hilferty, *PNAS* 17, 1931).
 fn quantile(freedom: usize, normal: f64) -> f64 {
     let nu = freedom as f64;
     let a = 2.0 / (9.0 * nu);
     nu * (1.0 - a + normal * a.sqrt()).powi(3)
 }
 
-/// Both limits where the scatter of repeats is estimated.
+/// Both limits if the scatter of repeats is estimated.
 fn drawn(problem: &Problem, solution: &Solution) -> [f64; 2] {
     let mut random = SplitMix(SEED);
     let parts: Vec<[f64; 2]> = problem.data.iter().map(|r| parts(r)).collect();
@@ -86,7 +88,7 @@ fn drawn(problem: &Problem, solution: &Solution) -> [f64; 2] {
     })
 }
 
-/// Variances of a datum by what is known and by the scatter s²/n without its widening, over that of its weight.
+/// Variances of a datum due to known errors and due to the scatter s²/n without its widening, relative to the variance in its weight.
 fn parts(r: &Response) -> [f64; 2] {
     let total = r.sigma().powi(2);
     let wide = r.scatter.and(r.noise.last()).map_or(0.0, |s| s * s);
@@ -99,8 +101,8 @@ mod tests {
     use super::*;
     use crate::study::kinds::validation::surface::{Sample, Surface};
 
-    /// The share of true-model data whose χ² is called inconsistent is 5 %: 95 % quantiles of ν = 2, 10 from tables (5.991, 18.307), to which
-    /// Wilson & Hilferty come within 1 %.
+    /// Data drawn from the true model are called inconsistent in 5 % of cases: the 95 % quantiles for ν = 2 and 10 from tables (5.991, 18.307), which
+    /// Wilson & Hilferty approximate within 1 %.
     #[test]
     fn the_quantile_of_chi_square_is_that_of_the_tables() {
         for (nu, expected) in [(2, 5.991), (10, 18.307)] {
@@ -109,12 +111,13 @@ mod tests {
         }
         let with = |chi2, freedom| Consistency { chi2, freedom, limits: NORMAL.map(|z| quantile(freedom, z)) };
         assert_eq!(with(40.0, 10).birge(), 2.0);
-        // 1 % quantile of ν = 10 (2.558), which is within 2 %; one degree of freedom and none never agree too well
+        // The 1 % quantile for ν = 10 (2.558) is met within 2 %; with one or zero degrees of freedom data never agree too well
         assert!(with(0.97 * 2.558, 10).agrees_too_well() && !with(2.558, 10).agrees_too_well());
         assert!(!with(1e-9, 1).agrees_too_well() && !with(0.0, 0).agrees_too_well());
     }
 
-    /// A parabola is never below its vertex: a datum there leaves the constant open, with two equal data too, and one above it does not.
+    /// A parabola never falls below its vertex: a datum there leaves the constant undetermined, even if there are two equal data; one above it does
+    /// not.
     #[test]
     fn a_datum_out_of_reach_leaves_its_constant_open() {
         let at = |x: f64| Sample {

@@ -6,10 +6,10 @@ use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan};
 use crate::study::kinds::validation::spec::{Purpose, RecordSpec, UncertainInputSpec, UnknownSpec, ValidationStudy};
 use crate::wording::either;
 
-/// Most unknowns: their corners are 16 runs.
+/// Largest number of unknowns: their corners are 16 runs.
 const MOST_UNKNOWNS: usize = 4;
 
-/// An unknown with its range in its unit; the error says what is wrong in words.
+/// Reads an unknown with its range in its unit; the error describes the mistake in words.
 pub fn unknown(u: &UnknownSpec) -> Result<UnknownPlan, String> {
     let read = |v: &toml::Value| match v {
         toml::Value::String(text) => units::quantity(text).map_err(|e| e.to_string()),
@@ -28,7 +28,7 @@ pub fn unknown(u: &UnknownSpec) -> Result<UnknownPlan, String> {
     Ok(UnknownPlan { name, key, label, symbol, unit, range: [low / factor, high / factor], factor })
 }
 
-/// A record with the unknowns and inputs that its scene has; mistakes are added to `wrong`.
+/// Reads a record with the unknowns and inputs that its scene has; mistakes are added to `wrong`.
 pub fn record(
     r: &RecordSpec,
     scene: &toml::Table,
@@ -64,7 +64,7 @@ pub fn record(
     }
 }
 
-/// Mistakes of unknowns that no calibration record has, of keys of inputs that no scene has, and of too many unknowns.
+/// Returns the mistakes of unknowns that no calibration record has, of keys of inputs that no scene has, and of too many unknowns.
 pub fn without_use(study: &ValidationStudy, records: &[RecordPlan], scenes: &[toml::Table]) -> Vec<String> {
     let mut wrong = vec![];
     let calibrated = |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));

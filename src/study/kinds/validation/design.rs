@@ -1,5 +1,5 @@
-//! The cases of a validation: the design of each record over its constants, checks at random places, and at the centre families of meshes and steps and
-//! a run with tighter tolerances of Newton's method.
+//! The cases of a validation: the design of each record over its constants, checks at random points, and at the centre the families of meshes and
+//! steps and a run with tighter tolerances of Newton's method.
 //!
 //! The design of a record over its m unknowns has the centre of their ranges, the middle of each face and, with several unknowns, the corners (Box &
 //! Wilson, *J. R. Stat. Soc. B* 13, 1951, face-centred).
@@ -13,21 +13,22 @@ use crate::study::spec::FamilySpec;
 use crate::study::store::record::Role;
 use std::collections::BTreeMap;
 
-/// Seed of the places of checks, to which the name of the record is added.
+/// Seed of the points of checks, combined with the name of the record.
 const SEED: u64 = 0x7661_6c69_6461_7465;
-/// Share of the ranges within which checks lie.
+/// Fraction of the ranges within which checks lie.
 const INNER: f64 = 0.8;
-/// Factor between the tolerances of the design and those of the run that shows its algebraic error.
+/// Ratio of the tolerances of the design to those of the run that shows its algebraic error.
 pub const TIGHTER: f64 = 100.0;
-/// Smallest tolerance, that of rounding.
+/// Smallest tolerance, at the level of rounding.
 const LEAST: f64 = 1e-13;
 
 /// Family of the runs with tighter tolerances.
 pub const ALGEBRAIC: &str = "algebraic";
-/// Their name in it.
+/// Name of their only member.
 const MEMBER: &str = "tighter";
 
-/// Families of the design and of the checks before those of the study, and the places of their cases. `scenes` are those of the records.
+/// Returns the families of the design and of the checks, followed by those of the study, and the points of their cases. `scenes` are the scenes of
+/// the records.
 pub fn cases(
     study: &ValidationStudy,
     scenes: &[toml::Table],
@@ -51,7 +52,7 @@ pub fn cases(
         let mut members = toml::Table::new();
         for k in 1..=study.checks {
             let xi: Vec<f64> = own.iter().map(|_| INNER * (2.0 * random.unit() - 1.0)).collect();
-            // A constant of a law file that has moved by its larger side may be none that the law can have
+            // A constant of a law file that is moved by its larger side may have a value that the law does not admit
             let mut shift = |k: usize| if plan.inputs[k].of_law_file { 0.0 } else { 2.0 * random.unit() - 1.0 };
             let s: Vec<f64> = r.inputs.iter().map(|(k, _)| shift(*k)).collect();
             let mut set: toml::Table = setting(&xi).into_iter().chain(tolerances(scene)).collect();
@@ -108,14 +109,14 @@ fn centre(r: &RecordPlan, plan: &ValidationPlan) -> toml::Table {
     r.unknowns.iter().map(|k| &plan.unknowns[*k]).map(|u| (u.key.clone(), value_at(u, 0.0))).collect()
 }
 
-/// The tolerances of Newton's method in a scene, divided.
+/// The tolerances of Newton's method in a scene, divided by [`TIGHTER`].
 fn tolerances(scene: &toml::Table) -> toml::Table {
     let own: NumericsSpec = scene.get("numerics").cloned().and_then(|n| n.try_into().ok()).unwrap_or_default();
     let keys = [("numerics.tolerance", own.tolerance), ("numerics.accuracy", own.accuracy)];
     keys.map(|(key, value)| (key.to_string(), (value / TIGHTER).max(LEAST.min(value)).into())).into_iter().collect()
 }
 
-/// Labels and places of a face-centred central composite design.
+/// Labels and points of a face-centred central composite design.
 fn design(names: &[&str]) -> Vec<(String, Vec<f64>)> {
     let m = names.len();
     let word = |x: f64| if x < 0.0 { "low" } else { "high" };
@@ -142,7 +143,7 @@ fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
     if u.unit.is_empty() { value.into() } else { format!("{value} {}", u.unit).into() }
 }
 
-/// The number of a key, as it is set or in the scene, where another key may give its unit.
+/// The number of a key, as it is set or as in the scene, where another key may give its unit.
 fn number_of(key: &str, set: &toml::Table, scene: &toml::Table) -> Option<KeyValue> {
     let mut scene = scene.clone();
     if let Some(value) = set.get(key) {
@@ -155,7 +156,7 @@ fn number_of(key: &str, set: &toml::Table, scene: &toml::Table) -> Option<KeyVal
 mod tests {
     use super::*;
 
-    /// A value among points has the unit of its signal, also where an earlier change has set it.
+    /// A value among points has the unit of its signal, even if an earlier change has set it.
     #[test]
     fn a_value_that_is_set_keeps_the_unit_of_its_signal() {
         let scene: toml::Table =

@@ -1,4 +1,4 @@
-//! The number of a record that a quantity is, with its derivatives.
+//! The value of a quantity of a record, with its derivatives.
 
 use crate::math::statistics::{larger, range};
 use crate::motion::Curve;
@@ -7,11 +7,12 @@ use crate::study::kinds::validation::plan::QuantityPlan;
 use crate::study::kinds::validation::spec::Evaluation;
 use crate::study::store::record::Series;
 
-/// Share of the range of a curve by which it is moved along a derivative, for central differences of its ring-down: the error is of the order of its
-/// square, that of rounding 1e-12 over it.
+/// Fraction of the range of a curve by which it is shifted along a derivative, for central differences of its ring-down: the error is of the order of
+/// its square, the rounding error is 1e-12 divided by it.
 const STEP: f64 = 1e-4;
 
-/// Value of a quantity, and its derivatives by keys in SI, in its unit. `None` where the column, or a derivative of it, is missing, or where nothing rings.
+/// Returns the value of a quantity and its derivatives by keys in SI, in its unit. `None` if the column or a derivative of it is missing, or if
+/// nothing rings.
 pub fn evaluate(
     q: &QuantityPlan,
     series: &Series,
@@ -48,7 +49,8 @@ pub fn evaluate(
     all_finite.then(|| (q.factor * value, by.into_iter().map(|d| q.factor * d).collect()))
 }
 
-/// How far the column of a quantity that is its last row goes to and fro over the last third of the run, as a share of its largest change: a ramp has none.
+/// Returns how far the column of a quantity taken from its last row oscillates over the last third of the run, relative to its largest change; zero
+/// for a ramp.
 pub fn still_rings(q: &QuantityPlan, series: &Series) -> Option<f64> {
     if !matches!(q.value, Evaluation::Final | Evaluation::Change) {
         return None;
@@ -87,7 +89,8 @@ mod tests {
         }
     }
 
-    /// A release that rings on is told, one that has come to rest and a ramp that goes on are not, and a frequency is no last row.
+    /// A release that is still ringing is reported; one that has come to rest and a ramp that continues are not, and a frequency is not taken from
+    /// the last row.
     #[test]
     fn a_last_row_that_rings_is_told() {
         let t_s: Vec<f64> = (0..=200).map(|k| 0.01 * f64::from(k)).collect();

@@ -1,6 +1,6 @@
-//! The variants, families and plan of a validation, read from the study file with every mistake in it.
+//! The variants, families and plan of a validation, read from the study file, with all mistakes in it.
 //!
-//! All cases of the [design](super::design) have derivatives by unknowns and inputs, and by constants of [law files](super::law_files).
+//! All cases of the [design](super::design) have derivatives by unknowns, by inputs, and by constants of [law files](super::law_files).
 
 use crate::scene::column;
 use crate::scene::{ParameterKey, SceneError, SceneSpec, from_text, hint, read_scene, unit_of_column};
@@ -19,7 +19,7 @@ use crate::wording::count;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Variants, families and the plan of a validation in a study file.
+/// Returns the variants, the families and the plan of a validation in a study file.
 pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expansion<ValidationPlan>, SceneError> {
     let (specs, scenes): (Vec<SceneSpec>, Vec<toml::Table>) = scenes(study, file, scene)?.into_iter().unzip();
     let mut builder = Builder { study, file, wrong: vec![], probes: BTreeMap::new(), scenes };
@@ -43,7 +43,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         let of = |q: &&QuantityPlan| q.records.contains_key(&r.name);
         let mut columns: Vec<&QuantityPlan> = plan.quantities.iter().filter(of).collect();
         columns.dedup_by_key(|q| q.column.clone());
-        // The column as it is recorded: the label is that of what is evaluated from it
+        // The column as it is recorded; the label describes the column, not the value computed from it
         let quantity = |q: &&QuantityPlan| StudyQuantity {
             name: q.column.clone(),
             label: column::words(&q.column).0,
@@ -88,9 +88,9 @@ struct Builder<'a> {
     study: &'a ValidationStudy,
     file: &'a Path,
     wrong: Vec<String>,
-    /// Record → probes of its fields
+    /// Probes of the fields, by record
     probes: BTreeMap<String, Vec<toml::Value>>,
-    /// \[records\] their scenes with all changes
+    /// Scenes of the records with all their changes
     scenes: Vec<toml::Table>,
 }
 
@@ -138,7 +138,7 @@ impl<'a> Builder<'a> {
         ValidationPlan { unknowns, inputs, records, quantities, families, reference, tracks: plans, points, checks }
     }
 
-    /// The evaluated tracks of all records that have some.
+    /// Evaluates the tracks of all records that have them.
     fn tracks(&mut self) -> BTreeMap<String, RecordTracks> {
         let mut all = BTreeMap::new();
         for (r, spec) in self.study.records.iter().filter_map(|r| Some((r, r.tracks.as_ref()?))) {
@@ -159,7 +159,7 @@ impl<'a> Builder<'a> {
         all
     }
 
-    /// The quantities of all fields; their probes are added to the scenes of the records.
+    /// Reads the quantities of all fields; their probes are added to the scenes of the records.
     fn fields(&mut self) -> Vec<QuantityPlan> {
         let base = self.base();
         let known: Vec<String> = self.study.records.iter().map(|r| r.name.clone()).collect();
@@ -201,7 +201,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Refuses values that are both calibrated with and predicted.
+    /// Refuses values that are both used for calibration and predicted.
     fn check_sets(&mut self, quantities: &[QuantityPlan]) {
         for q in quantities {
             let of = |purpose: Purpose| {
@@ -220,7 +220,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Every term of the budget says where it is from.
+    /// Requires every term of the budget to state its source.
     fn check_sources(&mut self) {
         let inputs =
             self.study.inputs.iter().filter(|i| i.source.trim().is_empty()).map(|i| format!("input {}", i.name));
@@ -237,7 +237,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Changes with one more probe.
+/// Adds one more probe to the changes.
 fn with_probe(mut set: toml::Table, probe: &toml::Value) -> toml::Table {
     let more = set.entry("probe.+").or_insert_with(|| toml::Value::Array(vec![]));
     more.as_array_mut().into_iter().for_each(|all| all.push(probe.clone()));

@@ -1,8 +1,8 @@
-//! Fields of displacements: many points of a body, by image correlation or markers, as quantities of a validation.
+//! Displacement fields: many points of a body, measured by image correlation or markers, as quantities of a validation.
 //!
-//! Every component of every point is a quantity of its own, the change of a marker that is added to the scene. The points are in the frame of the body, so that
-//! what is left of their registration is a rigid motion common to all of them: three shifts and, to first order, three rotations
-//! ω × (X − X̄) are errors that all points of a record share.
+//! Every component of every point is a quantity of its own, the change of a marker that is added to the scene. The points are given in the frame of
+//! the body, so that the residual error of their registration is a rigid motion common to all of them: three shifts and, to first order, three
+//! rotations ω × (X − X̄) are errors that all points of a record share.
 
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
@@ -14,21 +14,21 @@ use crate::study::spec::EXPERIMENT;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Axes by the letters of columns.
+/// Axes by the letters of the columns.
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Most points of a field: each is three columns of a run with derivatives.
+/// Largest number of points of a field: each adds three columns, with derivatives, to a run.
 const MOST: usize = 500;
 
 /// A field of one record.
 pub struct Field {
-    /// Places at rest \[m\]
+    /// Positions at rest \[m\]
     points: Vec<Vec3>,
-    /// Displacements \[m\]; none of a record that is only predicted
+    /// Displacements \[m\]; `None` in a record that is only predicted
     displacements: Vec<Option<Vec3>>,
 }
 
 impl Field {
-    /// Reads the table of a record; the error says what is wrong in words.
+    /// Reads the table of a record; the error describes the mistake in words.
     pub fn read(base: &Path, spec: &MeasuredFieldSpec, record: &RecordSpec) -> Result<Self, String> {
         let file = spec.file.replace(EXPERIMENT, record.experiment());
         let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
@@ -53,7 +53,7 @@ impl Field {
         }
     }
 
-    /// The probe that records the points.
+    /// Returns the probe that records the points.
     pub fn probe(&self, name: &str) -> toml::Value {
         let text = |p: &Vec3| p.iter().map(|x| toml::Value::from(format!("{x} m"))).collect::<Vec<_>>();
         let points: Vec<toml::Value> = self.points.iter().map(|p| text(p).into()).collect();
@@ -64,7 +64,7 @@ impl Field {
             .into()
     }
 
-    /// A quantity per point and component, in millimetres.
+    /// Returns one quantity per point and component, in millimetres.
     pub fn quantities(&self, spec: &MeasuredFieldSpec, record: &RecordSpec, errors: &Errors) -> Vec<QuantityPlan> {
         let middle = self.points.iter().sum::<Vec3>() / self.points.len() as f64;
         let one = |(k, i): (usize, usize)| {
@@ -106,7 +106,7 @@ impl Field {
         (0..self.points.len()).flat_map(|k| (0..3).map(move |i| (k, i))).map(one).collect()
     }
 
-    /// Whether every point has a displacement.
+    /// Whether every point has a measured displacement.
     pub fn is_measured(&self) -> bool {
         self.displacements.iter().all(Option::is_some)
     }
@@ -114,9 +114,9 @@ impl Field {
 
 /// Standard deviations of a field.
 pub struct Errors {
-    /// Of a component of a point \[m\]
+    /// Standard deviation of a component of a point \[m\]
     noise: f64,
-    /// Of each shift and each rotation of its registration \[m, rad\]
+    /// Standard deviation of each shift and each rotation of its registration \[m, rad\]
     shift: f64,
     turn: f64,
 }

@@ -1,4 +1,4 @@
-//! Findings of a validation: constants, predictions with their budgets, and the score of those that were measured.
+//! Findings of a validation: constants, predictions with their budgets, and the scores of measured predictions.
 
 use crate::study::kinds::validation::budget::Contribution;
 use crate::study::kinds::validation::plan::TracksPlan;
@@ -9,25 +9,25 @@ use serde::Serialize;
 pub struct ValidationFindings {
     pub constants: Vec<FoundConstant>,
     pub fitted: Vec<FittedDatum>,
-    /// √(χ²/ν) where that is beyond chance, else 1
+    /// √(χ²/ν) if that is beyond chance, otherwise 1
     pub widened: f64,
     pub chi2: f64,
     pub freedom: usize,
     pub predictions: Vec<Prediction>,
-    /// Origin of the values that predictions are compared with, in words; they are measured if absent
+    /// Origin of the values that predictions are compared with, in words; measured if absent
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
     /// Terms of the budget with their origin: (term, deviation, source)
     pub sources: Vec<(String, String, String)>,
-    /// Scatter of the repeats of quantities that have any
+    /// Scatter of the quantities that have repeats
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub scatter: Vec<FoundScatter>,
-    /// Audit of the tracks that values were measured in
+    /// Audit of the tracks from which values were measured
     pub tracks: Vec<TracksPlan>,
 }
 
 impl ValidationFindings {
-    /// The word for the values that predictions are compared with: `measured`, or their origin.
+    /// Returns the word for the values that predictions are compared with: `measured`, or their origin.
     pub fn reference(&self) -> &str {
         self.reference.as_deref().unwrap_or("measured")
     }
@@ -37,16 +37,16 @@ impl ValidationFindings {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FoundScatter {
     pub quantity: String,
-    /// The one record that has it; `None` of a scatter that records have in common
+    /// The record with this scatter; `None` if several records share it
     pub record: Option<String>,
     pub unit: String,
-    /// \[unit\]
+    /// Standard deviation \[unit\]
     pub deviation: f64,
     /// Degrees of freedom
     pub freedom: usize,
 }
 
-/// A constant that the calibration records give.
+/// A constant determined by the calibration records.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FoundConstant {
     pub key: String,
@@ -54,12 +54,12 @@ pub struct FoundConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %
+    /// 95 % interval
     pub interval: [f64; 2],
     pub range: [f64; 2],
-    /// Largest first
+    /// Contributions to the uncertainty, largest first
     pub budget: Vec<Contribution>,
-    /// Half-width of the 95 % interval by mesh, time steps, response surfaces and Newton's method
+    /// Half-width of the 95 % interval due to mesh, time steps, response surfaces and Newton's method
     pub numerical: f64,
     /// Reasons to doubt the numerical error bars
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -74,11 +74,11 @@ pub struct FittedDatum {
     pub unit: String,
     pub measured: f64,
     pub fitted: f64,
-    /// (measured − fitted)/standard deviation of its independent errors
+    /// (measured − fitted) divided by the standard deviation of its independent errors
     pub residual: f64,
 }
 
-/// A value that is predicted.
+/// A predicted value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Prediction {
     pub record: String,
@@ -89,19 +89,19 @@ pub struct Prediction {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %
+    /// 95 % interval
     pub interval: [f64; 2],
-    /// Largest first
+    /// Contributions to the uncertainty, largest first
     pub budget: Vec<Contribution>,
-    /// Standard deviation by derivatives, and by simulated experiments
+    /// Standard deviations from derivatives and from simulated experiments
     pub deviations: [f64; 2],
-    /// The response is so curved that the interval is that of simulated experiments
+    /// Whether the response is so curved that the interval comes from simulated experiments
     pub curved: bool,
-    /// Mean of the measured values, where it was measured
+    /// Mean of the measured values, if there are any
     pub measured: Option<f64>,
-    /// Whether the interval contains the measured value; `None` where it lacks an error
+    /// Whether the interval contains the measured value; `None` if the interval lacks an error
     pub inside: Option<bool>,
-    /// (measured − predicted) over the half of the interval on that side, where it is judged
+    /// (measured − predicted) divided by the half of the interval on that side, if it is judged
     pub score: Option<f64>,
     /// Errors that the interval lacks, in words
     #[serde(skip_serializing_if = "Vec::is_empty")]

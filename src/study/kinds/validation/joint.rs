@@ -1,7 +1,7 @@
 //! Constants from measurements that share errors, and predictions with every source of their uncertainty.
 //!
-//! The data d = f(ξ, s) + C s + ε of the calibration, with independent ε ~ N(0, σ²) and s ~ N(0, 1) of the inputs and of the errors that several
-//! data share, give
+//! The data d = f(ξ, s) + C s + ε of the calibration, with independent ε ~ N(0, σ²), and with s ~ N(0, 1) for the inputs and for the errors that
+//! several data share, give
 //!
 //! ```text
 //! (ξ̂, ŝ) = argmin Σ ((dᵢ − fᵢ(ξ, s) − Cᵢ s)/σᵢ)² + |s|²           the constants have no prior
@@ -9,63 +9,63 @@
 //! error of a prediction = Jₚ H⁻¹ (Jᵀ W ε − P s) − … + εₚ           a sum over independent sources
 //! ```
 //!
-//! so that what calibration and prediction have in common, such as a length, cancels as far as it does in nature. Sources: Kennedy & O'Hagan,
-//! *J. R. Stat. Soc. B* 63, 2001 (with Gaussian errors and no discrepancy term); JCGM 100:2008 (GUM), 5.1 and H.3.
+//! so that anything common to calibration and prediction, such as a length, cancels as far as it does in reality. Sources: Kennedy & O'Hagan, *J. R.
+//! Stat. Soc. B* 63, 2001 (with Gaussian errors and no discrepancy term); JCGM 100:2008 (GUM), 5.1 and H.3.
 //!
-//! Limit: the discrepancy of the model is not modelled; where the data scatter more than their errors say, the intervals are
+//! Limit: the discrepancy of the model is not modelled; if the data scatter more than their errors predict, the intervals are
 //! [widened](crate::study::kinds::validation::consistency::Consistency::birge).
 
 use crate::study::kinds::validation::surface::Surface;
 use nalgebra::{DMatrix, DVector};
 use std::cmp::Ordering;
 
-/// Most steps of the search.
+/// Largest number of steps of the search.
 const STEPS: usize = 100;
-/// A step below this share of a standard deviation ends the search.
+/// Length of a step, in standard deviations, below which the search ends.
 const SETTLED: f64 = 1e-6;
-/// Largest |ξ| of the search: beyond its design a surface is an extrapolation.
+/// Largest |ξ| of the search: beyond the design a surface is an extrapolation.
 pub const FARTHEST: f64 = 2.0;
-/// Largest standard deviation of a constant that data determine, in halves of its range.
+/// Standard deviation of a constant, in half-ranges, above which the data do not determine it.
 const OPEN: f64 = 1e3;
 
-/// A quantity that is measured or to be predicted.
+/// A quantity that is measured or predicted.
 #[derive(Clone, Debug)]
 pub struct Response {
     pub surface: Surface,
-    /// Constants that its surface is over
+    /// Indices of the constants that its surface depends on
     pub constants: Vec<usize>,
-    /// Sources that are the inputs of its surface
+    /// Indices of the sources that are the inputs of its surface
     pub inputs: Vec<usize>,
     /// Standard deviations of the independent errors of its measurement
     pub noise: Vec<f64>,
-    /// Scatter between repeats that is the last of them, where it is
+    /// Scatter between repeats, if it is the last of these errors
     pub scatter: Option<Estimated>,
     /// Sources that add to its measurement: (index, amount of one standard deviation)
     pub shared: Vec<(usize, f64)>,
 }
 
-/// A scatter that repeats estimate.
+/// A scatter that is estimated from repeats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimated {
-    /// Quantity, and which scatter of it: all data with the same one have it by the same repeats
+    /// Quantity, and index of its scatter: all data with the same pair have it from the same repeats
     pub pool: (usize, usize),
     pub freedom: usize,
-    /// Factor by which its deviation is widened for its few degrees of freedom
+    /// Factor by which its deviation is widened because of its few degrees of freedom
     pub factor: f64,
 }
 
 impl Response {
-    /// σ of the independent errors together.
+    /// Returns the standard deviation σ of all independent errors together.
     pub fn sigma(&self) -> f64 {
         self.noise.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
-    /// The value that would be measured without independent errors.
+    /// Returns the value that would be measured without independent errors.
     pub fn value(&self, xi: &[f64], s: &[f64]) -> f64 {
         self.at(xi, s).0
     }
 
-    /// The measured value with ∂/∂(ξ, s).
+    /// The measured value with its derivatives ∂/∂(ξ, s).
     fn at(&self, xi: &[f64], s: &[f64]) -> (f64, DVector<f64>) {
         let of = |all: &[f64], own: &[usize]| own.iter().map(|k| all[*k]).collect::<Vec<_>>();
         let (mut value, by_constants, by_inputs) = self.surface.at(&of(xi, &self.constants), &of(s, &self.inputs));
@@ -89,7 +89,7 @@ pub struct Problem<'a> {
     pub data: Vec<&'a Response>,
 }
 
-/// Reason why the data give no constants.
+/// Reason why the data do not determine the constants.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JointError {
     #[error("the data do not determine constant {constant}; add a record that depends on it, or give it as an input")]
@@ -98,32 +98,32 @@ pub enum JointError {
     Outside { constant: usize },
 }
 
-/// The constants that the data give.
+/// The constants determined by the data.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// \[constants\] ξ̂
+    /// Constants ξ̂
     pub xi: Vec<f64>,
-    /// \[sources\] ŝ, in standard deviations
+    /// Sources ŝ, in standard deviations
     pub s: Vec<f64>,
-    /// H⁻¹ \[constants + sources\]²
+    /// H⁻¹ \[(constants + sources)²\]
     pub covariance: DMatrix<f64>,
-    /// \[data × (constants + sources)\] J
+    /// J \[data × (constants + sources)\]
     jacobian: DMatrix<f64>,
-    /// \[data\] (d − f − C s)/σ at the solution
+    /// Residuals (d − f − C s)/σ at the solution \[data\]
     pub residuals: Vec<f64>,
-    /// Sum of squares at the solution, those of the sources among them
+    /// Sum of squares at the solution, including those of the sources
     pub chi2: f64,
-    /// Data minus constants
+    /// Number of data minus number of constants
     pub freedom: usize,
 }
 
 impl Problem<'_> {
-    /// The constants that fit measured values best, from the centre of their ranges.
+    /// Finds the constants that fit the measured values best, starting from the centre of their ranges.
     pub fn solve(&self, values: &[f64]) -> Result<Solution, JointError> {
         self.solve_around(values, &vec![0.0; self.sources])
     }
 
-    /// The same with sources that are expected at `prior`.
+    /// Finds the constants that fit the measured values best, with sources that are expected at `prior`.
     pub fn solve_around(&self, values: &[f64], prior: &[f64]) -> Result<Solution, JointError> {
         let (m, n) = (self.constants, self.constants + self.sources);
         let prior = DVector::from_row_slice(prior);
@@ -166,13 +166,13 @@ impl Problem<'_> {
         Ok(Solution { xi, s, covariance, jacobian, residuals, chi2: now, freedom })
     }
 
-    /// The constant that is farthest from the centre of its range.
+    /// The error that names the constant farthest from the centre of its range.
     fn outside(&self, z: &DVector<f64>) -> JointError {
         let farthest = (0..self.constants).max_by(|a, b| z[*a].abs().total_cmp(&z[*b].abs()));
         JointError::Outside { constant: farthest.unwrap_or(0) }
     }
 
-    /// H, the right side of a Gauss–Newton step, J and the residuals in units of σ.
+    /// H, the right-hand side of a Gauss–Newton step, J, and the residuals in units of σ.
     fn normal(
         &self,
         z: &DVector<f64>,
@@ -205,7 +205,7 @@ impl Problem<'_> {
         Ok(h.clone().cholesky())
     }
 
-    /// H⁻¹, where the data determine every constant.
+    /// H⁻¹, if the data determine every constant.
     fn covariance(&self, h: &DMatrix<f64>) -> Result<DMatrix<f64>, JointError> {
         let undetermined = |constant| Err(JointError::Undetermined { constant });
         let Some(factor) = self.determined(h)? else { return undetermined(0) };
@@ -218,44 +218,44 @@ impl Problem<'_> {
     }
 }
 
-/// The error of a prediction or of a constant, source by source, as standard deviations with a sign.
+/// The error of a prediction or of a constant, source by source, as signed standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Influence {
-    /// \[sources\]
+    /// Contribution of each source
     pub sources: Vec<f64>,
-    /// \[data\] of their independent errors
+    /// Contribution of the independent errors of each datum
     pub data: Vec<f64>,
-    /// \[own independent errors\] of the measurement that is predicted
+    /// Contribution of each own independent error of the predicted measurement
     pub own: Vec<f64>,
 }
 
 impl Influence {
-    /// The derivative by each datum, from its independent error.
+    /// Returns the derivative by each datum, from its independent error.
     pub fn by_data(&self, problem: &Problem) -> Vec<f64> {
         self.data.iter().zip(&problem.data).map(|(error, r)| error / r.sigma()).collect()
     }
 
-    /// All sources together.
+    /// Returns the standard deviation due to all sources together.
     pub fn deviation(&self) -> f64 {
         [&self.sources, &self.data, &self.own].into_iter().flatten().map(|x| x * x).sum::<f64>().sqrt()
     }
 }
 
 impl Solution {
-    /// The measured value that is expected of a response, and how its error comes about.
+    /// Returns the expected measured value of a response and the contributions to its error.
     pub fn predict(&self, problem: &Problem, response: &Response) -> (f64, Influence) {
         let (value, row) = response.at(&self.xi, &self.s);
         (value, Influence { own: response.noise.clone(), ..self.influence(problem, &row) })
     }
 
-    /// How the error of a constant comes about, in a unit of which ξ has so many.
+    /// Returns the contributions to the error of a constant, with `unit` converting ξ to the unit of the result.
     pub fn constant(&self, problem: &Problem, constant: usize, unit: f64) -> Influence {
         let mut row = DVector::zeros(self.covariance.nrows());
         row[constant] = unit;
         self.influence(problem, &row)
     }
 
-    /// The errors of constants and sources along a row.
+    /// The errors of constants and sources projected onto a row of derivatives.
     fn influence(&self, problem: &Problem, row: &DVector<f64>) -> Influence {
         let carried = &self.covariance * row;
         let sources = (problem.constants..carried.len()).map(|k| -carried[k]).collect();
@@ -264,7 +264,8 @@ impl Solution {
         Influence { sources, data, own: vec![] }
     }
 
-    /// χ² that errors of the data and of the sources leave, in standard deviations, with a response that is linear in constants and sources.
+    /// Returns the χ² that remains for given errors of the data and of the sources, in standard deviations, with a response that is linear in
+    /// constants and sources.
     pub fn misfit(&self, problem: &Problem, errors: &[f64], sources: &[f64]) -> f64 {
         let square = |all: &[f64]| all.iter().map(|e| e * e).sum::<f64>();
         let weighted = errors.iter().zip(&problem.data).map(|(e, r)| e / r.sigma());
@@ -279,7 +280,7 @@ mod tests {
     use super::*;
     use crate::study::kinds::validation::surface::Sample;
 
-    /// f = c + g ξ + Σ hⱼ sⱼ.
+    /// The plane f = c + g ξ + Σ hⱼ sⱼ.
     fn plane(c: f64, g: f64, h: &[f64]) -> Surface {
         let at = |x: f64| Sample { at: vec![x], value: c + g * x, by_constants: vec![g], by_inputs: h.to_vec() };
         Surface::fit(1, &[at(-1.0), at(0.0), at(1.0)]).expect("three runs")
@@ -296,8 +297,8 @@ mod tests {
         }
     }
 
-    /// One datum, one constant, one input with influence h₁ on the datum and h₂ on the prediction: by hand,
-    /// error = (g₂/g₁) ε + (g₂ h₁/g₁ − h₂) s, which is zero for the input that acts on both alike.
+    /// One datum, one constant, one input with influence h₁ on the datum and h₂ on the prediction: by hand, error = (g₂/g₁) ε + (g₂ h₁/g₁ − h₂) s,
+    /// which vanishes for an input that acts equally on both.
     #[test]
     fn what_both_share_cancels() {
         let (g1, g2, h1, h2, sigma) = (2.0, 3.0, 0.4, 0.9, 0.1);
@@ -314,7 +315,7 @@ mod tests {
         assert!(solution.predict(&problem, &alike).1.sources[0].abs() < 1e-12);
     }
 
-    /// Two data with a common zero error against the generalised least squares of both: ξ̂ = Σ(V⁻¹)(d − c)/Σ V⁻¹, V = σ² + τ².
+    /// Two data with a common zero error, against generalised least squares: ξ̂ = Σ(V⁻¹)(d − c)/Σ V⁻¹, V = σ² + τ².
     #[test]
     fn a_shared_zero_is_that_of_generalised_least_squares() {
         let (sigma, tau) = ([0.1, 0.3], 0.2);
@@ -339,7 +340,7 @@ mod tests {
         assert_eq!(problem.solve(&[1.0]).expect_err("flat"), JointError::Undetermined { constant: 0 });
     }
 
-    /// Two equal data of one constant leave half the square of the difference of their errors, with a zero error that both share too.
+    /// Two equal data of one constant leave half the square of the difference of their errors, even if they share a zero error.
     #[test]
     fn errors_leave_their_difference() {
         let at = || response(plane(0.0, 2.0, &[]), 0, 0.1, vec![(0, 0.3)]);

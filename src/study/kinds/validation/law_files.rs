@@ -1,7 +1,8 @@
-//! Inputs that law files give: the constants of the laws of a record that its study neither finds nor states, with the intervals of their files.
+//! Inputs given by law files: the constants of the laws of a record that its study neither determines nor states, with the intervals from their
+//! files.
 //!
-//! The standard deviation is the larger side of the 95 % interval over 1.96. Correlated constants have sources in common: source s moves constant k by
-//! the entry (k, s) of the Cholesky factor of their covariance. Records with the same constants of the same file share their sources.
+//! The standard deviation is the larger side of the 95 % interval divided by 1.96. Correlated constants share sources: source s moves constant k by
+//! the entry (k, s) of the Cholesky factor of their covariance. Records with the same constants from the same file share their sources.
 
 use crate::scene::SceneSpec;
 use crate::study::kinds::validation::budget::COVERAGE;
@@ -17,7 +18,7 @@ const GROUP: &str = "law file";
 /// Keys with one standard deviation each \[SI\].
 type Amounts = Vec<(String, f64)>;
 
-/// The plan with the inputs of the law files of its records. `scenes` are those of the records.
+/// Adds the inputs from the law files of its records to a plan. `scenes` are the scenes of the records.
 pub fn with_inputs(mut plan: ValidationPlan, scenes: &[SceneSpec]) -> ValidationPlan {
     let mut known: Vec<(usize, Amounts, Option<&Table>)> = vec![];
     for (place, scene) in scenes.iter().enumerate().take(plan.records.len()) {
@@ -69,7 +70,7 @@ fn sources(constants: &[Uncertain]) -> Vec<(String, f64, Amounts)> {
             known.copied().unwrap_or(0.0)
         }
     });
-    // A matrix that is none of a covariance says nothing of it
+    // A matrix that is not a valid covariance is ignored
     let factor = correlation.cholesky().map_or_else(|| DMatrix::identity(n, n), |c| c.l());
     let of = |s: usize| {
         let moved = constants.iter().enumerate().filter(|(k, _)| factor[(*k, s)] != 0.0);
@@ -82,7 +83,7 @@ fn sources(constants: &[Uncertain]) -> Vec<(String, f64, Amounts)> {
     (0..n).map(of).collect()
 }
 
-/// The deviation of the first constant of a source, of which it is named.
+/// The deviation of the first constant of a source, after which the source is named.
 fn words(value: f64, amounts: &Amounts) -> String {
     let first = amounts.first().map_or(0.0, |(_, amount)| *amount);
     if value == 0.0 { format!("{first:.3e}") } else { format!("{:.2} %", 100.0 * (first / value).abs()) }
@@ -93,7 +94,7 @@ mod tests {
     use super::*;
     use crate::scene::ParameterKey;
 
-    /// Two constants with the correlation 0.6 have two sources, whose squares add up to their variances, and their products to the covariance.
+    /// Two constants with correlation 0.6 have two sources, whose squares add up to their variances and whose products add up to the covariance.
     #[test]
     fn correlated_constants_share_a_source() {
         let one = |name: &str, other: &str| Uncertain {

@@ -9,14 +9,15 @@ use crate::study::spec::EXPERIMENT;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A table whose first column holds the values, and the others, in the order of `chosen`, choose rows, with a factor to the unit of the quantity.
+/// A table whose first column holds the values, while the other columns, in the order of `chosen`, select rows; with a factor to the unit of the
+/// quantity.
 pub struct MeasuredTable {
     table: Named,
     chosen: BTreeMap<String, String>,
     factor: f64,
 }
 
-/// Reads a table; the error says what is wrong in words.
+/// Reads a table; the error describes the mistake in words.
 pub fn table(base: &Path, spec: &TableSpec, unit: &str) -> Result<MeasuredTable, String> {
     let factor = units::in_unit(&format!("1 {}", spec.unit), unit).map_err(|e| format!("table: unit: {e}"))?;
     let choosing: Vec<&str> = spec.rows.keys().map(String::as_str).collect();
@@ -24,7 +25,7 @@ pub fn table(base: &Path, spec: &TableSpec, unit: &str) -> Result<MeasuredTable,
     Ok(MeasuredTable { table, chosen: spec.rows.clone(), factor })
 }
 
-/// Reads columns of numbers in one unit, and then those of text, of a file that is named relative to the study.
+/// Reads columns of numbers in one unit, followed by columns of text, from a file given relative to the study.
 pub(super) fn read(base: &Path, file: &str, (numbers, unit): (&[&str], &str), texts: &[&str]) -> Result<Named, String> {
     let bytes = storage::read(&base.join(file), DATA_LIMIT)
         .map_err(|e| format!("{file}: {e}; the path is relative to the study"))?;
@@ -38,7 +39,7 @@ pub(super) fn read(base: &Path, file: &str, (numbers, unit): (&[&str], &str), te
 }
 
 impl MeasuredTable {
-    /// The values of an experiment; none where no row is of it.
+    /// Returns the values of an experiment; empty if no row belongs to it.
     pub fn values(&self, experiment: &str) -> Result<Vec<f64>, String> {
         let wanted: Vec<String> = self.chosen.values().map(|text| text.replace(EXPERIMENT, experiment)).collect();
         let is_own = |row: &&Line| (1..).zip(&wanted).all(|(k, text)| self.table.cell(row, k) == text);

@@ -5,7 +5,7 @@ use crate::report::paper::Paragraph;
 use crate::study::kinds::validation::findings::{FoundConstant, ValidationFindings};
 use crate::wording::count;
 
-/// One paragraph; none where nothing was found or predicted.
+/// Returns one paragraph; none if nothing was determined or predicted.
 pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
     if a.constants.is_empty() {
         return vec![];

@@ -1,4 +1,4 @@
-//! Validation: constants from measured records, predictions of others with an error budget, and a score where these are measured too.
+//! Validation: constants from measured records, predictions of other records with an error budget, and a score if these are measured too.
 //!
 //! | Step | File |
 //! |---|---|

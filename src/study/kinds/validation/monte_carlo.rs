@@ -1,28 +1,28 @@
-//! The same calibration and predictions with simulated experiments, where the response is as curved as it is.
+//! Calibration and predictions repeated with simulated experiments and the full nonlinear response.
 //!
-//! Each draw takes the errors of all sources and data at random, measures the calibration records with them, finds the constants again, and
-//! predicts. The errors of the predictions need no linearisation. Source: JCGM 101:2008 (GUM Supplement 1).
+//! Each draw takes the errors of all sources and data at random, measures the calibration records with them, finds the constants again, and predicts.
+//! The errors of the predictions need no linearisation. Source: JCGM 101:2008 (GUM Supplement 1).
 
 use crate::math::random::SplitMix;
 use crate::study::kinds::validation::joint::{Problem, Response, Solution};
 
-/// Draws: the standard deviation is known to 1/√(2·1000) = 2.2 %.
+/// Number of draws: the standard deviation is known to within 1/√(2·1000) = 2.2 %.
 const DRAWS: usize = 1000;
-/// Share of the draws whose calibration may fail.
+/// Largest fraction of draws whose calibration may fail.
 const FAILING: f64 = 0.05;
 
-/// Draws of a quantile: that of 95 % is exceeded in 5 % ± √(0.05·0.95/2000) = 0.5 %.
+/// Number of draws for a quantile: the 95 % quantile is exceeded in 5 % ± √(0.05·0.95/2000) = 0.5 %.
 const DRAWS_OF_QUANTILE: usize = 2000;
 
 /// Errors of one prediction over all draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draws {
     pub deviation: f64,
-    /// 2.5 % and 97.5 % quantiles of predicted minus true
+    /// 2.5 % and 97.5 % quantiles of predicted minus true value
     pub ends: [f64; 2],
 }
 
-/// The draws of each target; `None` where too many calibrations fail.
+/// Returns the draws of each target; `None` if too many calibrations fail.
 pub fn draws(problem: &Problem, truth: &Solution, targets: &[&Response], seed: u64) -> Option<Vec<Draws>> {
     let mut random = SplitMix(seed);
     let mut errors: Vec<Vec<f64>> = vec![vec![]; targets.len()];
@@ -50,21 +50,21 @@ fn summary(mut errors: Vec<f64>) -> Draws {
     Draws { deviation, ends: [0.025, 0.975].map(|p| quantile(&errors, p)) }
 }
 
-/// Quantile of sorted values.
+/// The quantile of sorted values.
 fn quantile(sorted: &[f64], p: f64) -> f64 {
     let at = p * (sorted.len() as f64 - 1.0);
     let (k, share) = (at as usize, at.fract());
     sorted[k] + share * (sorted[(k + 1).min(sorted.len() - 1)] - sorted[k])
 }
 
-/// Quantiles of a number that is drawn.
+/// Returns quantiles of a random number.
 pub fn quantiles<const N: usize>(of: [f64; N], mut draw: impl FnMut() -> f64) -> [f64; N] {
     let mut all: Vec<f64> = (0..DRAWS_OF_QUANTILE).map(|_| draw()).collect();
     all.sort_by(f64::total_cmp);
     of.map(|p| quantile(&all, p))
 }
 
-/// A draw of χ² with some degrees of freedom.
+/// Draws a value of χ² with the given degrees of freedom.
 pub fn chi_square(freedom: usize, random: &mut SplitMix) -> f64 {
     (0..freedom).map(|_| random.normal().powi(2)).sum()
 }
@@ -73,7 +73,8 @@ pub fn chi_square(freedom: usize, random: &mut SplitMix) -> f64 {
 mod tests {
     use super::*;
 
-    /// The numbers 0 to 1999, each drawn once and in no order: every quantile is its own share of the way, between two numbers too.
+    /// The numbers 0 to 1999, each drawn once in a scrambled order: every quantile is the corresponding fraction of the range, also between two
+    /// numbers.
     #[test]
     fn quantiles_are_shares_of_all_draws() {
         let mut next = 0;

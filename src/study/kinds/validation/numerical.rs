@@ -1,20 +1,21 @@
-//! Errors of constants and predictions by mesh, time steps, response surface and the tolerance of Newton's method.
+//! Errors of constants and predictions due to mesh, time steps, response surface and the tolerance of Newton's method.
 //!
-//! The calibration is repeated with the surfaces of all records of a family moved to another mesh, and the prediction made there: what mesh does to all
-//! of them alike cancels. The outcomes over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
+//! The calibration is repeated with the surfaces of all records of a family shifted to another mesh, and the prediction is made there, so that an
+//! effect of the mesh that is common to all of them cancels. The outcomes over the meshes have the error bars of a convergence study
+//! ([`estimate`](mod@crate::study::estimate)).
 //!
 //! ```text
 //! z + Σ (z_F − z),  u² = Σ u_F²                  over the families F of the records that z rests on; z_F is its limit with the records of F moved
 //! ```
 //!
-//! A record counts in one family. What is left of an error after the correction to its limit has no known sign, so that different families count as
+//! A record counts in one family. The error that remains after the correction to its limit has no known sign, so that different families count as
 //! independent (JCGM 100:2008, 5.1.2; ASME V&V 20-2009, u_num).
 //!
 //! ```text
-//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²      over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
+//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²   over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
 //! ```
 //!
-//! is that of the response surfaces, in first order.
+//! is the variance due to the response surfaces, to first order.
 
 use crate::math::statistics::smaller;
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order, order_objection};
@@ -31,26 +32,26 @@ use std::collections::BTreeMap;
 
 /// Roles of the families of meshes.
 const MESHES: [Role; 3] = [Role::Sizes, Role::Nested, Role::Remeshed];
-/// Share of the largest contribution of a datum below which an outcome does not rest on a datum.
+/// Derivative by a datum, relative to the largest, below which an outcome does not depend on the datum.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// Numerical part of the error of a constant or a prediction.
 #[derive(Clone, Debug, Default)]
 pub struct Numerical {
-    /// Change from the meshes and the steps of the design to their limits
+    /// Change from the meshes and steps of the design to their limits
     pub correction: f64,
     pub mesh: f64,
-    /// The runs do not tell the error of the mesh of every record that it rests on
+    /// Whether the runs do not show the mesh error of every record that it depends on
     pub lacks_mesh: bool,
     pub steps: f64,
     pub surface: f64,
-    /// Error by Newton's method, which stops short of the solution
+    /// Error because Newton's method stops short of the solution
     pub algebraic: f64,
     pub doubts: Vec<String>,
 }
 
 impl Numerical {
-    /// Groups of the budget with standard deviations.
+    /// Returns the groups of the budget with their standard deviations.
     pub fn deviations(&self) -> [(&'static str, f64); 4] {
         [
             ("mesh", self.mesh),
@@ -60,49 +61,49 @@ impl Numerical {
         ]
     }
 
-    /// Variance by all of them.
+    /// Returns the total variance.
     pub fn variance(&self) -> f64 {
         self.deviations().iter().map(|(_, d)| d * d).sum()
     }
 }
 
-/// An outcome with surfaces moved record by record; `Ok(None)` where one has no run.
+/// Recomputes an outcome with surfaces shifted record by record; `Ok(None)` if one record has no run.
 ///
 /// # Errors
 ///
-/// In words, why the calibration gives no constants with the moved surfaces.
+/// The reason, in words, why the calibration gives no constants with the shifted surfaces.
 type Again<'f> = dyn Fn(&Shift) -> Result<Option<f64>, String> + 'f;
 
-/// A constant or a prediction, and what it rests on.
+/// A constant or a prediction, with what it depends on.
 pub struct Outcome<'a> {
     pub value: f64,
-    /// Record and quantity of a prediction; none of a constant
+    /// Record and quantity of a prediction; `None` for a constant
     pub own: Option<&'a Target<'a>>,
-    /// \[data\] its derivative by each datum of the calibration
+    /// Its derivative by each datum of the calibration
     pub by_data: Vec<f64>,
     pub again: &'a Again<'a>,
 }
 
-/// The runs of a validation that tell numerical errors.
+/// The runs of a validation that show numerical errors.
 pub struct Meshes<'a> {
     results: &'a Results,
     plan: &'a ValidationPlan,
     /// Data of the calibration
     data: &'a [&'a Target<'a>],
-    /// \[data\] of their surfaces
+    /// Errors of their surfaces, by datum
     errors: Vec<Errors<'a>>,
 }
 
-/// Distances of a surface from runs, case by case: from the checks, and from the runs that it was fitted to.
+/// Distances of a surface from runs, by case: from the checks, and from the runs that it was fitted to.
 type Errors<'a> = [BTreeMap<&'a str, f64>; 2];
 
-/// Records that one family moves together, or that none runs.
+/// Records that one family shifts together, or that no family runs.
 struct Group<'a> {
     family: Option<(&'a FamilyRecord, &'a FamilyPlan)>,
     records: Vec<&'a RecordPlan>,
 }
 
-/// Error of an outcome by the families of some roles.
+/// Error of an outcome from the families of some roles.
 #[derive(Default)]
 struct Discretisation {
     correction: f64,
@@ -117,7 +118,7 @@ impl<'a> Meshes<'a> {
         own
     }
 
-    /// Errors of an outcome.
+    /// Returns the numerical errors of an outcome.
     pub fn of(&self, outcome: &Outcome) -> Numerical {
         let mut doubts = vec![];
         let mesh = self.discretisation(outcome, &MESHES, &mut doubts);
@@ -141,7 +142,7 @@ impl<'a> Meshes<'a> {
         }
     }
 
-    /// The error by the families of these roles; a doubt for each group of records whose error they do not tell.
+    /// The error from the families of these roles; adds a doubt for each group of records whose error they do not show.
     fn discretisation(&self, outcome: &Outcome, roles: &[Role], doubts: &mut Vec<String>) -> Discretisation {
         let of_steps = roles.contains(&Role::TimeStep);
         let mut out = Discretisation::default();
@@ -179,7 +180,7 @@ impl<'a> Meshes<'a> {
         out
     }
 
-    /// The records that an outcome rests on, by the families of these roles that run them: first that of the outcome itself.
+    /// The records that an outcome depends on, grouped by the families of these roles that run them; the record of the outcome itself comes first.
     fn groups<'o>(&self, outcome: &Outcome<'o>, roles: &[Role]) -> Vec<Group<'o>>
     where
         'a: 'o,
@@ -204,22 +205,22 @@ impl<'a> Meshes<'a> {
         all
     }
 
-    /// Whether time steps have a part in the numbers of a record.
+    /// Whether the results of a record depend on the time steps.
     fn is_dynamic(&self, record: &RecordPlan) -> bool {
         let mut own = self.results.cases.iter().filter(|c| c.is_of(&record.name) && c.record.converged());
         own.any(|c| c.record.depends_on_steps())
     }
 
-    /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
-    /// theirs is in proportion to the tolerance.
+    /// Standard deviation from the runs with 100 times tighter tolerances. The error of the design is the difference from them divided by 1 − 1/100,
+    /// because the error of those runs is proportional to their tolerance.
     fn algebraic(&self, outcome: &Outcome) -> Result<Option<f64>, String> {
-        // A check may be the same run, which is in both families then
+        // A check may be the same run, which then belongs to both families
         let tighter = |r: &RecordPlan| self.run(|c| c.is_in(ALGEBRAIC, &r.name));
         let on = |r: &RecordPlan, q: &QuantityPlan| self.moved(r, q, tighter(r));
         Ok((outcome.again)(&on)?.map(|then| (then - outcome.value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
     }
 
-    /// Amount by which a quantity of a record is another one in a run than at the centre of its design.
+    /// The change of a quantity of a record in a run, relative to the centre of its design.
     fn moved(&self, record: &RecordPlan, quantity: &QuantityPlan, run: Option<&StoredCase>) -> Option<f64> {
         let mut centres = self.plan.points.iter().filter(|(_, xi)| xi.iter().all(|x| *x == 0.0));
         let centre = centres.find_map(|(id, _)| self.run(|c| c.record.id == *id && c.is_of(&record.name)));
@@ -227,7 +228,7 @@ impl<'a> Meshes<'a> {
         Some(there? - here?)
     }
 
-    /// The first case of some that has converged.
+    /// The first converged case that meets a condition.
     fn run(&self, is: impl Fn(&StoredCase) -> bool) -> Option<&'a StoredCase> {
         self.results.cases.iter().find(|c| is(c) && c.record.converged())
     }
@@ -251,7 +252,7 @@ impl<'a> Meshes<'a> {
         self.run(|c| c.record.id == *id)
     }
 
-    /// The limit of an outcome over the members of a family, with these records moved; sizes are those of the first one.
+    /// The limit of an outcome over the members of a family, with these records shifted; sizes are taken from the first record.
     fn estimate(
         &self,
         (family, plan): (&FamilyRecord, &FamilyPlan),
@@ -280,7 +281,7 @@ impl<'a> Meshes<'a> {
         estimate_of_order(of, order, levels, None, tolerance)
     }
 
-    /// The outcome on every member of a family; a doubt for each whose calibration gives no constants.
+    /// The outcome on every member of a family; adds a doubt for each member whose calibration gives no constants.
     fn levels(
         &self,
         family: (&FamilyRecord, &FamilyPlan),
@@ -306,7 +307,7 @@ impl<'a> Meshes<'a> {
         (0..family.1.members).filter_map(one).collect()
     }
 
-    /// Standard deviation by the surfaces of all records that an outcome rests on, those of different records independent.
+    /// Standard deviation due to the surfaces of all records that an outcome depends on; different records count as independent.
     fn surface(&self, outcome: &Outcome) -> f64 {
         let own = outcome.own.map(|t| (t.record.name.as_str(), self.errors(t)));
         let mut records: BTreeMap<&str, Vec<(&Errors, f64)>> = BTreeMap::new();
@@ -331,8 +332,8 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// Variance by the surfaces of one record, each with the derivative of an outcome by its value. They are wrong together: mean square of the sum over the
-/// checks, and at least that over the runs that they were fitted to.
+/// Variance due to the surfaces of one record, each with the derivative of an outcome by its value. Their errors are correlated: mean square of the
+/// sum over the checks, and at least that over the runs that they were fitted to.
 fn by_surfaces(parts: &[(&Errors, f64)]) -> f64 {
     let mean_square = |k: usize| {
         let runs = parts.first().into_iter().flat_map(|(errors, _)| errors[k].keys());
@@ -343,7 +344,7 @@ fn by_surfaces(parts: &[(&Errors, f64)]) -> f64 {
     mean_square(0).max(mean_square(1))
 }
 
-/// Correction to the limit of an estimate, which is not taken where it is refused, and its standard deviation; a doubt where it is of two members.
+/// Correction to the limit of an estimate, which is zero if it is refused, and its standard deviation; adds a doubt if there are only two members.
 fn of_limit(e: &Estimate, value: f64, doubts: &mut Vec<String>) -> (f64, f64) {
     if e.refused {
         doubts.extend(e.reasons.iter().cloned());
@@ -357,7 +358,7 @@ fn of_limit(e: &Estimate, value: f64, doubts: &mut Vec<String>) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// Errors of two data of one record cancel or add run by run; the runs of the fit count where they are farther off than the checks.
+    /// Errors of two data of one record cancel or add run by run; the runs of the fit count if they are farther off than the checks.
     #[test]
     fn surfaces_of_a_record_are_wrong_together() {
         let errors = |checks: [f64; 2], fit: f64| -> Errors {

@@ -15,29 +15,29 @@ use crate::study::store::results::Results;
 
 /// Seed of the simulated experiments.
 const SEED: u64 = 19;
-/// Largest relative difference of the deviations by derivatives and by simulated experiments.
+/// Relative difference of the deviations from derivatives and from simulated experiments above which a response counts as curved.
 const CURVED: f64 = 0.1;
 
 /// The calibration of a study.
 pub struct Calibration<'a> {
     plan: &'a ValidationPlan,
-    /// Its data, and their measured values
+    /// Its data and their measured values
     data: &'a [&'a Target<'a>],
     values: Vec<f64>,
     problem: Problem<'a>,
     pub solution: Solution,
     pub consistency: Consistency,
-    /// Factor of all statistical parts
+    /// Factor that widens all statistical parts
     pub widened: f64,
     meshes: Meshes<'a>,
-    /// \[sources\] their groups in the budget
+    /// Group of each source in the budget
     sources: Vec<String>,
-    /// \[data\] independent errors of each: (group, share of the variance)
+    /// Independent errors of each datum: (group, share of the variance)
     shares: Vec<Vec<(String, f64)>>,
 }
 
 impl<'a> Calibration<'a> {
-    /// The calibration with these data; the error says in words why they give no constants.
+    /// Calibrates with these data; the error states in words why they give no constants.
     pub fn of(results: &'a Results, plan: &'a ValidationPlan, data: &'a [&'a Target<'a>]) -> Result<Self, String> {
         let shared = shared_errors(plan);
         let inputs = plan.inputs.iter().map(|i| i.group.clone());
@@ -81,7 +81,7 @@ impl<'a> Calibration<'a> {
         }
     }
 
-    /// The predictions; warnings are added of those that are curved, and of doubts.
+    /// Returns the predictions; adds warnings of curved responses and of doubts.
     pub fn predictions(&self, targets: &[&Target], warnings: &mut Vec<String>) -> Vec<Prediction> {
         let responses: Vec<&Response> = targets.iter().map(|t| &t.response).collect();
         let simulated = draws(&self.problem, &self.solution, &responses, SEED);
@@ -118,7 +118,7 @@ impl<'a> Calibration<'a> {
         };
         let mut numerical = self.numerical(value, Some(t), &influence, &again);
         let lacks = self.lacks(t, &mut numerical);
-        // Errors of the data reach a prediction by way of the constants
+        // Errors of the data reach a prediction through the constants
         let through =
             |all: &Vec<(String, f64)>| all.iter().map(|(g, share)| (format!("constants: {g}"), *share)).collect();
         let data: Vec<Vec<(String, f64)>> = self.shares.iter().map(through).collect();
@@ -155,7 +155,7 @@ impl<'a> Calibration<'a> {
         }
     }
 
-    /// The errors that the interval of a prediction lacks, in words; a doubt is added of those of law files.
+    /// The errors that the interval of a prediction lacks, in words; adds a doubt about those of law files.
     fn lacks(&self, t: &Target, numerical: &mut Numerical) -> Vec<String> {
         let mut constants: Vec<String> = vec![];
         for name in self.data.iter().flat_map(|data| &data.lacks).chain(&t.lacks) {
@@ -174,7 +174,7 @@ impl<'a> Calibration<'a> {
         of_mesh.into_iter().chain(of_laws).collect()
     }
 
-    /// 95 % around a value, with the ends of simulated experiments where these count.
+    /// The 95 % interval around a value, with the ends from simulated experiments if these are used.
     fn interval(
         &self,
         value: f64,
@@ -185,7 +185,7 @@ impl<'a> Calibration<'a> {
         let half = half_width(budget);
         let rest = COVERAGE * COVERAGE * numerical.variance();
         match simulated {
-            // Predicted minus true lies between the ends, so that the truth lies on the other side
+            // Predicted minus true lies between the ends, so the true value lies on the opposite side
             Some(d) => [-d.ends[1], -d.ends[0]]
                 .map(|end| self.widened * end)
                 .map(|end| value + end.signum() * (end * end + rest).sqrt()),
@@ -204,7 +204,7 @@ impl<'a> Calibration<'a> {
         self.meshes.of(&Outcome { value, own, by_data: influence.by_data(&self.problem), again })
     }
 
-    /// The calibration with every surface moved; `Ok(None)` where a record has no run there.
+    /// Repeats the calibration with every surface shifted; `Ok(None)` if a record has no run there.
     fn moved(&self, shift: &Shift) -> Result<Option<Solution>, String> {
         let Some(data) = self.data.iter().map(|t| t.moved(shift)).collect::<Option<Vec<Response>>>() else {
             return Ok(None);
@@ -213,7 +213,7 @@ impl<'a> Calibration<'a> {
         problem.solve(&self.values).map(Some).map_err(|e| named(&e.to_string(), self.plan))
     }
 
-    /// The data with what the constants make of them.
+    /// Returns the data with their fitted values.
     pub fn fitted(&self) -> Vec<FittedDatum> {
         let one = |((t, measured), residual): ((&&Target, &f64), &f64)| FittedDatum {
             record: t.record.name.clone(),

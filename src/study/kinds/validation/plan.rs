@@ -12,15 +12,15 @@ pub struct ValidationPlan {
     pub records: Vec<RecordPlan>,
     pub quantities: Vec<QuantityPlan>,
     pub families: Vec<FamilyPlan>,
-    /// Origin of the values that predictions are compared with, in words; they are measured if absent
+    /// Origin of the values that predictions are compared with, in words; measured if absent
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// Files of tracks that values were measured in
+    /// Files of tracks from which values were measured
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tracks: Vec<TracksPlan>,
-    /// Case of the design → its place ξ among the unknowns of its record
+    /// Point ξ among the unknowns of its record, by case of the design
     pub points: BTreeMap<String, Vec<f64>>,
-    /// Case of a check → its place ξ, and the inputs of its record in standard deviations
+    /// Point ξ, and the inputs of its record in standard deviations, by case of a check
     pub checks: BTreeMap<String, (Vec<f64>, Vec<f64>)>,
 }
 
@@ -33,7 +33,7 @@ pub struct FamilyPlan {
     pub records: Vec<String>,
 }
 
-/// A constant that is found.
+/// A constant to be determined.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct UnknownPlan {
     pub name: String,
@@ -41,19 +41,19 @@ pub struct UnknownPlan {
     pub label: String,
     pub symbol: String,
     pub unit: String,
-    /// \[unit\]
+    /// Smallest and largest value \[unit\]
     pub range: [f64; 2],
-    /// SI units per unit
+    /// SI value of one unit
     pub factor: f64,
 }
 
 impl UnknownPlan {
-    /// The value at ξ \[unit\].
+    /// Returns the value at ξ \[unit\].
     pub fn at(&self, xi: f64) -> f64 {
         0.5 * (self.range[0] + self.range[1]) + xi * self.half()
     }
 
-    /// Half of its range, one unit of ξ \[unit\].
+    /// Returns half of its range, which is one unit of ξ \[unit\].
     pub fn half(&self) -> f64 {
         0.5 * (self.range[1] - self.range[0])
     }
@@ -64,10 +64,10 @@ impl UnknownPlan {
 pub struct InputPlan {
     pub name: String,
     pub group: String,
-    /// The deviation as the study gives it
+    /// The deviation as stated in the study
     pub deviation: String,
     pub source: String,
-    /// It is the interval of a law file, not stated by the study
+    /// Whether it comes from the interval of a law file rather than from the study
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub of_law_file: bool,
 }
@@ -79,17 +79,17 @@ pub struct RecordPlan {
     pub label: String,
     pub experiment: String,
     pub purpose: Purpose,
-    /// Unknowns that its scene has
+    /// Indices of the unknowns that its scene has
     pub unknowns: Vec<usize>,
-    /// Inputs that its scene has: index, and its keys with one standard deviation \[SI\]
+    /// Inputs that its scene has: index, and keys with one standard deviation each \[SI\]
     pub inputs: Vec<(usize, Vec<(String, f64)>)>,
-    /// Constants of its laws whose files leave their intervals open
+    /// Constants of its laws whose law files leave their intervals open
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub open: Vec<String>,
 }
 
 impl RecordPlan {
-    /// Keys that its derivatives are by, each once.
+    /// Returns the keys that derivatives are taken by, each once.
     pub fn keys(&self, unknowns: &[UnknownPlan]) -> Vec<String> {
         let mut keys: Vec<String> = self.unknowns.iter().map(|k| unknowns[*k].key.clone()).collect();
         for (key, _) in self.inputs.iter().flat_map(|(_, keys)| keys) {
@@ -101,7 +101,7 @@ impl RecordPlan {
     }
 }
 
-/// A quantity over the records it is taken from.
+/// A quantity over the records from which it is taken.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct QuantityPlan {
     pub name: String,
@@ -112,18 +112,18 @@ pub struct QuantityPlan {
     pub value: Evaluation,
     /// Factor from the column to the quantity
     pub factor: f64,
-    /// \[s\]
+    /// Start and end of the window of a ring-down \[s\]
     pub window: Option<[f64; 2]>,
-    /// Record → measured values; empty where it is only predicted
+    /// Measured values by record; empty if it is only predicted
     pub records: BTreeMap<String, Vec<f64>>,
     pub errors: Vec<ErrorPlan>,
-    /// Record → errors that it has in addition
+    /// Additional errors by record
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub by_record: BTreeMap<String, Vec<ErrorPlan>>,
 }
 
 impl QuantityPlan {
-    /// The errors of a measurement of it in a record.
+    /// Returns the errors of its measurement in a record.
     pub fn errors_of<'a>(&'a self, record: &str) -> impl Iterator<Item = &'a ErrorPlan> {
         self.errors.iter().chain(self.by_record.get(record).into_iter().flatten())
     }
@@ -144,10 +144,10 @@ pub struct TracksPlan {
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct ErrorPlan {
     pub group: String,
-    /// \[unit of the quantity\]
+    /// Standard deviation \[unit of the quantity\]
     pub deviation: f64,
     pub source: String,
-    /// Name of the source, where several data share it
+    /// Name of the source, if several data share it
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shared: Option<String>,
 }

@@ -5,7 +5,7 @@ use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::findings::ValidationFindings;
 use toml::{Table, Value};
 
-/// The text of the file.
+/// Returns the text of the file.
 pub fn text(a: &Analysis<ValidationFindings>, study: &str) -> String {
     let one = |p: &crate::study::kinds::validation::findings::Prediction| -> Value {
         let mut t = Table::new();

@@ -1,4 +1,4 @@
-//! Quantities of a validation with their measured values, from the study file, tables and tracks, and with the errors of these.
+//! Quantities of a validation with their measured values from the study file, tables and tracks, and the errors of these values.
 
 use crate::math::units::{self, Dimension};
 use crate::scene::{hint, in_unit_of};
@@ -10,7 +10,7 @@ use crate::study::kinds::validation::tracks::RecordTracks;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Measured values of records and the errors that tracks give them.
+/// Measured values by record, and the errors that tracks give them.
 type Measured = (BTreeMap<String, Vec<f64>>, BTreeMap<String, Vec<ErrorPlan>>);
 
 /// The sources of measured values.
@@ -18,12 +18,12 @@ pub struct Sources<'a> {
     /// Folder of the study file
     pub base: &'a Path,
     pub study: &'a ValidationStudy,
-    /// Record → its evaluated tracks
+    /// Evaluated tracks by record
     pub tracks: &'a BTreeMap<String, RecordTracks>,
 }
 
 impl Sources<'_> {
-    /// A quantity over its records; mistakes are added to `wrong`.
+    /// Reads a quantity over its records; mistakes are added to `wrong`.
     pub fn quantity(&self, q: &QuantitySpec, wrong: &mut Vec<String>) -> QuantityPlan {
         let before = wrong.len();
         let (factor, window) = numbers(q, wrong);
@@ -52,7 +52,7 @@ impl Sources<'_> {
         }
     }
 
-    /// Measured values per record, empty where it is only predicted, and the errors that tracks give them.
+    /// Measured values by record, empty for one that is only predicted, and the errors that tracks give them.
     fn measured(&self, q: &QuantitySpec, window: Option<[f64; 2]>, wrong: &mut Vec<String>) -> Measured {
         let known: Vec<String> = self.study.records.iter().map(|r| r.name.clone()).collect();
         let wanted = q.records.clone().unwrap_or_else(|| known.clone());
@@ -128,7 +128,7 @@ fn errors(q: &QuantitySpec, wrong: &mut Vec<String>) -> Vec<ErrorPlan> {
     errors
 }
 
-/// Factor from column to quantity, and the window of a ring-down \[s\].
+/// The factor from the column to the quantity, and the window of a ring-down \[s\].
 fn numbers(q: &QuantitySpec, wrong: &mut Vec<String>) -> (f64, Option<[f64; 2]>) {
     let rings = matches!(q.value, Evaluation::Frequency | Evaluation::Decay);
     let unit = if rings {

@@ -18,7 +18,7 @@ use crate::study::tables;
 use crate::wording::count;
 use serde_json::{Map, Value, json};
 
-/// Predictions that are described in sentences.
+/// Largest number of predictions that are described in sentences.
 const SHOWN: usize = 12;
 
 pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
@@ -47,7 +47,7 @@ fn claim(p: &Prediction) -> Claim {
     Claim { what, value: p.value, interval: p.interval, unit: p.unit.clone() }
 }
 
-/// Whether the interval contains the measured value, where there is one.
+/// Whether the interval contains the measured value, if there is one.
 fn decision(p: &Prediction) -> Option<(String, String)> {
     let inside = p.inside.map_or("not judged", |inside| if inside { "yes" } else { "no" });
     p.measured.map(|_| (format!("{}: {} is inside its interval", p.record, p.quantity), inside.into()))
@@ -74,7 +74,7 @@ fn analysis(a: &Analysis<ValidationFindings>) -> Map<String, Value> {
     out
 }
 
-/// A number with the digits that its uncertainty leaves.
+/// Formats a number with the digits that its uncertainty leaves.
 fn rounded(value: f64, uncertainty: f64) -> String {
     format!("{value:.*}", digits(0.1 * uncertainty))
 }
@@ -177,7 +177,7 @@ fn fitted(a: &ValidationFindings) -> Table {
     }
 }
 
-/// Lines of the budget of a value over the interval.
+/// Rows for the budget of a value, relative to the interval.
 fn lines(of: [&str; 3], budget: &[Contribution], interval: [f64; 2]) -> Vec<Vec<String>> {
     let [record, quantity, unit] = of.map(String::from);
     let total: f64 = budget.iter().map(|c| c.deviation * c.deviation).sum();

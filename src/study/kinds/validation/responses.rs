@@ -1,4 +1,4 @@
-//! Responses of all records and quantities by the runs of their designs, with their measured values and the errors of these.
+//! Responses of all records and quantities from the runs of their designs, with their measured values and errors.
 
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::joint::{Estimated, Response};
@@ -13,24 +13,24 @@ pub struct Target<'a> {
     pub quantity: &'a QuantityPlan,
     pub response: Response,
     pub measured: &'a [f64],
-    /// \[independent errors of the response\] group of each
+    /// Group of each independent error of the response
     pub groups: Vec<String>,
     /// Constants of law files whose uncertainty it lacks
     pub lacks: Vec<String>,
 }
 
-/// Amount by which the quantity of a record is another one elsewhere, such as on another mesh; `None` where it has no run there.
+/// Change of the quantity of a record elsewhere, such as on another mesh; `None` if the record has no run there.
 pub type Shift<'f> = dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64> + 'f;
 
 impl Target<'_> {
-    /// Its response with the surface moved.
+    /// Returns the response with its surface shifted.
     pub fn moved(&self, shift: &Shift) -> Option<Response> {
         let surface = self.response.surface.clone().moved(shift(self.record, self.quantity)?);
         Some(Response { surface, ..self.response.clone() })
     }
 }
 
-/// Responses of all records and quantities, by the cases of their designs. `repeats`: scatter of each quantity.
+/// Returns the responses of all records and quantities, from the cases of their designs. `repeats` gives the scatter of each quantity.
 pub fn targets<'a>(
     results: &Results,
     plan: &'a ValidationPlan,
@@ -75,7 +75,7 @@ pub fn targets<'a>(
     Ok(all)
 }
 
-/// The runs of a design, and the inputs of law files by which they have no derivatives.
+/// The runs of a design, and the inputs of law files by which they lack derivatives.
 fn samples(
     results: &Results,
     plan: &ValidationPlan,
@@ -109,7 +109,7 @@ fn samples(
     (samples, without)
 }
 
-/// Sources that several data share: name and group, each once.
+/// Returns the sources that several data share, as name and group, each once.
 pub fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
     let mut all: Vec<(String, String)> = vec![];
     for e in plan.quantities.iter().flat_map(|q| q.errors.iter().chain(q.by_record.values().flatten())) {
@@ -120,7 +120,7 @@ pub fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
     all
 }
 
-/// Shares of the independent errors of a datum in its variance.
+/// Returns the independent errors of a datum as shares of its variance.
 pub fn shares(t: &Target) -> Vec<(String, f64)> {
     let total: f64 = t.response.noise.iter().map(|s| s * s).sum();
     t.groups.iter().cloned().zip(t.response.noise.iter().map(|s| s * s / total)).collect()

@@ -5,9 +5,9 @@
 //! u = (t₀.₉₇₅(Σ νᵢ)/1.96) s/√n                            of the mean of n values, as a normal distribution with the same 95 % interval
 //! ```
 //!
-//! Assumption: all records of a quantity scatter alike. A record that scatters more than the others by more than chance (Cochran, *Ann. Eugen.* 11,
-//! 1941, by draws) is taken alone. Two records with the same list of values are one measurement. Sources: JCGM 100:2008 (GUM), 4.2.4 (pooled variance)
-//! and G.3 (Student's t). The sum of squares of such half-widths covers at least 95 % (Mickey & Brown, *Ann. Math. Stat.* 37, 1966).
+//! Assumption: all records of a quantity scatter equally. A record that scatters more than the others by more than chance (Cochran, *Ann. Eugen.* 11,
+//! 1941, by draws) is treated separately. Two records with the same list of values are one measurement. Sources: JCGM 100:2008 (GUM), 4.2.4 (pooled
+//! variance) and G.3 (Student's t). The sum of squares of such half-widths covers at least 95 % (Mickey & Brown, *Ann. Math. Stat.* 37, 1966).
 
 use crate::math::random::SplitMix;
 use crate::math::statistics::{t_quantile, variance};
@@ -15,22 +15,22 @@ use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::monte_carlo::{chi_square, quantiles};
 use std::collections::BTreeMap;
 
-/// Seed of the draws of equal scatter.
+/// Seed of the draws with equal scatter.
 const SEED: u64 = 1941;
-/// Probability that records that scatter alike are pooled. The others of one that is alone by chance have a scatter that is too small.
+/// Probability that records with equal scatter are pooled. If one is separated by chance, the scatter of the others is too small.
 const RARE: f64 = 0.99;
 
 /// Scatter of single values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// s² \[unit²\]
+    /// Variance s² \[unit²\]
     pub variance: f64,
-    /// Degrees of freedom that it is known with
+    /// Its degrees of freedom
     pub freedom: usize,
 }
 
 impl Scatter {
-    /// Scatter of some repeats; `None` of a single value.
+    /// The scatter of some repeats; `None` for a single value.
     fn of(values: &[f64]) -> Option<Self> {
         (values.len() > 1).then(|| Self { variance: variance(values), freedom: values.len() - 1 })
     }
@@ -41,12 +41,12 @@ impl Scatter {
         Self { variance: squares / freedom as f64, freedom }
     }
 
-    /// Factor from s to the deviation of a normal distribution with the same 95 % interval.
+    /// Returns the factor from s to the deviation of a normal distribution with the same 95 % interval.
     pub fn factor(&self) -> f64 {
         t_quantile(0.95, self.freedom) / COVERAGE
     }
 
-    /// Standard deviation of the mean of so many values, with that factor.
+    /// Returns the standard deviation of the mean of `values` values, including that factor.
     pub fn of_mean(&self, values: usize) -> f64 {
         self.factor() * (self.variance / values.max(1) as f64).sqrt()
     }
@@ -55,7 +55,7 @@ impl Scatter {
 /// Repeats of one measurement.
 #[derive(Clone, Debug)]
 struct Repeated {
-    /// Records that have these values
+    /// Records with these values
     records: Vec<String>,
     scatter: Scatter,
 }
@@ -63,13 +63,13 @@ struct Repeated {
 /// Scatter of one quantity.
 #[derive(Clone, Debug, Default)]
 pub struct Repeats {
-    /// Scatter of all records but those that are alone
+    /// Scatter of all records except those that are treated separately
     pub pooled: Option<Scatter>,
     alone: Vec<Repeated>,
 }
 
 impl Repeats {
-    /// Scatter by the measured values of all records.
+    /// Computes the scatter from the measured values of all records.
     pub fn of(records: &BTreeMap<String, Vec<f64>>) -> Self {
         let mut lists: Vec<(&Vec<f64>, Repeated)> = vec![];
         for (name, values) in records {
@@ -94,7 +94,8 @@ impl Repeats {
         Self { pooled: (!rest.is_empty()).then(|| Scatter::pooled(&rest)), alone }
     }
 
-    /// Scatter of a record, and which of the quantity it is; none where all repeats are equal. A record without repeats of its own scatters too, as one value.
+    /// Returns the scatter of a record and its index among those of the quantity; `None` if all repeats are equal. A record without repeats of its
+    /// own has the pooled scatter, as a single value.
     pub fn in_record(&self, name: &str) -> Option<(usize, Scatter)> {
         let own = self.alone.iter().position(|r| r.records.iter().any(|known| known == name));
         let found = match own {
@@ -104,14 +105,14 @@ impl Repeats {
         found.filter(|(_, s)| s.variance > 0.0)
     }
 
-    /// Records that are alone, with their scatter.
+    /// Returns the records that are treated separately, with their scatter.
     pub fn alone(&self) -> impl Iterator<Item = (&str, Scatter)> {
         self.alone.iter().flat_map(|r| r.records.iter().map(|name| (name.as_str(), r.scatter)))
     }
 }
 
-/// Whether the largest scatter is above the 99 % quantile of the largest of as many that are equal. Others without any scatter, whose values are equal to
-/// the last digit, are no measure of it.
+/// Whether the largest scatter is above the 99 % quantile of the largest of as many equal ones. If all others have no scatter, with values equal to
+/// the last digit, they are no measure of it.
 fn is_beyond_chance(largest: Scatter, others: &[Scatter]) -> bool {
     let all = [others, &[largest]].concat();
     if others.iter().all(|s| s.variance == 0.0) {
@@ -138,7 +139,8 @@ mod tests {
         Repeats::of(&records.iter().map(|(name, values)| ((*name).to_string(), values.to_vec())).collect())
     }
 
-    /// Variances 2, 0 and 4 with 1, 1 and 2 degrees of freedom: (2 + 0 + 8)/4, and t of 4 degrees is 2.7764. Equal repeats and single values have it too.
+    /// Variances 2, 0 and 4 with 1, 1 and 2 degrees of freedom: (2 + 0 + 8)/4, and t for 4 degrees is 2.7764. Equal repeats and single values have it
+    /// too.
     #[test]
     fn scatter_is_pooled() {
         let r = repeats(&[("a", &[1.0, 3.0]), ("b", &[5.0, 5.0]), ("c", &[6.0, 8.0, 10.0]), ("d", &[7.0])]);
@@ -157,8 +159,8 @@ mod tests {
         assert_eq!(r.pooled.expect("repeats").freedom, 1);
     }
 
-    /// Ten repeats that scatter 30 times as much as ten others are alone; two that do, with two others, may do so by chance: F(1, 1)
-    /// is above 900 or below 1/900 in 4.2 %.
+    /// Ten repeats that scatter 30 times as much as ten others are treated separately; two that do so, with two others, may do so by chance: F(1, 1)
+    /// is above 900 or below 1/900 in 4.2 % of cases.
     #[test]
     fn scatter_beyond_chance_is_alone() {
         let of = |n: i32, size: f64| (0..n).map(|k| size * f64::from(k % 2)).collect::<Vec<f64>>();
@@ -168,7 +170,7 @@ mod tests {
         assert_eq!(r.alone().map(|(name, _)| name).collect::<Vec<_>>(), ["heavy"]);
         let few = repeats(&[("light", &of(2, 1.0)), ("heavy", &of(2, 30.0))]);
         assert_eq!(few.pooled.expect("repeats").freedom, 2);
-        // Equal repeats do not make the others scatter beyond chance
+        // Equal repeats do not make the scatter of the others exceed chance
         assert_eq!(repeats(&[("light", &[3.0; 9]), ("heavy", &of(9, 1.0))]).pooled.expect("repeats").freedom, 16);
     }
 }

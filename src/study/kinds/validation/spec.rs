@@ -1,4 +1,4 @@
-//! Keys of a validation as the study file gives them.
+//! Keys of a validation in the study file.
 
 use crate::scene::changes;
 use crate::schema::AnyTable;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidationStudy {
-    /// Constants that are found from the calibration records
+    /// Constants that are determined from the calibration records
     #[serde(rename = "unknown", default)]
     pub unknowns: Vec<UnknownSpec>,
     /// Numbers that are known with an uncertainty
@@ -30,9 +30,9 @@ pub struct ValidationStudy {
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// Origin of the values under `measured`, in words, where they are not measured: `COMSOL`
+    /// Origin of the values under `measured`, in words, if they are not measured: `COMSOL`
     pub reference: Option<String>,
-    /// Runs per record at random places, which show how far the response surfaces are off
+    /// Runs per record at random points, which show the errors of the response surfaces
     #[serde(default = "usual_checks")]
     pub checks: usize,
 }
@@ -47,13 +47,13 @@ fn usual_checks() -> usize {
 pub struct UnknownSpec {
     /// Part of the case ids
     pub name: String,
-    /// Path into the scenes; records whose scene does not have it do not depend on it
+    /// Path into the scenes; records whose scene lacks it do not depend on it
     pub key: String,
     /// The constant in words
     pub label: String,
     /// Letter in formulae and on axes
     pub symbol: String,
-    /// Within which it is looked for
+    /// Range in which it is searched for
     #[schemars(with = "[serde_json::Value; 2]")]
     pub range: [toml::Value; 2],
 }
@@ -64,15 +64,15 @@ pub struct UnknownSpec {
 pub struct UncertainInputSpec {
     /// Name of the input
     pub name: String,
-    /// Paths into the scenes that change together; a record has those of its scene
+    /// Paths into the scenes that change together; a record uses those that its scene has
     pub keys: Vec<String>,
-    /// Standard deviation: a quantity, or a share of the value in the scene in %
+    /// Standard deviation: a quantity, or a percentage of the value in the scene
     pub deviation: String,
-    /// Where the deviation is from
+    /// Origin of the deviation
     pub source: String,
-    /// Under which it counts in the budget; the name if absent
+    /// Group under which it counts in the budget; the name if absent
     pub group: Option<String>,
-    /// Records that it acts on; all whose scene has one of the keys if absent
+    /// Records that it acts on; if absent, all whose scene has one of the keys
     pub records: Option<Vec<String>>,
 }
 
@@ -82,23 +82,23 @@ pub struct UncertainInputSpec {
 pub enum Purpose {
     /// The record determines the constants
     Calibration,
-    /// The record is predicted with them
+    /// The record is predicted with the constants
     Prediction,
 }
 
-/// One experiment, and its scene.
+/// One experiment and its scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordSpec {
     /// Part of the case ids
     pub name: String,
-    /// In words; the name if absent
+    /// Name in words; `name` if absent
     pub label: Option<String>,
-    /// Name of the experiment, where several records are of one; the name of the record if absent
+    /// Name of the experiment, if several records belong to one; the name of the record if absent
     pub experiment: Option<String>,
     /// Purpose of the record
     pub purpose: Purpose,
-    /// Relative to the study; its scene if absent
+    /// Scene file, relative to the study; the scene of the study if absent
     pub scene: Option<PathBuf>,
     /// Changes by path
     #[serde(default, deserialize_with = "changes::by_path")]
@@ -109,33 +109,33 @@ pub struct RecordSpec {
 }
 
 impl RecordSpec {
-    /// Name of its experiment.
+    /// Returns the name of its experiment.
     pub fn experiment(&self) -> &str {
         self.experiment.as_ref().unwrap_or(&self.name)
     }
 }
 
-/// Files of marker tracks of one experiment, with statements on how they are read.
+/// Files of marker tracks of one experiment, and how to read them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TracksSpec {
-    /// C3D, TRC or tables relative to the study; several are repeats
+    /// C3D, TRC or tables, relative to the study; several files are repeats
     pub files: Vec<PathBuf>,
-    /// Unit of the coordinates; the one that the file states if absent
+    /// Unit of the coordinates; the unit stated in the file if absent
     pub unit: Option<String>,
     /// Unit of the times of a table
     pub time_unit: Option<String>,
     /// Frames per second, `100 Hz`
     pub rate: Option<String>,
-    /// Record of a table that holds several
+    /// Record to read from a table that holds several
     pub record: Option<String>,
     /// Markers that move as a rigid body
     pub body: Option<Vec<String>>,
-    /// Point of the body that is followed, in the held state
+    /// Point of the body that is followed, given in the held state
     pub at: Option<[String; 3]>,
     /// Table of marker positions in the frame of the scene, onto which the held state is registered
     pub reference: Option<PathBuf>,
-    /// Windows of the states; found if absent
+    /// Window of the held state in the time of the tracks; found if absent
     pub held: Option<[String; 2]>,
     /// Window of the final state in the time of the tracks; found if absent
     #[serde(rename = "final")]
@@ -148,14 +148,14 @@ pub struct TracksSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Evaluation {
-    /// Its last value
+    /// The last value of the column
     #[default]
     Final,
-    /// Its last value minus its first
+    /// The last value minus the first
     Change,
-    /// Frequency of its ring-down \[Hz\]
+    /// Frequency of the ring-down \[Hz\]
     Frequency,
-    /// Rate at which its ring-down decays \[1/s\]
+    /// Decay rate of the ring-down \[1/s\]
     Decay,
 }
 
@@ -176,19 +176,19 @@ pub struct QuantitySpec {
     /// The number that is taken from the column
     #[serde(default)]
     pub value: Evaluation,
-    /// Factor, −1 for a drop that the column counts upwards
+    /// Factor; −1 for a drop that the column counts upwards
     #[serde(default = "one")]
     pub times: f64,
     /// Times between which a ring-down is evaluated
     pub window: Option<[String; 2]>,
     /// Records that it is taken from; all if absent
     pub records: Option<Vec<String>>,
-    /// Record → measured value, or its repeats \[unit\]
+    /// Measured value, or its repeats, by record \[unit\]
     #[serde(default)]
     pub measured: BTreeMap<String, Repeats>,
     /// Measured values in a file
     pub table: Option<TableSpec>,
-    /// Curve of the tracks of its records that is measured, `tip_z_m`
+    /// Measured curve of the tracks of its records: `tip_z_m`
     pub curve: Option<String>,
     /// Errors of the measurement
     #[serde(rename = "error", default)]
@@ -203,7 +203,7 @@ fn one() -> f64 {
 #[derive(Clone, Debug, Deserialize, JsonSchema, Serialize, PartialEq)]
 #[serde(untagged)]
 pub enum Repeats {
-    /// One measured value
+    /// A single measured value
     One(f64),
     /// Values of several repeats
     Several(Vec<f64>),
@@ -222,28 +222,28 @@ impl Repeats {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSpec {
-    /// Relative to the study
+    /// File, relative to the study
     pub file: PathBuf,
     /// Column of the measured values
     pub column: String,
     /// Unit of the numbers in the file
     pub unit: String,
-    /// Column → text of the rows that count; `{experiment}` is replaced by the experiment of the record. Several rows are repeats.
+    /// Text that selects rows, by column; `{experiment}` is replaced by the experiment of the record. Several rows are repeats.
     #[serde(rename = "where")]
     pub rows: BTreeMap<String, String>,
 }
 
-/// Displacements of many points, by image correlation or markers.
+/// Displacements of many points, from image correlation or markers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredFieldSpec {
     /// Part of the names of its columns and quantities
     pub name: String,
-    /// CSV relative to the study; `{experiment}` is replaced by the experiment of the record
+    /// CSV file, relative to the study; `{experiment}` is replaced by the experiment of the record
     pub file: String,
     /// Unit of its lengths
     pub unit: String,
-    /// Columns of the place of a point at rest, in the frame of the body
+    /// Columns of the position of a point at rest, in the frame of the body
     pub position: [String; 3],
     /// Columns of its displacement at the end of the run
     pub displacement: [String; 3],
@@ -251,11 +251,11 @@ pub struct MeasuredFieldSpec {
     pub records: Option<Vec<String>>,
     /// Standard deviation of a component of a point
     pub deviation: String,
-    /// Standard deviation of each shift that registration leaves
+    /// Standard deviation of each residual shift of the registration
     pub shift: Option<String>,
-    /// Standard deviation of each rotation that registration leaves
+    /// Standard deviation of each residual rotation of the registration
     pub rotation: Option<String>,
-    /// Where the deviations are from
+    /// Origin of the deviations
     pub source: String,
 }
 
@@ -263,13 +263,13 @@ pub struct MeasuredFieldSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorSpec {
-    /// Under which it counts in the budget
+    /// Group under which it counts in the budget
     pub group: String,
     /// Standard deviation
     pub deviation: String,
-    /// Where the deviation is from
+    /// Origin of the deviation
     pub source: String,
-    /// One error for all records, instead of one for each
+    /// Whether one error is common to all records, instead of one for each
     #[serde(default)]
     pub shared: bool,
 }

@@ -1,52 +1,52 @@
-//! Response surfaces: a quantity as a polynomial of the constants that are looked for, with its derivatives by the uncertain inputs.
+//! Response surfaces: a quantity as a polynomial of the constants to be determined, with its derivatives by the uncertain inputs.
 //!
 //! ```text
 //! f(ξ, s) = p(ξ) + Σ sⱼ gⱼ(ξ)          ξ ∈ [−1, 1]ᵐ over the ranges of the constants, s in standard deviations of the inputs
 //! ```
 //!
-//! p has values and exact derivatives at the points of the design, gⱼ the derivatives by input j as its values. Both are least squares
-//! with all monomials up to a total degree. Source: Myers, Montgomery & Anderson-Cook, *Response Surface Methodology*, 4th ed. 2016,
-//! chapters 7 and 8; with derivatives Morris, Mitchell & Ylvisaker, *Technometrics* 35, 1993.
+//! p is fitted to values and exact derivatives at the points of the design, gⱼ to the derivatives by input j as its values. Both are least-squares
+//! fits with all monomials up to a total degree. Source: Myers, Montgomery & Anderson-Cook, *Response Surface Methodology*, 4th ed. 2016, chapters 7
+//! and 8; with derivatives: Morris, Mitchell & Ylvisaker, *Technometrics* 35, 1993.
 
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::cmp::Ordering;
 
-/// Largest total degree of p; three points per axis with derivatives determine five along it.
+/// Largest total degree of p; three points per axis with derivatives determine degree five along it.
 const DEGREE: usize = 4;
-/// Singular values below this share of the largest count as zero.
+/// Relative size below which singular values count as zero.
 const RANK: f64 = 1e-9;
 
 /// One run of the design.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// \[constants\] its place ξ
+    /// Point ξ of the run \[constants\]
     pub at: Vec<f64>,
     pub value: f64,
-    /// \[constants\] ∂f/∂ξ
+    /// ∂f/∂ξ \[constants\]
     pub by_constants: Vec<f64>,
-    /// \[inputs\] ∂f/∂s
+    /// ∂f/∂s \[inputs\]
     pub by_inputs: Vec<f64>,
 }
 
 /// A polynomial of several variables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Polynomial {
-    /// \[monomials × variables\] exponents
+    /// Exponents \[monomials × variables\]
     powers: Vec<Vec<i32>>,
-    /// \[monomials\]
+    /// Coefficients \[monomials\]
     factors: Vec<f64>,
 }
 
-/// A quantity over constants and inputs.
+/// A quantity as a function of constants and inputs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Surface {
     value: Polynomial,
     by_inputs: Vec<Polynomial>,
 }
 
-/// Too few runs of a design, or runs that do not lie apart, to determine even a plane.
+/// Error of a design with too few runs, or runs too close together, to determine even a plane.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "{runs} converged runs do not determine how it depends on {constants} constants; repair the others, or narrow the ranges"
@@ -57,7 +57,7 @@ pub struct Undetermined {
 }
 
 impl Surface {
-    /// Fits the runs of a design of `constants` dimensions.
+    /// Fits the runs of a design in `constants` dimensions.
     pub fn fit(constants: usize, samples: &[Sample]) -> Result<Self, Undetermined> {
         let undetermined = || Undetermined { runs: samples.len(), constants };
         let inputs = samples.first().map_or(0, |s| s.by_inputs.len());
@@ -71,7 +71,7 @@ impl Surface {
         Ok(Self { value, by_inputs: (0..inputs).map(by_input).collect::<Result<_, _>>()? })
     }
 
-    /// The same surface moved by a constant, as another mesh moves it.
+    /// Returns the surface shifted by a constant, as by another mesh.
     #[must_use]
     pub fn moved(mut self, by: f64) -> Self {
         let constant = self.value.powers.iter().position(|p| p.iter().all(|n| *n == 0));
@@ -79,7 +79,7 @@ impl Surface {
         self
     }
 
-    /// f(ξ, s) with ∂f/∂ξ and ∂f/∂s.
+    /// Returns f(ξ, s) with ∂f/∂ξ and ∂f/∂s.
     pub fn at(&self, xi: &[f64], s: &[f64]) -> (f64, Vec<f64>, Vec<f64>) {
         let (mut value, mut by_constants) = self.value.at(xi);
         let mut by_inputs = Vec::with_capacity(s.len());
@@ -94,7 +94,7 @@ impl Surface {
 }
 
 impl Polynomial {
-    /// Least squares of the largest degree that the rows determine.
+    /// A least-squares fit of the largest degree that the rows determine.
     fn fit(n: usize, values: &[(&[f64], f64)], gradients: &[(&[f64], &[f64])]) -> Option<Self> {
         let right: Vec<f64> =
             values.iter().map(|(_, v)| *v).chain(gradients.iter().flat_map(|(_, g)| g.iter().copied())).collect();
@@ -119,7 +119,7 @@ impl Polynomial {
         })
     }
 
-    /// \[monomials\] their values, or their derivatives by variable `along`.
+    /// Values of the monomials, or their derivatives by variable `along` \[monomials\].
     fn row(&self, at: &[f64], along: Option<usize>) -> Vec<f64> {
         let term = |powers: &Vec<i32>| {
             let factor = |(k, (n, x)): (usize, (&i32, &f64))| match along {
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
     use crate::math::statistics::larger;
 
-    /// A quartic of two constants with an input whose effect depends on them is given back to rounding, values and derivatives.
+    /// A quartic of two constants, with an input whose effect depends on them, is reproduced up to rounding in values and derivatives.
     #[test]
     fn quartics_are_reproduced() {
         let f = |x: f64, y: f64| 1.0 + x - 2.0 * y + x * y + 0.5 * x * x * y * y - y.powi(4);

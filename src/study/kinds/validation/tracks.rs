@@ -1,4 +1,4 @@
-//! Measured values out of marker tracks: positions, displacements, frequency and decay with the errors that the tracks themselves show.
+//! Measured values from marker tracks: positions, displacements, frequency and decay, with the errors that the tracks themselves show.
 //!
 //! | Term | From |
 //! |---|---|
@@ -6,8 +6,8 @@
 //! | plateau drift | change over the plateau/√12: a level that is anywhere within it (JCGM 100:2008, 4.3.7) |
 //! | registration | six errors of the rigid motion, which all values of a file share: δy = ω × (y − ȳ) + τ |
 //!
-//! A drift counts where its interval does not contain zero. Values of several files are repeats; registrations are independent between files. Limit: what
-//! a registration does to frequency and decay, which is of second order in ω, is left out.
+//! A drift counts if its interval does not contain zero. Values of several files are repeats; registrations are independent between files. Limit: the
+//! effect of a registration on frequency and decay, which is of second order in ω, is neglected.
 
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units;
@@ -39,12 +39,12 @@ struct Reading {
     value: f64,
     noise: f64,
     drift: f64,
-    /// By each of the six errors of its registration, in standard deviations
+    /// Effect of each of the six errors of its registration, in standard deviations
     registration: [f64; 6],
 }
 
 impl RecordTracks {
-    /// Reads and evaluates the files of a record, which are relative to `base`.
+    /// Reads and evaluates the files of a record, which are given relative to `base`.
     pub fn read(base: &Path, spec: &TracksSpec) -> Result<Self, TracksError> {
         let request = request(base, spec)?;
         if spec.files.is_empty() {
@@ -62,7 +62,7 @@ impl RecordTracks {
         Ok(Self { files })
     }
 
-    /// The audit of every file of a record.
+    /// Returns the audit of every file of a record.
     pub fn plans(&self, record: &str) -> Vec<TracksPlan> {
         let one = |f: &File| TracksPlan {
             record: record.into(),
@@ -74,7 +74,8 @@ impl RecordTracks {
         self.files.iter().map(one).collect()
     }
 
-    /// Values of a curve, one per file, and their errors in the unit of the quantity. `window` is that of a ring-down, from the release on \[s\].
+    /// Returns the values of a curve, one per file, and their errors in the unit of the quantity. `window` is the window of a ring-down, counted from
+    /// the release \[s\].
     pub fn quantity(
         &self,
         curve: &str,
@@ -131,7 +132,7 @@ impl File {
         TracksError::Motion { file: self.name.clone(), source }
     }
 
-    /// The final level of a curve, or its change from the held one.
+    /// The final level of a curve, or its change from the held level.
     fn level(&self, at: usize, is_change: bool) -> Result<Reading, TracksError> {
         let c = &self.evaluation.curves[at];
         let value = if is_change { "change" } else { "final" };
@@ -150,7 +151,7 @@ impl File {
         Ok(Reading { value: mean.value, noise: mean.half_width() / COVERAGE, drift, registration })
     }
 
-    /// The error of a level by its drift; refused where the curve does not rest.
+    /// The error of a level due to its drift; refused if the curve does not come to rest.
     fn drift(&self, c: &EvaluatedCurve, plateau: &Plateau, state: &'static str) -> Result<f64, TracksError> {
         let tolerance = PlateauRule::default().tolerance_of(&c.curve);
         let (file, curve) = (self.name.clone(), c.curve.name.clone());
@@ -170,7 +171,7 @@ impl File {
 
     /// Changes of a level by one standard deviation of each independent error of the registration, widened from Student's t to a normal distribution.
     fn carried(&self, r: &Registration, at: usize, is_change: bool) -> [f64; 6] {
-        // Curves are in triples of x, y and z: positions of a marker, displacements or rotations of a body
+        // Curves come in triples of x, y and z: positions of a marker, or displacements or rotations of a body
         let (first, axis) = (at - at % 3, at % 3);
         let level = |k: usize| {
             let c = &self.evaluation.curves[first + k];

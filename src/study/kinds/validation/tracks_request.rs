@@ -1,4 +1,4 @@
-//! How the tracks of a record are read, and why they give no measured value.
+//! How the tracks of a record are read, and why they may give no measured value.
 
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
@@ -40,7 +40,7 @@ pub enum TracksError {
     Unit { curve: String, why: String },
 }
 
-/// The request of the evaluation but for the file.
+/// Returns the request for the evaluation, without the file.
 pub fn request(base: &Path, spec: &TracksSpec) -> Result<MotionRequest, TracksError> {
     let read = |key: &'static str, text: &String, dimension| {
         units::parse(text, dimension).map_err(|e| TracksError::Key { key, why: e.to_string() })

@@ -9,14 +9,14 @@ use crate::study::kinds::validation::plan::{UnknownPlan, ValidationPlan};
 use crate::wording::count;
 use std::collections::BTreeSet;
 
-/// Predictions that a verdict names.
+/// Largest number of predictions that a verdict names.
 const SHOWN: usize = 4;
 /// Standard deviations by which data may move an input without a warning.
 const FAR: f64 = 2.0;
 /// Degrees of freedom of a scatter below which a verdict states them.
 const FEW: usize = 3;
 
-/// Predictions that are compared, in words: `3 measured predictions`, or `3 predictions that COMSOL gives too`.
+/// The number of predictions that are compared, in words: `3 measured predictions`, or `3 predictions that COMSOL gives too`.
 fn compared(found: &ValidationFindings, number: usize) -> String {
     match &found.reference {
         Some(reference) => format!("{} that {reference} gives too", count(number, "prediction")),
@@ -24,7 +24,7 @@ fn compared(found: &ValidationFindings, number: usize) -> String {
     }
 }
 
-/// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms, and the value of the reference.
+/// States a prediction as `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, with at most six terms, and the value of the reference.
 pub fn sentence(p: &Prediction, reference: &str) -> String {
     let n = digits(0.1 * (p.interval[1] - p.interval[0]));
     let (up, down) = (p.interval[1] - p.value, p.value - p.interval[0]);
@@ -33,7 +33,7 @@ pub fn sentence(p: &Prediction, reference: &str) -> String {
     } else {
         format!("+ {up:.n$} − {down:.n$}")
     };
-    // A term that is printed as zero adds nothing to be read
+    // A term that would be printed as zero is left out
     let shown = p.budget.iter().map(|c| (c, format!("{:.n$}", COVERAGE * c.deviation)));
     let terms = shown.filter(|(_, half)| half.contains(|c: char| c.is_ascii_digit() && c != '0'));
     let terms: Vec<String> = terms.take(6).map(|(c, half)| format!("{} {half}", c.group)).collect();
@@ -96,7 +96,7 @@ pub fn verdict(found: &ValidationFindings) -> String {
     words.join(" ")
 }
 
-/// The quantity that a scatter is of, with its record where it has one.
+/// Names the quantity of a scatter, with its record if it has one.
 pub fn of_scatter(s: &FoundScatter) -> String {
     s.record.as_ref().map_or(s.quantity.clone(), |record| format!("{} of {record}", s.quantity))
 }
@@ -116,7 +116,7 @@ pub fn warn_of_scatter(found: &[FoundScatter], warnings: &mut Vec<String>) {
     }
 }
 
-/// The measurement that would narrow the interval of a prediction most.
+/// Returns the measurement that would narrow the interval of a prediction most.
 pub fn advice(p: &Prediction) -> Option<String> {
     let largest = p.budget.first()?;
     let half = half_width(&p.budget);
@@ -131,7 +131,7 @@ pub fn advice(p: &Prediction) -> Option<String> {
     ))
 }
 
-/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more, or less, than they may.
+/// Adds warnings of constants outside their ranges, inputs that the data move far, and data that scatter more, or less, than expected.
 pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &ValidationPlan, warnings: &mut Vec<String>) {
     for (u, xi) in plan.unknowns.iter().zip(&solution.xi).filter(|(_, xi)| xi.abs() > 1.0) {
         warnings.push(format!(
@@ -162,7 +162,7 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
     }
 }
 
-/// The refusal of a calibration that fits no value of a constant, by the datum that is farthest off.
+/// The refusal of a calibration that no value of a constant fits, naming the datum that is farthest off.
 pub fn not_fitted(u: &UnknownPlan, fitted: &[FittedDatum]) -> String {
     let farthest = fitted.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
     let datum = farthest.map_or(String::new(), |d| {
@@ -181,7 +181,7 @@ pub fn not_fitted(u: &UnknownPlan, fitted: &[FittedDatum]) -> String {
     ))
 }
 
-/// The message with names of constants in place of their indices.
+/// Replaces the indices of constants in a message by their names.
 pub fn named(message: &str, plan: &ValidationPlan) -> String {
     plan.unknowns.iter().enumerate().fold(message.to_string(), |m, (k, u)| {
         m.replace(

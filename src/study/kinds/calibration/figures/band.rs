@@ -1,4 +1,4 @@
-//! A law where it is used: the curve with what constants and mesh leave open.
+//! A law in use: the curve with the uncertainty left by constants and mesh.
 
 use crate::report::canvas::{INK, RGB, figure, fill, italic, line, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend_inside};
@@ -11,7 +11,7 @@ const LEFT: f64 = 15.0;
 const TOP: f64 = 6.0;
 const WIDE: f64 = 84.0;
 const TALL: f64 = 56.0;
-/// Pale blue and orange of the palette
+/// Pale versions of the blue and the orange of the palette
 const CONSTANTS: RGB = RGB(0x8c, 0xb8, 0xd6);
 const MESH: RGB = RGB(0xf2, 0xcd, 0xae);
 

@@ -22,14 +22,14 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 const BETWEEN: f64 = 5.0;
 const LOW: f64 = 22.0;
-/// A page that is narrower has one window below the other \[mm\]
+/// Page width below which the windows are stacked \[mm\]
 const NARROW: f64 = 160.0;
 /// Size of the marks of measured points \[units\]
 const POINT: i32 = 11;
 
-/// Places on the page \[mm\].
+/// Layout of the sheet \[mm\].
 struct Windows {
-    /// Width of the figure, and of each window
+    /// Width of the figure and of each window
     width: f64,
     each: f64,
     /// Left, top, right and bottom of the window of the constants
@@ -37,7 +37,7 @@ struct Windows {
     height: f64,
 }
 
-/// Windows of a sheet with a curve, a constant, or both. On a narrow page they are stacked, so that type is never shrunk.
+/// The windows of a sheet with a curve, a constant, or both. On a narrow page they are stacked, so that the type size is never reduced.
 fn windows(curve: bool, constant: bool) -> Windows {
     let (width, first) = (page_width(), TOP + TALL + BETWEEN + LOW + 10.0);
     if width < NARROW {
@@ -55,7 +55,7 @@ fn windows(curve: bool, constant: bool) -> Windows {
     Windows { width, each, constants: [side, TOP, side + each, TOP + TALL + BETWEEN + LOW], height: first }
 }
 
-/// Number of sheets: each has one curve and one constant, as long as there are such.
+/// Returns the number of sheets; each shows one curve and one constant, as long as there are any left.
 pub fn sheets(store: &Results, v: &CalibratedVariant) -> usize {
     curves(store, v).len().max(v.constants.len())
 }
@@ -64,7 +64,7 @@ fn curves<'a>(store: &'a Results, v: &CalibratedVariant) -> &'a [FittedCurve] {
     store.found.get(&v.case).map_or(&[], |found| &found.curves)
 }
 
-/// The sheet of curve and constant `k`; `None` where there is neither.
+/// Draws the sheet of curve and constant `k`; `None` if there is neither.
 pub fn draw(store: &Results, v: &CalibratedVariant, k: usize) -> Option<Figure> {
     let all = curves(store, v);
     let (curve, constant) = (all.get(k), v.constants.get(k));
@@ -112,7 +112,7 @@ fn draw_curve(area: &Area, each: f64, names: &Names, (letter, found): (Option<Le
     let values = found.curve.iter().map(|p| p[1]).chain(m.y.iter().copied());
     let plot = Plot { area, frame: upper, x: x.clone(), y: Axis::linear(values, &names.y) };
     plot.grid();
-    // Of many points those that do not cover each other
+    // If there are many points, only those that do not overlap
     let points = apart(plot.path(&m.x, &m.y), 2 * POINT);
     points.iter().for_each(|at| mark(area, Mark::Circle, *at, POINT, PALETTE[0]));
     let (cx, cy): (Vec<f64>, Vec<f64>) = found.curve.iter().map(|p| (p[0], p[1])).unzip();
@@ -133,7 +133,7 @@ fn draw_curve(area: &Area, each: f64, names: &Names, (letter, found): (Option<Le
     legend_inside(area, upper, &[curve, points], &entries);
 }
 
-/// A constant case by case, and the result.
+/// Draws a constant case by case, and the result.
 fn draw_constant(area: &Area, window: [f64; 4], store: &Results, (letter, c): (Option<Letter>, &CalibratedConstant)) {
     let side = window[0];
     let frame = window.map(mm);
@@ -169,7 +169,7 @@ fn draw_constant(area: &Area, window: [f64; 4], store: &Results, (letter, c): (O
     plot.title(letter, &constant_title(c));
 }
 
-/// `E of silicone` for `laws.silicone.E`.
+/// Formats `laws.silicone.E` as `E of silicone`.
 fn constant_title(c: &CalibratedConstant) -> String {
     match c.key.split('.').collect::<Vec<_>>()[..] {
         ["laws", law, _] => format!("{} of {}", italic(&c.symbol), law.replace('_', " ")),
@@ -177,7 +177,7 @@ fn constant_title(c: &CalibratedConstant) -> String {
     }
 }
 
-/// Names of a curve in its figure.
+/// The names that a curve has in its figure.
 struct Names {
     title: String,
     x: String,
@@ -185,7 +185,8 @@ struct Names {
     residual: String,
 }
 
-/// By the quantity of the variant; a column that is none, and a signal, is named as it is recorded: `grip_x_displacement_m`.
+/// The names of a curve, taken from the quantity of the variant; a signal, or a column that is not a quantity, keeps its recorded name:
+/// `grip_x_displacement_m`.
 fn names(store: &Results, v: &CalibratedVariant, found: &FittedCurve) -> Names {
     let own = store.study.quantities.get(&v.variant).into_iter().flatten().find(|q| q.name == found.y);
     let (spoken, unit) = words(&found.y);

@@ -1,5 +1,5 @@
-//! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
-//! against what drives it.
+//! The members under one protocol: every quantity over time, with its difference from the reference below it, and loops against the quantity that
+//! drives them.
 
 use crate::report::canvas::{Area, At, INK, SMALL, columns, figure, italic, mm, page_width, text};
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_width, stroke};
@@ -20,18 +20,18 @@ const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;
-/// Width of a page on which panels are next to each other with the legend at their right \[mm\].
+/// Page width from which panels are placed side by side with the legend on their right \[mm\].
 const WIDE: f64 = 180.0;
-/// Quantities that are drawn over time, and those with a loop.
+/// Largest number of quantities drawn over time, and of quantities with a loop.
 const MOST: usize = 3;
 const MOST_LOOPS: usize = 2;
-/// Largest distance that the lower panels show \[of the peak\].
+/// Largest difference that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
-/// Differences of two runs below this share of their values are rounding and the tolerance of the solver.
+/// Relative difference of two runs below which it is attributed to rounding and the solver tolerance.
 const RESOLVED: f64 = 1e-9;
 
-/// A member with the number of its look.
+/// A member with the number of its line style.
 struct Look<'a> {
     member: &'a str,
     number: usize,
@@ -43,13 +43,13 @@ impl Look<'_> {
     }
 }
 
-/// Every member has one look in all figures.
+/// The line style of every member, the same in all figures.
 fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
     let members = a.costs.iter().map(|p| p.member.as_str()).enumerate();
     members.map(|(number, member)| Look { member, number }).collect()
 }
 
-/// Entries of the legend.
+/// The entries of the legend.
 fn entries(store: &Results, looks: &[Look], a: &ComparisonFindings) -> Vec<(Sample, String)> {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
@@ -58,13 +58,13 @@ fn entries(store: &Results, looks: &[Look], a: &ComparisonFindings) -> Vec<(Samp
     looks.iter().map(entry).collect()
 }
 
-/// Room for a legend at the right of the panels \[mm\].
+/// Width of a legend to the right of the panels \[mm\].
 fn room(entries: &[(Sample, String)]) -> f64 {
-    // The panels keep some of the page; a longer name is shortened
+    // The panels keep part of the page width; longer names are shortened
     LEGEND.max(4.0 + legend_width(entries)).min(0.4 * page_width())
 }
 
-/// Curve of a member in a quantity.
+/// The curve of a member in a quantity.
 fn curve<'a>(
     store: &'a Results,
     q: &ByQuantity<MemberDifferences>,
@@ -76,7 +76,7 @@ fn curve<'a>(
     Curve::of(&stored.series, column).map(|c| (stored, c))
 }
 
-/// `None` if the variant has no quantity to compare.
+/// Draws the quantities of a variant over time; `None` if it has no quantity to compare.
 pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
     let mut panels: Vec<&ByQuantity<MemberDifferences>> =
         a.quantities.iter().filter(|q| q.variant == variant).collect();
@@ -88,7 +88,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     let is_drawn = |l: &Look| panels.iter().any(|q| curve(store, q, l.member, &q.quantity.name).is_some());
     let (looks, missing): (Vec<Look>, Vec<Look>) = looks(a).into_iter().partition(is_drawn);
     let entries = entries(store, &looks, a);
-    // On a narrow page panels are stacked, and the legend is below them: type is never shrunk
+    // On a narrow page, panels are stacked with the legend below them; the type size is never reduced
     let is_narrow = page_width() < WIDE;
     let side = if is_narrow { 5.0 } else { room(&entries) };
     let across = if is_narrow { columns(panels.len(), (LEFT, GAP, 60.0)) } else { panels.len() };
@@ -176,7 +176,7 @@ fn panel(
     let off: Vec<_> = (curves.iter().filter(|(look, _)| near(look)))
         .filter_map(|(look, c)| Some((*look, difference(reference.as_ref()?, c))))
         .collect();
-    // The reference alone has no difference that an axis could be for
+    // With the reference alone there is no difference to draw
     let is_compared = off.iter().any(|(look, _)| look.member != a.reference);
     let values = curves.iter().flat_map(|(_, c)| c.f.iter().copied());
     let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(&q.quantity, "")) };
@@ -191,7 +191,7 @@ fn panel(
     }
     let size = curves.iter().flat_map(|(_, c)| &c.f).fold(0.0, |m: f64, v| m.max(v.abs()));
     let is_rounding = off.iter().flat_map(|(_, (_, d))| d).all(|d| d.abs() <= RESOLVED * size);
-    // Differences that are rounding are drawn as none, on an axis of what could be seen
+    // Differences that are rounding are drawn as zero, on an axis scaled to what could be visible
     let least = if is_rounding { [-1e3 * RESOLVED * size, 1e3 * RESOLVED * size] } else { [0.0; 2] };
     let values = off.iter().flat_map(|(_, (_, d))| d.iter().copied()).chain(least);
     let symbol = &q.quantity.symbol;
@@ -208,12 +208,12 @@ fn panel(
     }
 }
 
-/// Loses more than a hundredth of the box in a cycle.
+/// Whether a member loses more than a hundredth of the box around the cycle.
 fn is_open(c: &ComparedMember) -> bool {
     c.loop_share.is_some_and(|s| s > 0.01)
 }
 
-/// Quantities against what they are drawn against, where a member shows a loop; `None` if none does.
+/// Draws quantities against the quantity that drives them if a member shows a loop; `None` if none does.
 pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<Figure> {
     let open = |q: &&ByQuantity<MemberDifferences>| q.members.iter().any(is_open);
     let mut panels: Vec<&ByQuantity<MemberDifferences>> =

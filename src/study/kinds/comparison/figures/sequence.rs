@@ -1,4 +1,4 @@
-//! Cost of a step with effects added one by one.
+//! The cost of a step as effects are added one by one.
 
 use crate::report::canvas::{AREAS, At, INK, REMAINDER, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend};
@@ -12,7 +12,7 @@ use crate::wording::count;
 const ROW: f64 = 7.0;
 const TOP: f64 = 6.0;
 
-/// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two members.
+/// Draws (a) the parts of a step and (b) the evaluations of the effects alone. `None` for fewer than two members.
 pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     if l.additions.len() < 2 {
         return None;
@@ -23,7 +23,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
             effects.push(name);
         }
     }
-    // Effects beyond the colours share one
+    // Effects beyond the available colours share one
     let color =
         |name: &str| effects.iter().position(|e| *e == name).and_then(|k| AREAS.get(k)).copied().unwrap_or(REMAINDER);
     let (named, others) = effects.split_at(effects.len().min(AREAS.len()));
@@ -36,7 +36,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REMAINDER));
         out
     };
-    // The number behind the longest bar has room on the right
+    // Leaves room on the right for the number behind the longest bar
     let panels = Panels::new(2, (34.0, 20.0, 9.0), (48.0, 70.0));
     let tall = ROW * l.additions.len() as f64;
     let rows = (named.len() + usize::from(others.is_some())).max(4).div_ceil(2) as f64;
@@ -75,7 +75,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         let put = |number: usize, entries: Vec<(Sample, String)>| {
             let [x, .., bottom] = place(number);
             for (k, entry) in entries.into_iter().enumerate() {
-                // From the left edge of the page, so that the second name fits into a narrow one
+                // Starts at the left edge of the page, so that the second name fits on a narrow page
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
                 let at = (mm(left + 30.0 * (k % 2) as f64), mm(bottom + 14.5 + LINE * (k / 2) as f64));
                 legend(area, at, &[entry]);
@@ -90,7 +90,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     Some(Figure { name: format!("sequence-{}", l.variant), svg, caption: caption(study, l) })
 }
 
-/// Costs of a step of the first addition and of the last one.
+/// The caption, with the costs of a step of the first and of the last addition.
 fn caption(study: &StudyRecord, l: &Sequence) -> String {
     let (first, last) = (&l.additions[0], &l.additions[l.additions.len() - 1]);
     let alone = if first.with.is_empty() { " alone" } else { "" };

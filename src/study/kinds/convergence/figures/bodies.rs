@@ -14,20 +14,20 @@ use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
 use crate::study::store::skin::Skin;
 
-/// Eye of the meshes: from the front, a little to the tip and above.
+/// Direction of view for the meshes: from the front, slightly towards the tip and from above.
 const MESH_EYE: [f64; 3] = [0.55, -1.0, 0.45];
-/// Eye of the bent body: almost along the axis of bending, so that the angle is seen.
+/// Direction of view for the bent body: almost along the axis of bending, so that the angle is visible.
 const BENT_EYE: [f64; 3] = [0.18, -1.0, 0.22];
-/// Height of a drawn body \[mm\]; a slender upright one is drawn smaller.
+/// Largest height of a drawn body \[mm\]; a slender upright one is drawn smaller.
 const TALLEST: f64 = 110.0;
-/// Height that every mesh has room for \[mm\]
+/// Height that every mesh is given at least \[mm\]
 const LEAST: f64 = 15.0;
 const BODY: RGB = RGB(0xdd, 0xe6, 0xee);
 const EDGE: RGB = RGB(0x33, 0x44, 0x55);
-/// Rigid bodies and obstacles
+/// Colour of rigid bodies and obstacles
 const RIGID: RGB = RGB(0xe8, 0xd9, 0xc0);
 
-/// The reference surfaces of the sizes, coarsest first.
+/// Draws the surfaces of the sizes at rest, coarsest first.
 pub fn meshes(store: &Results) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut shown: Vec<(&CaseRecord, &Skin)> = vec![];
@@ -43,7 +43,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
         return None;
     }
     let (gap, head) = (6.0, 5.5);
-    // A page does not take more rows
+    // A page has no room for more rows
     let most = (page_height() / (LEAST + head + 3.0)).floor().max(1.0) as usize;
     let columns = shown.len().div_ceil(most).max(2.min(shown.len()));
     let wide = (page_width() - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
@@ -75,7 +75,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     Some(Figure { name: "meshes".into(), svg, caption })
 }
 
-/// The recommended case at its peak, or the finest of the sizes.
+/// Draws the recommended case at its peak, or the finest of the sizes.
 pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let record = |id: &str| store.cases.iter().map(|c| &c.record).find(|r| r.id == id);
     let chosen = analysis.recommended.as_ref().and_then(|r| Some((record(&r.case)?, store.skins.get(&r.case)?)));
@@ -99,7 +99,7 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         return None;
     }
     let fit = Fit::new(from, [mm(2.0), mm(2.0), mm(2.0 + wide), mm(2.0 + tall)]);
-    // The top two per cent of the nodes are left to the end of the scale, so that a notch corner does not take all of it
+    // The scale leaves out the top two per cent of the nodes, so that a notch corner does not take all of it
     let mut sorted: Vec<f64> = skin.stretch.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let top = sorted.get(sorted.len() * 98 / 100).copied().unwrap_or(2.0).max(1.001);
@@ -142,7 +142,8 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     Some(Figure { name: "bent".into(), svg, caption })
 }
 
-/// Share of the surface at rest whose facets have a value beyond the end of the scale, and the largest value; none where it is within a hundredth of the end.
+/// Share of the surface at rest whose facets have a value beyond the end of the scale, and the largest value; `None` if that is within a hundredth of
+/// the end.
 fn above(skin: &Skin, value: impl Fn(usize) -> f64, top: f64) -> Option<(f64, f64)> {
     let area = |k: usize| {
         let [a, b, c] = skin.triangles[k].map(|i| Vec3::from(skin.points[i as usize]));
@@ -159,7 +160,8 @@ fn above(skin: &Skin, value: impl Fn(usize) -> f64, top: f64) -> Option<(f64, f6
 mod tests {
     use super::*;
 
-    /// A square of four facets, of which the smallest has an eighth of the area and the only value beyond the scale: its share is that of the area, and not that of its nodes.
+    /// A square of four facets, of which the smallest has an eighth of the area and the only value beyond the scale: the share is by area, not by
+    /// number of nodes.
     #[test]
     fn the_share_beyond_the_scale_is_one_of_the_surface() {
         let skin = Skin {

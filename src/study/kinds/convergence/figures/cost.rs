@@ -1,4 +1,4 @@
-//! Cost of a mesh: seconds against unknowns and against entries of the factor, with the exponent of growth.
+//! Cost of a mesh: CPU seconds against unknowns and against entries of the factor, with the exponent of growth.
 
 use crate::report::canvas::{Area, At, SMALL, columns, figure, italic, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
@@ -16,31 +16,31 @@ const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
-/// From one row of panels to the next \[mm\]
+/// Height from one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
-/// Least width of a panel \[mm\]
+/// Smallest width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 
-/// From the top of a panel to its first line of text, and to the next one \[units\]
+/// Offset of the first line of text from the top of a panel, and of each further line \[units\].
 const FIRST: i32 = 60;
 const NEXT: i32 = 85;
 
-/// One mesh of one formulation, over its variants.
+/// The cost of one mesh of one formulation, over its variants.
 struct MeshCost {
     formulation: usize,
     dofs: f64,
     nnz: f64,
-    /// Smallest, mean and largest \[s\]
+    /// Smallest, mean and largest time \[s\]
     seconds: [f64; 3],
 }
 
 /// A measure of size.
 type Size = fn(&MeshCost) -> f64;
 
-/// `None` unless some formulation ran on two meshes.
+/// Draws the costs; `None` unless some formulation was run on two meshes.
 pub fn draw(store: &Results) -> Option<Figure> {
     let mut formulations: Vec<&str> = vec![];
-    // One mesh in several variants is one mark
+    // One mesh in several variants has one mark
     let mut meshes: BTreeMap<(usize, usize, usize, &str), Vec<&CaseRecord>> = BTreeMap::new();
     for c in &store.cases {
         let r = &c.record;

@@ -1,4 +1,5 @@
-//! The quantities that decide in a variant against time for the sizes, with the Richardson curve and its GCI band; below each, the difference to the Richardson curve, where the meshes come apart.
+//! The deciding quantities of a variant against time for the sizes, with the Richardson curve and its GCI band; below each, the difference from the
+//! Richardson curve, where the meshes become distinguishable.
 
 use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, legend_width, stroke};
@@ -16,14 +17,14 @@ use crate::study::store::record::{Role, StoredCase, StudyQuantity};
 use crate::study::store::results::Results;
 use plotters::style::Color;
 
-/// The band of the GCI, pale enough for lines on top.
+/// Colour of the GCI band, pale enough for lines on top.
 const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
 
-/// Width of a page that has no room for a legend at the right, and least width of a panel \[mm\].
+/// Page width below which there is no room for a legend on the right, and smallest width of a panel \[mm\].
 const NARROW: f64 = 130.0;
 const LEAST: f64 = 50.0;
 
-/// `None` if no case of the sizes has a series in this variant.
+/// Draws the curves of a variant; `None` if no case of the sizes has a series in it.
 pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
     let mut cases: Vec<&StoredCase> =
@@ -31,7 +32,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
     let all = cases.len();
     cases.truncate(PALETTE.len() - 1);
-    // The recommended case, where it is not one of the sizes, last
+    // The recommended case comes last if it is not one of the sizes
     let sizes = cases.len();
     if let Some(r) = &analysis.recommended {
         let here = |c: &&StoredCase| c.is_of(variant) && r.cases.contains(&c.record.id);
@@ -51,7 +52,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         return None;
     }
     let (left, gap) = (14.0, 17.0);
-    // The legend is at the right where there is room for it
+    // The legend is on the right if there is room for it
     let is_narrow = page_width() < NARROW;
     let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
     let entries = entries(&cases, sizes, has_limit);
@@ -91,7 +92,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     Some(Figure { name: format!("curves-{variant}"), svg, caption })
 }
 
-/// The legend: meshes, of which the one behind the sizes has a star, and the limit where it is drawn.
+/// The entries of the legend: the meshes, with a star for the recommended one that is not among the sizes, and the limit if it is drawn.
 fn entries(cases: &[&StoredCase], sizes: usize, has_limit: bool) -> Vec<(Sample, String)> {
     let name = |c: &&StoredCase| format!("{} {}", title(&c.record.formulation), thousands(c.record.mesh.cells));
     let mut entries: Vec<_> = cases.iter().enumerate().map(|(k, c)| (Sample::Stroke(k), name(c))).collect();
@@ -111,7 +112,7 @@ fn shown<'a>(analysis: &'a ConvergenceFindings, variant: &str, cases: &[&StoredC
     deciding.filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some())).collect()
 }
 
-/// The order of the curves of every quantity, in a sentence.
+/// The orders of the curves of all quantities, in a sentence.
 fn orders(panels: &[(StudyQuantity, Option<&CurveStudy>)]) -> String {
     let words: Vec<String> = panels
         .iter()
@@ -152,7 +153,7 @@ fn panel(
     let plot = Plot { area, frame: upper, x: time.clone(), y: Axis::linear(values, &axis_label(q, "")) };
     plot.grid();
     if let Some(s) = study {
-        // Around f*, of the finest mesh's uncertainty
+        // Band around f*, by the uncertainty of the finest mesh
         let mut ring = plot.path(&s.t, &band(1.0));
         ring.extend(plot.path(&s.t, &band(-1.0)).into_iter().rev());
         fill(area, &ring, BAND.to_rgba());
@@ -189,10 +190,10 @@ fn panel(
     plot.axes(true);
 }
 
-/// Differences of whole curves below this share of their range are no differences of the meshes.
+/// Relative difference of whole curves \[of their range\] below which they count as equal.
 const ALIKE: f64 = 1e-6;
 
-/// All meshes have one curve, over all times and relative to its range.
+/// Whether all meshes have the same curve at all times, relative to its range.
 fn same(curves: &[Option<Curve>]) -> bool {
     let all: Vec<&Curve> = curves.iter().flatten().collect();
     let [first, others @ ..] = &all[..] else { return false };

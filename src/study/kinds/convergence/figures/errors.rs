@@ -31,7 +31,7 @@ struct ErrorDot<'a> {
     cost: f64,
 }
 
-/// A quantity with its cases.
+/// A quantity with the dots of its cases.
 type Dotted<'a> = (&'a ByQuantity<MeshErrors>, Vec<ErrorDot<'a>>);
 
 fn dots<'a>(store: &'a Results, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
@@ -45,7 +45,8 @@ fn dots<'a>(store: &'a Results, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>>
         .collect()
 }
 
-/// Shared layout: one panel per deciding quantity with a reference, the legend below; with the words of the caption about quantities without a panel.
+/// The common layout: one panel per deciding quantity with a reference, the legend below, and the part of the caption about quantities without a
+/// panel.
 fn sheet(
     store: &Results,
     analysis: &Analysis<ConvergenceFindings>,
@@ -69,7 +70,7 @@ fn sheet(
     Some((svg, more + &without_panel(&small) + &against_refused(shown.iter().map(|(q, _)| *q))))
 }
 
-/// The end of a caption where errors of these quantities are drawn against a family that is refused, since all are.
+/// The end of a caption if errors of these quantities are drawn against a refused family, because all families are refused.
 pub(super) fn against_refused<'a>(drawn: impl Iterator<Item = &'a ByQuantity<MeshErrors>>) -> String {
     let titles: Vec<String> =
         drawn.filter(|q| q.has_refused_reference()).map(|q| format!("the {}", q.title())).collect();
@@ -82,12 +83,12 @@ pub(super) fn against_refused<'a>(drawn: impl Iterator<Item = &'a ByQuantity<Mes
     )
 }
 
-/// U(f*) \[%\]; none without a reference.
+/// Returns U(f*) \[%\]; `None` without a reference.
 pub(super) fn uncertainty(q: &ByQuantity<MeshErrors>) -> Option<f64> {
     q.reference.as_ref().map(|r| 100.0 * r.uncertainty / r.scale)
 }
 
-/// The parts of |y(x)| above the lower edge of a logarithmic axis. Each ends at the edge where the curve goes on below it; y may change its sign.
+/// The parts of |y(x)| above the lower edge of a logarithmic axis. Each part ends at the edge if the curve continues below it; y may change its sign.
 fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
     let mut parts: Vec<Vec<(f64, f64)>> = vec![];
     for pair in curve.windows(2) {
@@ -108,14 +109,14 @@ fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
     parts
 }
 
-/// The number of a family in the study.
+/// The index of a family in the study.
 fn number(store: &Results, family: &str) -> usize {
     store.study.families.iter().position(|f| f.name == family).unwrap_or(0)
 }
 
-/// The orders that the limits of the families are found with, in lines at the head of a panel.
+/// The orders used for the limits of the families, in lines at the head of a panel.
 struct Orders {
-    /// Each with the mark of its family
+    /// Text of each entry with the mark of its family
     words: Vec<(Look, String)>,
     /// Width of an entry \[units\]
     each: i32,
@@ -123,10 +124,10 @@ struct Orders {
 }
 
 impl Orders {
-    /// From the edge of a panel to the first mark, and from a mark to its words \[units\]
+    /// Offset of the first mark from the edge of a panel, and of the text from its mark \[units\]
     const EDGE: i32 = 60;
     const WORDS: i32 = 45;
-    /// From the top of a panel to the first line, and to the next one \[units\]
+    /// Offset of the first line from the top of a panel, and of each further line \[units\]
     const FIRST: i32 = 60;
     const NEXT: i32 = 85;
 
@@ -141,7 +142,7 @@ impl Orders {
         Self { words, each, columns: ((wide - Self::EDGE) / each).max(1) as usize }
     }
 
-    /// The share of a panel of this height that they take.
+    /// The fraction of a panel of height `tall` that the lines take.
     fn head(&self, tall: i32) -> f64 {
         match self.words.len().div_ceil(self.columns) {
             0 => 0.0,
@@ -159,7 +160,7 @@ impl Orders {
     }
 }
 
-/// The power laws of the families, where they are above the lower edge.
+/// Draws the power laws of the families where they are above the lower edge.
 fn power_laws(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
     let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { return };
     for e in &q.estimates {
@@ -176,7 +177,7 @@ fn power_laws(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
     }
 }
 
-/// The scatter of the seeds about their mean, as it moves the error.
+/// Draws the scatter of the seeds about their mean, as it shifts the error.
 fn scatter(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
     for (n, r) in q.noise.iter().filter_map(|n| Some((n, q.reference.as_ref()?))) {
         let color = look(number(store, &n.family)).1;
@@ -230,7 +231,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
 
 pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
-    // Seeds show the scatter; a lucky one is no setting to choose
+    // Seeds only show the scatter; a lucky one is not a setting to choose
     let is_seed = |d: &ErrorDot| store.study.families[d.family].role == Role::Seeds;
     let setting = |d: &ErrorDot| {
         let ErrorDot { cost, error, bar, .. } = *d;

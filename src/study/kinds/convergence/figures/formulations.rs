@@ -1,4 +1,4 @@
-//! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
+//! Savings by the choice of element: error of one line per formulation, over the number of cells (top) and over CPU seconds (bottom).
 
 use crate::report::canvas::{INK, Mark, Point, columns, figure, hollow, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
@@ -14,28 +14,28 @@ use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 
-/// Quantities that are drawn.
+/// Largest number of quantities that are drawn.
 const MOST: usize = 2;
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
-/// Height of a panel, and of one of many on a page \[mm\]
+/// Height of a panel, usually and with many on a page \[mm\]
 const TALL: f64 = 50.0;
-/// Least width of a panel \[mm\]
+/// Smallest width of a panel \[mm\]
 const LEAST: f64 = 60.0;
-/// From a frame to the one below it, with numbers, label and title between them \[mm\].
+/// Distance from a frame to the one below it, for numbers, label and title \[mm\].
 const BETWEEN: f64 = 18.0;
 
 /// One mesh of one family.
 struct CurvePoint {
     cells: f64,
     seconds: f64,
-    /// \[%\]
+    /// Error of the peak \[%\]
     error: f64,
     flagged: bool,
 }
 
-/// Cases of one family, by cells.
+/// The cases of one family in the order of their cells.
 struct FormulationCurve {
     family: usize,
     dots: Vec<CurvePoint>,
@@ -58,7 +58,7 @@ fn lines(store: &Results, q: &ByQuantity<MeshErrors>) -> Vec<FormulationCurve> {
     lines.filter(|l| l.dots.len() > 1).collect()
 }
 
-/// `None` unless two formulations ran on two meshes each.
+/// Draws the comparison; `None` unless two formulations were run on two meshes each.
 pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let has_errors = |(_, lines): &(_, Vec<FormulationCurve>)| {
@@ -117,7 +117,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     Some(Figure { name: "formulations".into(), svg, caption })
 }
 
-/// Marks, with a line through those that are not on the axis for an error below it.
+/// Draws marks, with a line through those that are not pinned to the axis because their error is below it.
 fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let (shape, color) = look(l.family);
     let place = |d: &CurvePoint| plot.floored(x(d), d.error);
@@ -137,8 +137,8 @@ fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
 mod tests {
     use super::*;
 
-    /// Errors far below the uncertainty of the reference are drawn at their heights. The mesh of the reference has no error at all: its mark is on the axis, below
-    /// all others, and the line ends before it.
+    /// Errors far below the uncertainty of the reference are drawn at their heights. The mesh of the reference has no error: its mark is on the axis,
+    /// below all others, and the line ends before it.
     #[test]
     fn marks_are_at_the_heights_of_their_errors() {
         let errors = [20.0, 0.116, 0.19, 0.0];

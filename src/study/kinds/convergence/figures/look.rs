@@ -8,13 +8,13 @@ use std::collections::BTreeSet;
 /// A mark with its colour.
 pub type Look = (Mark, RGB);
 
-/// That of a family by its number in the study. Full marks only: an open one is an alarm.
+/// Returns the look of a family by its index in the study. Only filled marks are used: an open one is an alarm.
 pub fn look(family: usize) -> Look {
     let marks = [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Down];
     (marks[family % marks.len()], style(family).1)
 }
 
-/// The legend of families by their numbers, each once and in the order of the study.
+/// Returns legend entries for families given by their indices, each once and in the order of the study.
 pub fn entries(families: &[FamilyRecord], shown: impl Iterator<Item = usize>) -> Vec<(Sample, String)> {
     let entry = |k: usize| {
         let ((mark, color), family) = (look(k), &families[k]);
@@ -23,7 +23,8 @@ pub fn entries(families: &[FamilyRecord], shown: impl Iterator<Item = usize>) ->
     shown.collect::<BTreeSet<usize>>().into_iter().map(entry).collect()
 }
 
-/// Marks and colours of formulations: those of the first family of meshes of each, and others than those of the families where a formulation has none.
+/// Returns the marks and colours of formulations: those of the first family of meshes of each formulation; a formulation without a family gets a look
+/// that no family has.
 pub fn looks(families: &[FamilyRecord], formulations: &[&str]) -> Vec<Look> {
     let is_of = |f: &FamilyRecord, formulation: &str| f.formulation == formulation && f.role != Role::TimeStep;
     let first = |formulation: &str| families.iter().position(|f| is_of(f, formulation));

@@ -13,7 +13,7 @@ use crate::study::figures::time;
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::results::Results;
 
-/// Every figure that the stored data allow.
+/// Draws every figure that the stored data allow.
 pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Vec<Drawn> {
     let mut out = vec![];
     out.extend(drawn("meshes", || bodies::meshes(store)));

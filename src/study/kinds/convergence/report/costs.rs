@@ -1,7 +1,7 @@
 //! Cost of a Newton iteration and of a digit, case by case.
 //!
-//! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
-//! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
+//! The number of digits is −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can confirm. The
+//! bytes are those of the values of L, 8 per entry; indices, K and work space are additional.
 
 use crate::report::names::title;
 use crate::report::numbers::{cell, digits, percent_cell};
@@ -11,7 +11,7 @@ use crate::study::store::record::{CaseRecord, Role, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::tables::factor_mb;
 
-/// One row per case that has an error.
+/// Returns a table with one row per case that has an error.
 pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
     let seeds = |c: &&StoredCase| store.study.family_of(c, None).is_some_and(|f| f.role == Role::Seeds);
     let mut rows = vec![];
@@ -56,7 +56,7 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
     }
 }
 
-/// Largest error of a case in the deciding quantities \[–\], with U(f*)/|f*| there.
+/// Largest error of a case among the deciding quantities \[–\], with U(f*)/|f*| there.
 fn worst(analysis: &ConvergenceFindings, r: &CaseRecord) -> Option<(f64, f64)> {
     let of = analysis.quantities.iter().filter(|q| q.deciding).filter_map(|q| {
         let reference = q.reference.as_ref()?;

@@ -6,7 +6,7 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 
-/// One row per quantity × family.
+/// Returns a table with one row per quantity and family.
 pub fn quantities(analysis: &Analysis<ConvergenceFindings>) -> Table {
     let mut rows = vec![];
     for q in &analysis.quantities {
@@ -45,7 +45,7 @@ pub fn quantities(analysis: &Analysis<ConvergenceFindings>) -> Table {
     }
 }
 
-/// A family as the reference, or next to it.
+/// Words for a family as the reference, or as a cross-check of it.
 fn cross_check(q: &ByQuantity<MeshErrors>, family: &str) -> String {
     let Some(r) = &q.reference else { return "–".into() };
     let words = match r.others.iter().find(|o| o.of == family) {
@@ -57,7 +57,7 @@ fn cross_check(q: &ByQuantity<MeshErrors>, family: &str) -> String {
     words.into()
 }
 
-/// One row per quantity and case with an estimate of its own, next to the bar from many meshes.
+/// Returns a table with one row per quantity and case that has its own estimate, next to the bar from many meshes.
 pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
     let mut rows = vec![];
     for q in &analysis.quantities {
@@ -89,7 +89,7 @@ pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
     })
 }
 
-/// One row per mesh and formulation.
+/// Returns a table with one row per mesh and formulation.
 pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
     let (mut meets, mut refused) = ("yes", "");
     if analysis.recommended.is_none() && analysis.settings.iter().any(|s| s.worst <= analysis.tolerance) {

@@ -4,12 +4,13 @@ use crate::study::analysis::{Analysis, ByQuantity, by_name};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use serde_json::{Map, Value, json};
 
-/// Observed order, Richardson value, GCI and ratio of the headline's family, `sizes` if it has them; then the other quantities.
+/// Returns observed order, Richardson value, GCI and ratio of the headline's family, which is `sizes` if it shows an order; then the other
+/// quantities.
 pub fn headline(analysis: &Analysis<ConvergenceFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     let q = analysis.headline();
     let sizes = q.and_then(|q| q.sizes());
-    // Where the sizes show no order, the family of the reference speaks; `family` says which one it is
+    // If the sizes show no order, the family of the reference is used; `family` names it
     let e = sizes.filter(|e| e.observed_order.is_some()).or_else(|| {
         let q = q?;
         q.reference.as_ref().and_then(|r| q.estimate(&r.family)).or(q.estimates.first())

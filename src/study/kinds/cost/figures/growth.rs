@@ -1,4 +1,4 @@
-//! How time and memory grow with the cells: fitted laws, and what twice the most cells would take.
+//! Growth of time and memory with the number of cells: fitted laws, and the prediction for twice the largest number of cells.
 
 use crate::report::canvas::{At, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
@@ -14,12 +14,12 @@ const EACH: f64 = 70.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
-/// From one row of panels to the next \[mm\]
+/// Height from one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
-/// Least width of a panel \[mm\]
+/// Smallest width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 
-/// `None` where the variant has no laws. The figure is called after its variant where several have some.
+/// Draws the growth laws of a variant; `None` if it has none. The figure is named after its variant if several variants have laws.
 pub fn draw(store: &Results, a: &CostFindings, variant: &str) -> Option<Figure> {
     let laws: Vec<&GrowthLaw> = a.growth.iter().filter(|l| l.variant == variant).collect();
     if laws.is_empty() {
@@ -50,14 +50,14 @@ pub fn draw(store: &Results, a: &CostFindings, variant: &str) -> Option<Figure> 
             };
             let frame = panels.frame(k, (TOP, ROW), TALL).map(mm);
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
-            // Measured values, and the ends of the lines
+            // Measured values and the ends of the lines
             let value = |l: &GrowthLaw| {
                 let ends = [l.points[0].0, l.points[l.points.len() - 1].0].map(|n| l.law.at(n));
                 let all = l.points.iter().map(|p| p.1).chain(ends).chain([l.next.value]);
                 all.map(|v| v * unit(l)).collect::<Vec<_>>()
             };
             let all: Vec<f64> = own.iter().flat_map(|l| value(l)).collect();
-            // Room above for a line of text per law
+            // Headroom for one line of text per law
             let most = all.iter().copied().fold(0.0, f64::max);
             let least = all.iter().copied().fold(f64::INFINITY, f64::min);
             let room = most * (most / least).powf(0.09 * own.len() as f64);

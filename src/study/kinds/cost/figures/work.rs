@@ -1,4 +1,4 @@
-//! Work and precision: error against cost, and against what the cost is made of.
+//! Work–precision diagrams: error against cost, and against the quantities that determine the cost.
 
 use crate::report::canvas::{Area, At, GREY, Mark, RGB, SMALL, italic, mm, text};
 use crate::report::figure::{Figure, Sample, style};
@@ -15,16 +15,16 @@ use crate::study::store::results::Results;
 
 const SHEET: Sheet = Sheet { left: 15.0, gap: 18.0, least: 60.0, tall: 44.0, legend: 13.0, foot: 14.0 };
 
-/// The amount along the x axis.
+/// A quantity along the x axis.
 struct Amount {
     label: String,
     title: &'static str,
-    /// In the caption
+    /// Name in the caption
     words: &'static str,
     of: fn(&CostedCase) -> Option<f64>,
 }
 
-/// Error of the peak and of the curve of every quantity of a variant over its cost.
+/// Draws the error of the peak and of the curve of every quantity of a variant against its cost.
 pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
     let is_refused = |q: &CostOfAccuracy| q.reference.as_ref().is_some_and(|r| r.refused);
     let own = a.quantities.iter().filter(|q| q.variant == variant);
@@ -55,12 +55,13 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
 }
 
-/// The largest error of a measure \[%\], where all are below any axis.
+/// The largest error of a measure \[%\], if all errors are below any axis.
 fn below(a: &Analysis<CostFindings>, q: &ByQuantity<CostOfAccuracy>, measure: Measure) -> Option<f64> {
     Axis::below(q.settings.iter().map(|s| 100.0 * s.errors[measure as usize]), 100.0 * a.tolerance)
 }
 
-/// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
+/// Draws the error of the first quantity of a variant against unknowns, entries of the factor, operations and memory, as far as these differ between
+/// cases.
 pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
     let is_drawn = |q: &&ByQuantity<CostOfAccuracy>| {
         q.uncertainty(Measure::Peak).is_finite() && below(a, q, Measure::Peak).is_none()
@@ -96,7 +97,7 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
         let values = || q.settings.iter().filter_map(x.of);
         values().fold(0.0, f64::max) > 1.5 * values().fold(f64::INFINITY, f64::min)
     };
-    // On one mesh memory differs by what other cases have left only
+    // On a single mesh, memory differs only by what other cases have left allocated
     let meshes = differ(&all[0]);
     let amounts: Vec<&Amount> = all.iter().filter(|x| differ(x) && (meshes || x.title != "memory")).collect();
     if amounts.is_empty() {
@@ -135,7 +136,7 @@ fn sheet(
     })
 }
 
-/// Families of one variant have marks of their own; those of the reference are not drawn.
+/// The mark and colour of a family. Families of one variant have marks of their own; those of the reference are not drawn.
 fn look(store: &Results, family: &str) -> (Mark, RGB) {
     let runs = |name: &str, variant: &String| store.cases.iter().any(|c| c.is_in(name, variant));
     let own: Vec<&String> = store.study.variants.iter().filter(|v| runs(family, v)).collect();
@@ -144,7 +145,7 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 
-/// Errors of a quantity over an amount.
+/// A panel with the errors of a quantity over an amount.
 struct Panel<'a> {
     q: &'a ByQuantity<CostOfAccuracy>,
     measure: Measure,

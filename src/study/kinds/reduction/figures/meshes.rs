@@ -1,4 +1,4 @@
-//! Work and precision of meshes and reduced models in one figure, from seconds down to microseconds.
+//! Work–precision diagram of meshes and reduced models together, from seconds down to microseconds.
 
 use crate::report::canvas::{Mark as Shape, PALETTE, line, mark};
 use crate::report::figure::{Figure, Sample};
@@ -6,14 +6,14 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::reduction::analysis::ReductionFindings;
 use crate::study::kinds::reduction::figures::{sheet, time_unit};
 
-/// A series of the figure: its shape, its name, and time and error of each of its points.
+/// A series of the figure: its shape, its name, and the time and error of each of its points.
 struct Series {
     shape: Shape,
     name: &'static str,
     points: Vec<(f64, Vec<f64>)>,
 }
 
-/// Distances from the reference over the time of a step.
+/// Draws the distances from the reference over the time of a step.
 pub fn meshes(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let of = derived.comparison.as_ref()?;

@@ -17,13 +17,13 @@ const RIGHT: f64 = 4.0;
 const GAP: f64 = 19.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 48.0;
-/// From one row of panels to the next \[mm\]
+/// Height from one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 20.0;
-/// Least and largest width of a panel \[mm\]
+/// Smallest and largest width of a panel \[mm\]
 const WIDTHS: (f64, f64) = (60.0, 90.0);
 pub const SHAPES: [Shape; 3] = [Shape::Circle, Shape::Square, Shape::Triangle];
 
-/// One panel, or several, with the legend below.
+/// Draws `count` panels with the legend below.
 pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize, &Area, [i32; 4])) -> String {
     let panels = Panels::new(count, (LEFT, GAP, RIGHT), WIDTHS);
     let below = TOP + panels.rows() * ROW - 6.0;
@@ -39,7 +39,7 @@ pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize,
     })
 }
 
-/// Factor from seconds and the unit in which times up to this one are short numbers.
+/// Returns the factor from seconds, and the unit, in which times up to the largest one are short numbers.
 pub fn time_unit(largest_s: f64) -> (f64, &'static str) {
     match largest_s {
         t if t < 1e-3 => (1e6, "µs"),
@@ -48,7 +48,7 @@ pub fn time_unit(largest_s: f64) -> (f64, &'static str) {
     }
 }
 
-/// Largest error of every quantity over the time of a step, with the full model as the line that costs most.
+/// Draws the largest error of every quantity over the time of a step, with the full model as the most expensive line.
 pub fn precision(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let errors = || a.models().iter().flat_map(|m| m.quantities.iter().map(relative)).filter(|e| *e > 0.0);
@@ -91,7 +91,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
     Some(Figure { name: "work-precision".into(), svg, caption })
 }
 
-/// Estimated over true errors of the chosen model, or of the largest one.
+/// Draws estimated over true errors of the chosen model, or of the largest one.
 pub fn bars(a: &ReductionFindings) -> Option<Figure> {
     let model = a.models().get(a.chosen.unwrap_or(a.models().len().checked_sub(1)?))?;
     let known = |q: &QuantityRecord| -> Vec<[f64; 2]> {
@@ -120,7 +120,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
         if ends[0] < ends[1] {
             dashed(area, &ends.map(|e| plot.at(e, e)), INK, 4, 22.0);
         }
-        // Right of it the error is beyond the bar: error = factor (estimate + floor)
+        // To the right of this line the error is beyond the bar: error = factor (estimate + floor)
         let steps = (0..=60).map(|n| low * (high / low).powf(f64::from(n) / 60.0));
         let edge = steps.map(|error| (error, error / q.factor - q.floor)).filter(|(_, e)| *e >= bottom && *e <= top);
         line(area, &edge.map(|(error, estimate)| plot.at(error, estimate)).collect::<Vec<_>>(), PALETTE[1], 4);
@@ -135,7 +135,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
     Some(Figure { name: "bars".into(), svg, caption })
 }
 
-/// Singular values of the training states.
+/// Draws the singular values of the training states.
 pub fn decay(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let series: Vec<(&Vec<f64>, &str)> =
@@ -169,5 +169,5 @@ pub fn decay(a: &ReductionFindings) -> Option<Figure> {
     Some(Figure { name: "singular-values".into(), svg, caption })
 }
 
-/// Singular values below are rounding.
+/// Smallest singular value that is drawn; smaller ones are rounding.
 const LEAST: f64 = 1e-8;

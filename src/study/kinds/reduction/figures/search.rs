@@ -7,10 +7,10 @@ use crate::study::kinds::reduction::analysis::ReductionFindings;
 use crate::study::kinds::reduction::figures::{SHAPES, sheet};
 use crate::study::kinds::reduction::record::SearchStep;
 
-/// Of a step that has an estimate.
+/// Reads an estimate of a step, if it has one.
 type Read = fn(&SearchStep) -> Option<f64>;
 
-/// Largest and median estimate at the candidates.
+/// Draws the largest and the median estimate at the candidates.
 pub fn search(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let series: [(Read, &str); 2] = [(|s| s.largest, "largest at the candidates"), (|s| s.median, "median")];

@@ -1,4 +1,4 @@
-//! Pictures of what went wrong: the body of each failed case at the state farthest from rest.
+//! Pictures of failures: the body of each failed case in the state farthest from rest.
 
 use crate::report::canvas::{RGB, figure, mm};
 use crate::report::figure::Figure;
@@ -12,10 +12,10 @@ use crate::study::store::results::Results;
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];
 const WIDE: f64 = 56.0;
 const TALL: f64 = 42.0;
-/// More than these tell nothing more.
+/// Largest number of panels; more would add nothing.
 const MOST: usize = 9;
 
-/// `None` where nothing failed.
+/// Draws the failed cases; `None` if no case failed.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let failed = a.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
     let mut shown: Vec<_> = failed
@@ -47,7 +47,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
             let [left, top, ..] = frame(k);
-            // There is no margin behind the last panel, into which a heading may reach elsewhere
+            // The last panel has no margin on its right that a heading could extend into, as the others have
             let wide = mm(panels.each - 2.0);
             headed(area, (left, top), wide, None, &format!("{}: {}", case.case, case.status));
         }

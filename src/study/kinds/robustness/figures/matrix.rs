@@ -1,5 +1,5 @@
-//! The matrix: hard cases downwards, variants across; a disc matches its references, a ring has none, a triangle stopped with a stated reason (upright as
-//! demanded, on its tip as is accepted), a cross failed.
+//! The matrix: hard cases downwards, variants across. A disc matches its references, a ring has none; a triangle stopped with a stated reason
+//! (pointing up if demanded, down if accepted); a cross failed.
 
 use crate::report::canvas::{
     Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_height, page_width, text,
@@ -12,19 +12,19 @@ use crate::study::store::results::Results;
 
 const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
-/// Room for the turned names of the variants \[mm\]
+/// Height for the rotated names of the variants \[mm\]
 const HEAD: f64 = 43.6;
-/// Height of the headings of groups, and of those that would meet their neighbours \[mm\]
+/// Height of the group headings, and extra height of those that would overlap their neighbours \[mm\]
 const GROUP: f64 = 5.6;
 const RAISED: f64 = 2.0;
 /// Height of the legend without its lines \[mm\]
 const FOOT: f64 = 4.8;
-/// Width in which the legend has two columns, and its lines there: five outcomes \[mm\]
+/// Width at which the legend has two columns, and its largest number of lines then: five outcomes \[mm\]
 const LEAST_WIDE: f64 = 86.0;
 const MOST_LINES: f64 = 3.0;
-/// Cases that make a matrix
+/// Smallest number of cases that makes a matrix
 const LEAST: usize = 4;
-/// Under the heading of a suite
+/// Background of the heading of a suite
 const BAND: RGB = RGB(0xf0, 0xf0, 0xf0);
 
 fn look(outcome: CaseOutcome) -> (Mark, RGB, &'static str) {
@@ -37,14 +37,14 @@ fn look(outcome: CaseOutcome) -> (Mark, RGB, &'static str) {
     }
 }
 
-/// A line of a sheet: the heading of a suite, or one of its cases.
+/// A line of a sheet: the heading of a suite or one of its cases.
 #[derive(Clone, Copy, PartialEq)]
 struct Line<'a> {
     suite: &'a str,
     member: Option<&'a str>,
 }
 
-/// Nothing of few cases, which the table lists. One figure for each sheet of lines and columns.
+/// Draws one figure for each sheet of lines and columns; nothing for fewer than four cases, which the table lists.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     if a.cases.len() < LEAST {
         return vec![];
@@ -75,8 +75,8 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     sheets.iter().enumerate().filter_map(of).collect()
 }
 
-/// The cases under the headings of their suites, as (suite, case) in order, on sheets of this many lines at most. A suite stays on one sheet, or goes on under its heading
-/// where it is longer.
+/// Distributes the cases, as (suite, case) in order, under the headings of their suites over sheets of at most `tallest` lines. A suite stays on one
+/// sheet, or continues under a repeated heading if it is longer.
 fn pages<'a>(cases: &[(&'a str, &'a str)], tallest: usize) -> Vec<Vec<Line<'a>>> {
     let mut pages: Vec<Vec<Line>> = vec![];
     for part in cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| suite.chunks(tallest - 1)) {
@@ -90,7 +90,7 @@ fn pages<'a>(cases: &[(&'a str, &'a str)], tallest: usize) -> Vec<Vec<Line<'a>>>
     pages
 }
 
-/// The name of a case in words; the sign of an exponent stays: `dt 1e−3`.
+/// The name of a case in words; the sign of an exponent is kept: `dt 1e−3`.
 fn written(store: &Results, member: &str) -> String {
     let letters: Vec<char> = member.chars().collect();
     let is_sign = |k: usize| {
@@ -159,7 +159,7 @@ fn sheet(
     Figure { name, svg, caption }
 }
 
-/// Headings over the columns of a group, with a line across them.
+/// Draws headings over the columns of each group, underlined across the group.
 fn groups(store: &Results, area: &Area, variants: &[&String], names: f64) {
     let group = |v: &String| store.study.groups.get(v).map(String::as_str);
     let (mut from, mut end, mut is_raised) = (0, i32::MIN, false);
@@ -177,7 +177,7 @@ fn groups(store: &Results, area: &Area, variants: &[&String], names: f64) {
     }
 }
 
-/// Names that are too long for a column stand upright.
+/// Draws a name that is too long for its column vertically.
 fn turned(area: &Area, name: &str, x: f64) {
     let name = shortened(name, LABEL, mm(HEAD - GROUP - 4.5));
     let long = width(&name, LABEL) / 2;

@@ -1,4 +1,4 @@
-//! Where a scene holds: a map of grades over two axes, one panel for each variant.
+//! Where a scene can be solved: a map of grades over two axes, one panel for each variant.
 
 use crate::report::canvas::{Area, At, GREY, INK, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
@@ -13,7 +13,7 @@ const LEFT: f64 = 22.0;
 const GAP: f64 = 8.0;
 const TOP: f64 = 7.0;
 const TALL: f64 = 44.0;
-/// Between two rows of panels \[mm\]
+/// Distance between two rows of panels \[mm\]
 const BETWEEN: f64 = 20.0;
 
 fn look(grade: Grade) -> (RGB, &'static str) {
@@ -42,7 +42,7 @@ pub fn draw(map: &Map) -> Figure {
     let usual = key(&numbers(map, (panels.each, TALL)));
     let tall = panels.tall(TALL, (BETWEEN, TOP + 16.0 + legend(&usual)));
     let row = tall + BETWEEN;
-    // Numbers of lower squares may have another unit, or no room
+    // Numbers of the panels below may have another unit, or no room
     let numbers = numbers(map, (panels.each, tall));
     let words = key(&numbers);
     let bottom = TOP + row * panels.rows() - 4.0;
@@ -69,14 +69,14 @@ pub fn draw(map: &Map) -> Figure {
     Figure { name: format!("map-{}", map.family), svg, caption }
 }
 
-/// Numbers of all panels, which are `wide` and `tall` \[mm\], in one unit.
+/// The numbers of all panels, each `wide` by `tall` \[mm\], in one unit.
 fn numbers(map: &Map, (wide, tall): (f64, f64)) -> MapNumbers {
     let [columns, rows] = [0, 1].map(|k| map.axes[k].values.len() as f64);
     let peaks = map.panels.iter().flat_map(|p| &p.points).filter_map(|p| p.peak);
     MapNumbers::of(peaks, &map.quantity.unit, (mm(wide / columns), mm(tall / rows)))
 }
 
-/// Meaning of the numbers in the squares, with the unit, and of the abbreviations, in lines of this room \[units\].
+/// The meaning of the numbers in the squares, with their unit, and of the abbreviations, in lines at most `room` wide \[units\].
 fn key(map: &Map, numbers: &MapNumbers, room: i32) -> Vec<String> {
     let symbol = italic(&map.quantity.symbol);
     let meaning = format!("number: {} {} {symbol}{}", map.peak_is, map.quantity.label, numbers.brackets());
@@ -114,7 +114,7 @@ fn squares(
     }
 }
 
-/// Capitals of a status, `SS` for `StepTooSmall`.
+/// Abbreviates a status to its capitals: `SS` for `StepTooSmall`.
 fn abbreviated(status: &str) -> String {
     status.chars().filter(|c| c.is_uppercase()).collect()
 }

@@ -1,4 +1,4 @@
-//! Error budgets: one panel per prediction, one bar per group, largest first, on as many sheets as their height needs.
+//! Error budgets: one panel per prediction, one bar per group, largest first, on as many sheets as the height requires.
 
 use crate::report::canvas::{
     Area, At, INK, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_height, page_width, text,
@@ -14,20 +14,20 @@ use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 
-/// Bars of a prediction; of more groups the last ones share a bar.
+/// Largest number of bars of a prediction; if there are more groups, the last ones share a bar.
 const BARS: usize = 9;
-/// Widths of the bars, and of the numbers at their right \[mm\]
+/// Smallest and largest width of the bars, and width of the numbers to their right \[mm\]
 const LEAST: f64 = 20.0;
 const WIDE: f64 = 62.0;
 const RIGHT: f64 = 22.0;
 const ROW: f64 = 5.0;
 const HEAD: f64 = 9.0;
 const GAP: f64 = 6.0;
-/// Name of the bar of all groups
+/// Name of the bar for all groups together
 const ALL: &str = "all together";
 const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
 
-/// Name, half-width and colour of each bar: all groups together, the largest ones, and the others together where they are too many.
+/// Name, half-width and colour of each bar: all groups together, the largest ones, and the rest in one bar if there are too many.
 fn bars(p: &Prediction) -> Vec<(String, f64, RGB)> {
     let own = if p.budget.len() > BARS { BARS - 1 } else { p.budget.len() };
     let (largest, others) = p.budget.split_at(own);
@@ -39,13 +39,13 @@ fn bars(p: &Prediction) -> Vec<(String, f64, RGB)> {
     bars
 }
 
-/// A row of panels needs this height \[mm\].
+/// The height of a row of panels \[mm\].
 fn height(row: &[&Prediction]) -> f64 {
     let bars = row.iter().map(|p| bars(p).len()).max().unwrap_or(0);
     HEAD + ROW * bars as f64 + GAP
 }
 
-/// Panels next to each other where the page has room for two, no sheet of them taller than a page; nothing without a prediction.
+/// Draws panels side by side if the page has room for two, with no sheet taller than a page; nothing without a prediction.
 pub fn draw(a: &Analysis<ValidationFindings>) -> Vec<Drawn> {
     let mut shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).collect();
     let more = first_of(shown.len(), PANELS, "predictions");
@@ -91,7 +91,7 @@ fn sheet(predictions: &[&Prediction], places: &Panels, left: f64) -> String {
     })
 }
 
-/// The bars of a prediction with their names and numbers.
+/// Draws the bars of a prediction with their names and numbers.
 fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64) {
     let total = half_width(&p.budget);
     let (power, unit) = unit::with_power(&p.unit, total, total);

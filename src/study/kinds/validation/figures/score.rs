@@ -1,4 +1,4 @@
-//! Measured or other values against predicted ones, in half-widths of the intervals: a mark for each quantity, a place for each record.
+//! Measured or other reference values against predicted ones, in half-widths of the intervals: a mark for each quantity, a position for each record.
 
 use crate::report::canvas::{At, INK, PALE, SMALL, dashed, figure, fill, italic, mark, mm, page_width, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines, style};
@@ -15,7 +15,7 @@ const TOP: f64 = 4.0;
 const TALL: f64 = 56.0;
 const RIGHT: f64 = 4.0;
 
-/// `None` without a measured prediction.
+/// Draws the scores; `None` without a measured prediction.
 pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
     let scored: Vec<(&Prediction, f64)> = a.predictions.iter().filter_map(|p| Some((p, p.score?))).collect();
     let mut records: Vec<&str> = vec![];
