@@ -389,10 +389,10 @@ fn crossings(mesh: &TetMesh, x: &[f64], two: bool) -> usize {
 /// sharp edges at the corners disturb it. The force is that of the reaction. Bounds: a few times what was measured, which is what is claimed.
 #[test]
 fn a_uniform_pressure_through_meshes_that_do_not_match() {
-    for (element, lower, upper, bound) in [
-        ("tet4", [3, 3, 3], [3, 3, 3], 2e-3),
-        ("tet4", [3, 3, 3], [4, 4, 3], 1e-2),
-        ("tet10", [2, 2, 2], [3, 3, 2], 5e-2),
+    for (element, lower, upper, bound, pressed) in [
+        ("tet4", [3, 3, 3], [3, 3, 3], 2e-3, 0.9),
+        ("tet4", [3, 3, 3], [4, 4, 3], 1e-2, 0.9),
+        ("tet10", [2, 2, 2], [3, 3, 2], 5e-2, 0.7),
     ] {
         let scene = squeezed(lower, upper, element, 0.0, "");
         let run = common::run(&scene);
@@ -400,9 +400,9 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
         let (force, held) = (last(&run, "between_force_z_N"), last(&run, "upper.zmax_reaction_z_N"));
         // The tolerance of the equilibrium: 1e-8 of the sum of all forces, some hundred times that of the interface.
         assert!((force / -held - 1.0).abs() < 1e-6, "{element}: {force} {held}");
-        // All of the face presses, 10 × 10 mm; its guards have no area.
+        // The whole face, 10 × 10 mm, as far as its points press: on tet10 those within the facets of the other mesh lift off. Guards have no area.
         let area = last(&run, "between_area_m2") / 1e-4;
-        assert!(area > 0.9 && area < 1.0 + 1e-9, "{element}: {area}");
+        assert!(area > pressed && area < 1.0 + 1e-9, "{element}: {area}");
         // In uniform stress the interface stays plane; it is shortened by 1 mm.
         let mesh = &scene.body.mesh;
         let uz = |k: u32| run.last.x[3 * k as usize + 2];

@@ -16,7 +16,7 @@ const MARGIN: f64 = 0.1;
 /// Distance beyond which parts of one surface are not looked for, in mean edges \[–\].
 const NEAR: f64 = 10.0;
 /// Cosine of the angle between a normal and the inward normal of what it faces, at least: an edge has the mean of its sides \[–\].
-const OPPOSED: f64 = 0.1;
+const OPPOSED: f64 = 0.5;
 
 /// Two surfaces, or one.
 pub struct Surfaces {
