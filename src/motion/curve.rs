@@ -92,7 +92,7 @@ impl Curve {
         quartile.max(self.step() / 12_f64.sqrt())
     }
 
-    /// Smallest difference between two values that differ by more than rounding of the arithmetic: the resolution of rounded numbers.
+    /// Returns the smallest difference between two values that exceeds the rounding of the arithmetic: the resolution of rounded numbers.
     fn step(&self) -> f64 {
         let mut sorted = self.value.clone();
         sorted.sort_by(f64::total_cmp);
@@ -112,7 +112,8 @@ impl Curve {
     }
 }
 
-/// Root of the least variance of a combination of neighbours. Their mean and the free factors of the combination take a degree of freedom each.
+/// Square root of the smallest variance of a combination of neighbours. Their mean and the free coefficients of the combination take one degree of
+/// freedom each.
 fn unpredicted(rows: &[Neighbours]) -> f64 {
     let n = rows.len();
     if n <= NEAR {
