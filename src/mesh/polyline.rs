@@ -27,7 +27,7 @@ pub struct Helix {
     pub end: Vec3,
     /// \[m\]
     pub radius: f64,
-    /// Number of turns from `start` to `end`; positive if right-handed
+    /// Revolutions from `start` to `end`; positive if right-handed
     pub turns: f64,
     /// Angle of the first point about the axis \[rad\], measured from the x-axis, or from the y-axis if the axis is within 45° of x
     pub phase: f64,
