@@ -158,7 +158,7 @@ impl Constants {
         Ok(self.laws.iter().map(of_law).collect::<Result<Vec<_>, LawSpecError>>()?.concat())
     }
 
-    /// Returns an input on which a law depends that is undefined at these inputs, if there is one.
+    /// Returns the first input of a law that is undefined at these inputs, if there is one.
     pub fn undefined(&self, inputs: &[f64]) -> Option<usize> {
         self.laws.iter().find(|law| law.at(inputs).is_err()).and_then(|law| law.inputs.values().next().copied())
     }

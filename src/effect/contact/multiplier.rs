@@ -176,8 +176,7 @@ impl ContactPoints for Multiplier {
         points
     }
 
-    /// Sets y such that y − d = N/c(1 − ε) where there is a force, and y = 0 where there is none and the point is not inside, or where the contact
-    /// does not exist.
+    /// Sets y such that y − d = N/c(1 − ε) where there is a force; otherwise y = min(d, 0), which is zero unless the point is inside.
     fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
         for (b, forces) in forces.chunks(self.slips()).enumerate() {
             for (UnilateralContact { pair, place, .. }, force) in self.contacts(x, b).into_iter().zip(forces) {

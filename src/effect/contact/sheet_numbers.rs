@@ -5,9 +5,9 @@
 //! edges with both sides of the concave edge and is joined to neither: otherwise one sheet would border both sides of the groove, and a point would
 //! be in contact only with the nearer one.
 //!
-//! The joined groups are numbered one by one, the group with the most concave edges first: each gets the lowest number that none of the groups has
-//! from which it must be separate. As long as there are few sheets, opposite walls of a slot are also on different sheets, because a ball may be in
-//! contact with both.
+//! The joined groups are numbered one by one, the group with the most concave edges first: each gets the lowest number not used by a group from which
+//! it must be separate. As long as there are few sheets, opposite walls of a slot are also on different sheets, because a ball may be in contact with
+//! both.
 
 use crate::math::boxes::from_parry;
 use crate::math::tensor::Vec3;

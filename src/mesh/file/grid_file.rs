@@ -36,7 +36,7 @@ pub struct Grid {
     pub points: Vec<Vec3>,
     pub cells: GridCells,
     pub data: Vec<GridData>,
-    /// Sentences on arrays that could not be read
+    /// Sentences on arrays that are left out of the data
     pub left_out: Vec<String>,
 }
 

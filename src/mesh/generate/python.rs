@@ -45,7 +45,7 @@ pub struct Check {
     pub detail: String,
     /// Exact command that resolves the problem
     pub remedy: Option<String>,
-    /// Whether it is not needed for meshes by gmsh (CGAL)
+    /// Whether meshes by gmsh do not need it (CGAL)
     pub optional: bool,
 }
 

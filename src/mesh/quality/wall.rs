@@ -1,9 +1,10 @@
 //! Number of cells across the thinnest wall of a body: how well a mesh can represent the bending of thin parts.
 //!
 //! From the centre of every facet of the surface, and of parts of large facets, a ray is cast inward to the opposite side; if the two sides face away
-//! from each other within 45°, its length is the thickness there. The thinnest wall consists of the facets with a thickness within a quarter of its 5
-//! % quantile over the surface. There the layers of cells are counted: the smallest number of edges from a facet to a node of the opposite side,
-//! averaged over the area. Counting the cells that a ray crosses would be less meaningful: it crosses three cells in one layer of a grid.
+//! from each other within 45°, its length is the thickness there. The thinnest wall consists of the facets at which the thickness is at most a
+//! quarter above its 5 % quantile over the surface. There the layers of cells are counted: the smallest number of edges from a facet to a node of the
+//! opposite side, averaged over the area. Counting the cells that a ray crosses would be less meaningful: it crosses three cells in one layer of a
+//! grid.
 //!
 //! Facets held in the direction of their normal (symmetry planes, plane strain, clamped faces) do not count as sides of a wall. For notches, which
 //! are a small share of the surface and whose sides do not face the opposite one, see [`super::notch`].
