@@ -1,15 +1,16 @@
-//! A free rigid body as an affine one that is very stiff (Lan et al., Affine body dynamics, ACM TOG 41, 2022, §3): four nodes
-//! p_a carry it by x = Σ_a w_a(X) p_a, and only changes of length are resisted.
+//! A free rigid body modelled as a very stiff affine body (Lan et al., Affine body dynamics, ACM TOG 41, 2022, §3): its motion x = Σ_a w_a(X) p_a is
+//! that of four nodes p_a, and a stiff energy resists strain.
 //!
 //! ```text
 //! M_ab = ∫ ρ w_a w_b dV        Ψ = K ‖E‖², E = ½(AᵀA − I), A = ∂x/∂X        ∂Ψ/∂A = 2 K A E
 //! ```
 //!
-//! M is constant and exact: momentum and moment of momentum are those of the rigid body, and there is no rotation to update. K \[J\]
-//! is numerics: under a pressure p on its faces the body of volume V strains by about p V/2K. A direction of Newton's method that turns the body
-//! by θ would stretch it by θ²/2, against which K resists: increments are therefore turned ([`TurningBody`]).
-//! Limits: no large deformation is meant; a step turns the body by less than a radian or so. A step to det A ≤ 0 is refused: the mirror image of
-//! the body has no strain either.
+//! M is constant and exact: momentum and angular momentum are those of the rigid body, and there is no rotation to update. K \[J\] is a numerical
+//! parameter: under a pressure p on its faces, a body of volume V strains by about p V/2K. A Newton direction that rotates the body by θ would
+//! stretch it by θ²/2, which K resists; increments are therefore applied as rotations ([`TurningBody`]).
+//!
+//! Limits: large deformation is not intended, and a step rotates the body by less than about a radian. A step to det A ≤ 0 is refused, because the
+//! mirror image of the body also has zero strain.
 
 use super::contact::placement::{AffineFrame, displacement};
 use crate::math::tensor::{Mat3, Vec3};
@@ -18,10 +19,10 @@ use crate::system::{
     TurningBody, Want,
 };
 
-/// ‖dA‖² below which the strain of a turn is rounding \[–\].
+/// ‖dA‖² below which the strain due to a rotation is rounding \[–\].
 const ROUNDING: f64 = 1e-14;
 
-/// Mass and its second moments.
+/// Inertia of an affine body: mass and second moments.
 pub struct AffineInertia {
     name: String,
     blocks: Blocks,
@@ -30,7 +31,7 @@ pub struct AffineInertia {
 }
 
 impl AffineInertia {
-    /// The inertia of a body with its centre of mass at C, and the inertia tensor I \[kg m²\] about it.
+    /// The inertia of a body with its centre of mass at C and the inertia tensor I \[kg m²\] about C.
     pub fn new(name: String, frame: &AffineFrame, mass: f64, inertia: &Mat3) -> Self {
         // J = ∫ ρ (X − C)(X − C)ᵀ dV, I = tr J − J
         let second = (Mat3::identity() * (0.5 * inertia.trace()) - inertia) / frame.length.powi(2);
@@ -43,7 +44,7 @@ impl AffineInertia {
         Self { name, blocks: Blocks::new(std::iter::once(&frame.nodes[..])), mass: m }
     }
 
-    /// r += c M y, K += rate M; returns ½ y·My.
+    /// Adds r += c M y and K += rate M; returns ½ y·My.
     fn apply(&self, y: &[f64], c: f64, rate: f64, want: Want, out: &mut BlockValues) -> f64 {
         let y: Vec<f64> = self.blocks.dofs(0).map(|dof| y[dof as usize]).collect();
         let mut energy = 0.0;
@@ -97,24 +98,24 @@ impl PastDerivative for AffineInertia {
     }
 }
 
-/// Stiffness against changes of length.
+/// Stiffness of an affine body against strain.
 pub struct Rigidity {
     name: String,
     frame: AffineFrame,
     blocks: Blocks,
     /// K \[J\]
     stiffness: f64,
-    /// Whether increments turn the body
+    /// Whether increments are applied as rotations
     turns: bool,
 }
 
 impl Rigidity {
-    /// The stiffness of a free body, which its four nodes alone carry: increments turn it.
+    /// The stiffness of a free body, moved by its four nodes alone: increments are applied as rotations.
     pub fn free(name: String, frame: AffineFrame, stiffness: f64) -> Self {
         Self { turns: true, ..Self::tied(name, frame, stiffness) }
     }
 
-    /// The stiffness of a part to whose nodes those of a mesh are tied. Increments are linear, so that these follow.
+    /// The stiffness of a part to which nodes of a mesh are tied. Increments are linear, so that the tied nodes follow them.
     pub fn tied(name: String, frame: AffineFrame, stiffness: f64) -> Self {
         let blocks = Blocks::new(std::iter::once(&frame.nodes[..]));
         Self { name, frame, blocks, stiffness, turns: false }
@@ -172,7 +173,7 @@ impl Effect for Rigidity {
 }
 
 impl TurningBody for Rigidity {
-    /// A' = R U with R the rotation of A + dA (polar decomposition) and U² = I + 2E'.
+    /// Changes the increment such that A' = R U, with R the rotation of A + dA (polar decomposition) and U² = I + 2E'.
     fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain) {
         let a = self.frame.gradient_of(x);
         let moved = self.frame.nodes.map(|node| displacement(dx, node));
@@ -243,7 +244,7 @@ mod tests {
         x.iter().zip(dx).map(|(x, d)| x + d).collect()
     }
 
-    /// A turn by θ = 0.3 stretches by θ²/2 = 0.045 as a linear motion; turned, it has the strain that it is to have, to rounding.
+    /// As a linear motion, a rotation by θ = 0.3 stretches by θ²/2 = 0.045; applied as a rotation, it has the intended strain, to rounding.
     #[test]
     fn a_turn_does_not_stretch() {
         let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 1e-3);
@@ -265,7 +266,7 @@ mod tests {
         assert_eq!(turned[..3], [0.0; 3], "other nodes are not changed");
     }
 
-    /// The mirror image of a body has no strain, but is no rigid motion of it.
+    /// The mirror image of a body has no strain but is not a rigid motion of it.
     #[test]
     fn a_mirror_image_is_refused() {
         let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 0.0);
@@ -282,7 +283,7 @@ mod tests {
         assert!((j + 1.0).abs() < 1e-14, "{j}");
     }
 
-    /// The change is of second order, and none below rounding.
+    /// The change is of second order, and zero below rounding.
     #[test]
     fn a_small_motion_stays_as_it_is() {
         let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 1e-3);

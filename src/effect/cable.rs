@@ -1,11 +1,11 @@
 //! Cable (tendon): a polyline from a fixed pull point through guides to its end, or between guides alone, of length
-//! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + w_k, w_k = Σ_i w_ki u_i. It sees the body by the w_k alone ([`Means`]).
+//! L(x) = Σ_s ‖p_{s+1} − p_s‖ with p_k = X_k + w_k, w_k = Σ_i w_ki u_i. It depends on the body only through the w_k ([`Means`]).
 //!
 //! A guide is a patch: the weighted mean of the body's motion over a ball, because a point force in 3-D has infinite
-//! compliance. A ring is a guide without a body: it stays where it is. Driven by tension the cable is a load T(t) with the
-//! potential T·L; driven by length it is the exact constraint g = L₀ − d(t) + T L₀/EA − L(x) ≥ 0 ⟂ T ≥ 0, and the multiplier is the
-//! tension, T ≤ T_max where the drive yields. Limits: without friction T is the same everywhere ([`super::cable_friction`] has it);
-//! the elastic cable is linear, its strain T/EA small.
+//! compliance. A ring is a guide without a body: it is fixed in space. Driven by tension, the cable is a load T(t) with the potential T·L; driven by
+//! length, it is the exact constraint g = L₀ − d(t) + T L₀/EA − L(x) ≥ 0 ⟂ T ≥ 0, whose multiplier is the tension, with T ≤ T_max if the drive
+//! yields. Limits: without friction T is the same along the cable (for friction see [`super::cable_friction`]); the elastic cable is linear, with a
+//! small strain T/EA.
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::{Mat3, Vec3};
@@ -19,29 +19,30 @@ use std::sync::Arc;
 pub struct Guide {
     /// X_k \[m\]
     pub point: Vec3,
-    /// (node, weight), Σ w = 1, Σ w X_i = X_k; none for a ring that is fixed in space
+    /// (node, weight), Σ w = 1, Σ w X_i = X_k; empty for a ring, which is fixed in space
     pub weights: Vec<(u32, f64)>,
 }
 
-/// Geometry of a cable; its blocks are the segments, its means the guides.
+/// Geometry of a cable; its blocks are its segments, its means are the mean displacements of its guides.
 pub struct Cable {
     pub name: String,
-    /// Fixed in space; none of a cable that is pulled at its first guide, which moves with the body
+    /// Fixed in space \[m\]; `None` for a cable that is pulled at its first guide, which moves with the body
     pull_point: Option<Vec3>,
     /// X_k of the guides \[m\]
     points: Vec<Vec3>,
-    /// w_k of the guides
+    /// w_k of the guides as weighted means of nodal displacements
     pub(super) means: Arc<Means>,
     blocks: Blocks,
 }
 
 impl Cable {
-    /// A cable from a pull point that is fixed in space through the guides.
+    /// Builds a cable from a pull point that is fixed in space through the guides.
     pub fn new(name: String, pull_point: Vec3, guides: Vec<Guide>) -> Self {
         Self::through(name, Some(pull_point), guides)
     }
 
-    /// A cable from the pull point, or without one from the first guide, through the others: then the drive moves with the body, and its forces add up to zero.
+    /// Builds a cable through the guides, from the pull point or, without one, from the first guide: then the drive moves with the body, and the
+    /// forces of the cable sum to zero.
     pub fn through(name: String, pull_point: Option<Vec3>, guides: Vec<Guide>) -> Self {
         let means = Means::new(guides.iter().map(|g| &g.weights[..]));
         let first = u32::from(pull_point.is_none());
@@ -51,18 +52,18 @@ impl Cable {
         Self { name, pull_point, points, means: means.into(), blocks }
     }
 
-    /// The polyline at displacement x: pull point, if it is fixed, then the guides \[m\].
+    /// Returns the polyline at displacement x: the pull point, if it is fixed, then the guides \[m\].
     pub fn polyline(&self, x: &[f64]) -> Vec<Vec3> {
         let w = self.means.of(x);
         self.pull_point.into_iter().chain((0..self.points.len()).map(|k| self.guide(&w, k))).collect()
     }
 
-    /// The pull point that is fixed in space, if there is one, and the places of the guides at rest \[m\].
+    /// Returns the pull point if it is fixed in space, and the positions of the guides at rest \[m\].
     pub fn path(&self) -> (Option<Vec3>, &[Vec3]) {
         (self.pull_point, &self.points)
     }
 
-    /// The means of the displacement by which the guides move.
+    /// The weighted means of the displacements with which the guides move.
     pub fn means(&self) -> &Means {
         &self.means
     }
@@ -72,7 +73,7 @@ impl Cable {
         self.segment_lengths(&self.means.of(x))
     }
 
-    /// The same where nothing has moved.
+    /// Lengths of the segments at rest \[m\], from the pull point on.
     pub fn lengths_at_rest(&self) -> Vec<f64> {
         self.segment_lengths(&vec![0.0; 3 * self.points.len()])
     }
@@ -87,12 +88,13 @@ impl Cable {
         self.blocks.len()
     }
 
-    /// Guides of segment `s`.
+    /// The guides at the ends of segment `s`.
     pub fn ends(&self, s: usize) -> &[u32] {
         self.blocks.nodes(s)
     }
 
-    /// Derivatives of the length of the segments from `from` on by the unknowns at displacement x: those of a change Σ_s τ_s·(dp_{s+1} − dp_s).
+    /// Returns the derivatives with respect to the unknowns of the total length of the segments from index `from` on, at displacement x; the length
+    /// changes by Σ_s τ_s·(dp_{s+1} − dp_s).
     pub fn length_gradient(&self, x: &[f64], from: usize) -> Vec<(u32, f64)> {
         let w = self.means.of(x);
         let mut of_guides = vec![0.0; w.len()];
@@ -107,7 +109,7 @@ impl Cable {
         out
     }
 
-    /// p of guide `k` \[m\], with w \[3 × guides\].
+    /// Position p of guide `k` \[m\], with w \[3 × guides\].
     fn guide(&self, w: &[f64], k: usize) -> Vec3 {
         self.points[k] + Vec3::from_column_slice(&w[3 * k..3 * k + 3])
     }
@@ -122,16 +124,17 @@ impl Cable {
         }
     }
 
-    /// Signs of the guides of segment `s` in its vector: a pull point that is fixed does not move.
+    /// Signs with which the guides of segment `s` enter its vector; a fixed pull point does not move and has none.
     fn signs(&self, s: usize) -> &'static [f64] {
         if self.ends(s).len() == 1 { &[1.0] } else { &[-1.0, 1.0] }
     }
 
-    /// Length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l by w, all times `factor` but the length.
+    /// Writes the length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l with respect to w; gradient and Hessian are multiplied by
+    /// `factor`.
     ///
     /// # Errors
     ///
-    /// [`EvalError::Degenerate`] of a segment without a length, which has no direction.
+    /// [`EvalError::Degenerate`] for a segment of zero length, which has no direction.
     pub fn segment(
         &self,
         w: &[f64],
@@ -209,9 +212,9 @@ pub struct CableLength {
     pub shortening: Signal,
     /// L₀ \[m\]
     pub rest: f64,
-    /// L₀/EA \[m/N\], 0 of a cable that does not stretch
+    /// L₀/EA \[m/N\], 0 for an inextensible cable
     pub compliance: f64,
-    /// T_max \[N\] at which the drive yields, infinite if it never does
+    /// T_max \[N\] at which the drive yields, infinite if it does not yield
     pub most: f64,
 }
 

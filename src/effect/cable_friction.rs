@@ -1,16 +1,16 @@
-//! Cable with friction at its guides by the capstan law (Euler 1769, Eytelwein 1808): T_{k−1}/T_k = e^{±μβ_k} where the cable
-//! slips, anything between where it sticks.
+//! Cable with friction at its guides by the capstan equation (Euler 1769, Eytelwein 1808): T_{k−1}/T_k = e^{±μβ_k} where the cable slips, and any
+//! value in between where it sticks.
 //!
-//! Each segment s has a tension T_s, the multiplier of its constraint g_s = l₀_s + T_s l₀_s/EA − l_s(x). The cable that has passed
-//! guide k towards the pull point since the start is a_k = Σ_{s≥k} g_s, and the cable taken in at the pull point is
-//! a_0 = d(t) + Σ_s g_s, g_0 holding −d(t) besides. So the laws of the n constraints are, with the slip Δa_k over the step,
+//! Each segment s has a tension T_s, the multiplier of its constraint g_s = l₀_s + T_s l₀_s/EA − l_s(x). The length of cable that has passed guide k
+//! towards the pull point since the start is a_k = Σ_{s≥k} g_s, and the length taken in at the pull point is a_0 = d(t) + Σ_s g_s, since g_0 also
+//! contains −d(t). With the slip Δa_k over the step, the laws of the n constraints are
 //!
 //! pull point: Σ_s g_s = 0 while 0 ≤ T_0 ≤ T_max, or T_0 = T(t);
 //! guide k: Δa_k = 0 while e^{−μβ_k} ≤ T_{k−1}/T_k ≤ e^{μβ_k}; T_{k−1} = e^{μβ_k} T_k while Δa_k ≥ 0; T_k = e^{μβ_k} T_{k−1} while Δa_k ≤ 0.
 //!
-//! The wrap angle β_k between segments k−1 and k is a constraint of its own that exerts no force, so that its change enters Newton's step. The slip is a
-//! function of x and T: the state needs no further history. Work and loss: T_0 Δa_0 goes in, Σ (T_{k−1} − T_k) Δa_k ≥ 0 is lost.
-//! Limits: β_k has a kink where the cable is straight, and its gradient is taken as zero there.
+//! The wrap angle β_k between segments k−1 and k is a separate constraint that exerts no force, so that its change enters the Newton step. The slip
+//! is a function of x and T: the state needs no further history. Energy: the drive does the work T_0 Δa_0, and Σ (T_{k−1} − T_k) Δa_k ≥ 0 is
+//! dissipated. Limits: β_k has a kink where the cable is straight; its gradient is taken as zero there.
 
 use super::cable::Cable;
 use crate::math::signal::{Clock, Signal};
@@ -21,19 +21,19 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// Tensions below this share of the largest effect's Σ_e ‖r_e‖ are judged by their size and not by their ratio.
+/// Tension relative to the largest Σ_e ‖r_e‖ of an effect, below which tensions are judged by their size and not by their ratio \[–\].
 const FAINT: f64 = 1e-3;
 
 /// The drive of a cable with friction.
 #[derive(Clone, Debug)]
 pub enum Pull {
-    /// d(t) \[m\], and T_max \[N\] at which the drive yields, infinite if it never does
+    /// d(t) \[m\], and T_max \[N\] at which the drive yields, infinite if it does not yield
     Length { shortening: Signal, most: f64 },
     /// T(t) \[N\]
     Tension(Signal),
 }
 
-/// Data that the constraints of one cable share.
+/// Data shared by the constraints of one cable.
 struct Rope {
     cable: Arc<Cable>,
     pull: Pull,
@@ -45,8 +45,8 @@ struct Rope {
     rest: Vec<f64>,
 }
 
-/// The constraints of a cable with friction, in their order: n segments, then the wrap angles of the n − 1 guides between them.
-/// `softness` is 1/EA \[1/N\].
+/// Returns the constraints of a cable with friction, in this order: the n segments, then the wrap angles of the n − 1 guides between them. `softness`
+/// is 1/EA \[1/N\].
 pub fn constraints(cable: Arc<Cable>, pull: Pull, friction: f64, softness: f64) -> Vec<Box<dyn Constraint>> {
     let rest = cable.lengths_at_rest();
     let n = rest.len();
@@ -61,7 +61,7 @@ impl Rope {
     }
 }
 
-/// One segment: its length, and the law of its tension against the one before.
+/// The constraint of one segment: its length, and the law that relates its tension to that of the previous segment.
 struct Segment {
     rope: Arc<Rope>,
     s: usize,
@@ -74,13 +74,13 @@ impl Segment {
         Self { rope, s, blocks }
     }
 
-    /// Indices of the constraint of the first segment, and of those from this segment on, where `c` is the index of this one.
+    /// Returns the index of the constraint of the first segment and the range of the segments from this one on, given the index `c` of this one.
     fn places(&self, c: usize) -> (usize, std::ops::Range<usize>) {
         let first = c - self.s;
         (first, c..first + self.rope.rest.len())
     }
 
-    /// The law of the guide before this segment.
+    /// The friction law of the guide at the start of this segment.
     fn guide(&self, c: usize, all: &ConstraintValues) -> Vec<LawPiece> {
         let (first, rest) = self.places(c);
         let slip = LinearFunction::gap(all, rest.clone(), self.rope.total()).less(all.old[rest].iter().sum());
@@ -147,7 +147,7 @@ impl Constraint for Segment {
             }
             Pull::Tension(tension) => {
                 let mut equation = LinearFunction::multiplier(all, c, tension.at(all.now).max(0.0));
-                // A tension that is rounding, as at the end of a cosine, is as good as none.
+                // A tension of the size of rounding, as at the end of a cosine, counts as zero.
                 equation.scale += FAINT * all.force;
                 vec![LawPiece { equation, inequalities: Vec::new() }]
             }
@@ -164,7 +164,7 @@ impl Constraint for Segment {
     }
 }
 
-/// The wrap angle β_k of the guide between segments k − 1 and k; one block, of the guides at their ends.
+/// The wrap angle β_k of the guide between segments k − 1 and k. Its single block contains the guides at the ends of both segments.
 struct WrapAngle {
     rope: Arc<Rope>,
     k: usize,
@@ -204,7 +204,7 @@ impl Constraint for WrapAngle {
         Some(&self.rope.cable.means)
     }
 
-    /// β = ∠(d_{k−1}, d_k), ∂β/∂d_a = −e_a/‖d_a‖ with the unit vector e_a across d_a towards the other direction.
+    /// β = ∠(d_{k−1}, d_k) and ∂β/∂d_a = −e_a/‖d_a‖, where the unit vector e_a is perpendicular to d_a and points towards the other direction.
     fn eval(&self, w: &[f64], _b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let cable = &self.rope.cable;
         let d = [self.k - 1, self.k].map(|s| cable.direction(w, s));
@@ -220,7 +220,7 @@ impl Constraint for WrapAngle {
             let across = tau[1 - a] - tau[a] * tau[a].dot(&tau[1 - a]);
             across.try_normalize(0.0).map_or(Vec3::zeros(), |e| -e / d[a].norm())
         };
-        // d_{k−1} runs to the guide itself, d_k from it to the next one; before the first guide there may be the pull point.
+        // d_{k−1} ends at the guide, d_k starts there; the point before the first guide may be the pull point.
         let (before, after) = (gradient(0), gradient(1));
         let of_guides = [-before, before - after, after];
         for (r, gradient) in out.r.chunks_exact_mut(3).zip(&of_guides[3 - self.blocks.nodes(0).len()..]) {

@@ -6,20 +6,20 @@
 //!
 //! For a closed surface V is the volume inside and −∫ N_a n dA its gradient: p ∂V/∂x are the follower forces of the
 //! pressure, which therefore have the potential −p V and a symmetric tangent (Schweizerhof & Ramm, Comput. Struct. 18,
-//! 1984). The same holds for an open surface whose rim is held, or slides in planes through o: the cones between the rim
-//! and o do not change. V then is the volume of the cones, and of the cavity up to a constant.
+//! 1984). This also holds for an open surface whose rim is held or slides in planes through o: the cones between the rim and o do not change. V is
+//! then the volume of the cones, which equals the volume of the cavity up to a constant.
 //!
-//! A plane that does not contain o would add the cone over a cap that changes. Where the rim slides in two parallel planes
-//! x_k = const, the field of the flux, ⅓ (x − o), is therefore replaced by W (x − o) with W diagonal, tr W = 1 and W_kk = 0: its
-//! divergence is 1 too, and nothing flows through planes x_k = const. V is the volume between the two planes.
+//! A rim in a plane that does not contain o would add a cone over a cap of changing area. If the rim slides in two parallel planes x_k = const, the
+//! field ⅓ (x − o) is therefore replaced by W (x − o) with W diagonal, tr W = 1 and W_kk = 0: its divergence is also 1, and its flux through planes
+//! x_k = const is zero. V is the volume between the two planes.
 //!
-//! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed growth it is the exact constraint
-//! g = V(x) − V₀ − ΔV(t) = 0, and the multiplier is the pressure. A limit point of the pressure is passed by volume.
-//! The integrals are exact on tet4 and curved tet10 facets (a polynomial of degree 4).
+//! Under a prescribed pressure the cavity is the load −p(t) V; under a prescribed change of volume it is the exact constraint g = V(x) − V₀ − ΔV(t) =
+//! 0, whose multiplier is the pressure. Volume control passes limit points of the pressure. The integrals are exact on tet4 and curved tet10 facets
+//! (a polynomial of degree 4).
 //!
-//! A surface that is not made of facets follows the body by x_v = X_v + Σ_i w_vi u_i. V is that of its flat triangles, and gradient and
-//! Hessian follow by the chain rule: with A the matrix of the weights, Aᵀ ∂V/∂x_v and Aᵀ ∂²V/∂x_v² A. So the work of the pressure on the nodes
-//! is p dV to rounding, and the resultant and its moment are those on the surface (Σ_i w_vi = 1, Σ_i w_vi X_i = X_v).
+//! A surface that does not consist of facets follows the body by x_v = X_v + Σ_i w_vi u_i. V is the volume of its flat triangles, and gradient and
+//! Hessian follow by the chain rule: with the matrix A of the weights they are Aᵀ ∂V/∂x_v and Aᵀ ∂²V/∂x_v² A. The work of the pressure on the nodes
+//! is therefore p dV to rounding, and the resultant and its moment equal those on the surface (Σ_i w_vi = 1, Σ_i w_vi X_i = X_v).
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
@@ -31,7 +31,7 @@ use crate::system::{
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Shape functions of a facet at a quadrature point, with the weight.
+/// Shape functions of a facet at a quadrature point, and the weight of the point.
 pub(super) struct FacetPoint {
     pub weight: f64,
     pub n: [f64; 6],
@@ -49,12 +49,12 @@ pub struct VolumeField {
 }
 
 impl VolumeField {
-    /// The field ⅓ (x − o) of cones that start in o.
+    /// The field ⅓ (x − o) of cones with their apex at o.
     pub fn cones(origin: Vec3) -> Self {
         Self { origin, weights: Vec3::repeat(1.0 / 3.0) }
     }
 
-    /// The field that does not flow along the axes that are `closed`; none where all of them are.
+    /// The field without flux along the axes that are `closed`; `None` if all are closed.
     pub fn across(origin: Vec3, closed: [bool; 3]) -> Option<Self> {
         let open = closed.iter().filter(|closed| !**closed).count();
         let weights = Vec3::from_fn(|k, _| if closed[k] { 0.0 } else { 1.0 / open as f64 });
@@ -72,12 +72,12 @@ pub struct Cavity {
     points: Vec<FacetPoint>,
     /// Nodes of a facet
     nodes: usize,
-    /// \[blocks × nodes of the block\] weights of the node in the three vertices, of a surface that follows the body
+    /// \[blocks × nodes of the block\] weights of the node in the three vertices, for a surface that follows the body
     carried: Option<Vec<Vec<[f64; 3]>>>,
 }
 
 impl Cavity {
-    /// A cavity on boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
+    /// Builds a cavity on boundary facets of the body; the flux of the field through a plane in which the rim slides must be zero.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], field: VolumeField) -> Self {
         let lists = || facets.iter().map(|&f| mesh.facet(f as usize));
         let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
@@ -85,14 +85,15 @@ impl Cavity {
         Self { name, field, blocks, reference, points, nodes, carried: None }
     }
 
-    /// A cavity on the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
+    /// Builds a cavity on the triangles of a surface, oriented outward from the volume that it encloses; each vertex follows the (node, weight) pairs
+    /// of its list.
     pub fn on_surface(
         name: String,
         (vertices, triangles): (&[Vec3], &[[u32; 3]]),
         weights: &[Vec<(u32, f64)>],
         field: VolumeField,
     ) -> Self {
-        // Outward of the body is into the volume
+        // Outward from the body means into the volume.
         let inward = || triangles.iter().map(|&[a, b, c]| [a, c, b]);
         let reference = inward().flatten().map(|k| vertices[k as usize]).collect();
         let by_node = |corners: [u32; 3]| {
@@ -129,7 +130,7 @@ impl Cavity {
         (0..self.blocks.len()).map(|b| self.facet_volume(x, b)).sum()
     }
 
-    /// ∂V/∂x \[m²\]: (unknown, derivative), a facet after the other.
+    /// Returns ∂V/∂x \[m²\] as (unknown, derivative), facet by facet.
     pub fn volume_gradient(&self, x: &[f64]) -> Vec<(u32, f64)> {
         let mut out = Vec::new();
         for b in 0..self.blocks.len() {
@@ -140,7 +141,7 @@ impl Cavity {
         out
     }
 
-    /// Position of node `a` of facet `b` from o \[m\].
+    /// Position of node `a` of facet `b` relative to o \[m\].
     fn position(&self, x: &[f64], b: usize, a: usize) -> Vec3 {
         let motion = |node: u32| Vec3::from_column_slice(&x[3 * node as usize..][..3]);
         let moved = match &self.carried {
@@ -166,7 +167,7 @@ impl Cavity {
         self.points.iter().map(cone).sum()
     }
 
-    /// −V of facet `b`; gradient and Hessian of it times `factor`.
+    /// Writes −V of facet `b`, and its gradient and Hessian times `factor`.
     fn facet(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut BlockValues) {
         let Some(weights) = &self.carried else { return self.by_corners(x, b, factor, want, out) };
         let mut own = BlockValues::new(9);
@@ -177,7 +178,7 @@ impl Cavity {
         }
     }
 
-    /// The same with the unknowns of the corners of the facet.
+    /// Writes −V of facet `b`, and its gradient and Hessian times `factor`, with respect to the displacements of the facet's corners.
     fn by_corners(&self, x: &[f64], b: usize, factor: f64, want: Want, out: &mut BlockValues) {
         out.energy = -self.facet_volume(x, b);
         if want == Want::Energy {
@@ -211,10 +212,10 @@ impl Cavity {
     }
 }
 
-/// Takes gradient and Hessian by three vertices to the nodes that move them.
+/// Transforms gradient and Hessian with respect to three vertices to the nodes that move them.
 fn carry(own: &BlockValues, weights: &[[f64; 3]], want: Want, out: &mut BlockValues) {
     let n = 3 * weights.len();
-    // Only the lower part is given
+    // Only the lower triangle is given.
     let hessian = |row: usize, column: usize| own.k[9 * row.max(column) + row.min(column)];
     for (a, of) in weights.iter().enumerate() {
         for i in 0..3 {
@@ -244,11 +245,11 @@ fn facet_points(order: Order) -> Vec<FacetPoint> {
     rule.points.iter().zip(&rule.weights).map(point).collect()
 }
 
-/// (i, j, k, ε_ijk) where it is not zero.
+/// (i, j, k, ε_ijk) for the nonzero ε_ijk.
 pub(super) const CYCLES: [(usize, usize, usize, f64); 6] =
     [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];
 
-/// Cavity under a prescribed pressure p(t) \[Pa\]; a negative one is a vacuum.
+/// Cavity under a prescribed pressure p(t) \[Pa\]; a negative pressure is a vacuum.
 pub struct CavityPressure {
     pub cavity: Arc<Cavity>,
     pub pressure: Signal,
@@ -291,13 +292,13 @@ impl PolynomialLoad for CavityPressure {
     }
 }
 
-/// Cavity whose volume grows by ΔV(t) \[m³\].
+/// Cavity whose volume changes by a prescribed ΔV(t) \[m³\].
 pub struct CavityVolume {
     pub cavity: Arc<Cavity>,
     pub growth: Signal,
     /// V₀ \[m³\]
     pub rest: f64,
-    /// Volume that g is compared with \[m³\]
+    /// Volume to which g is related \[m³\]
     pub scale: f64,
 }
 

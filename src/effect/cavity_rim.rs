@@ -1,12 +1,12 @@
-//! Rim of an open cavity that is held, or slides in planes.
+//! Rim of an open cavity that is held or slides in planes.
 //!
 //! ```text
-//! δV = −∫ δx·n dA + ∮ δx·(v × dx)                         v the field of the volume, the rim in the sense of the facets
+//! δV = −∫ δx·n dA + ∮ δx·(v × dx)                         v: field of the volume, rim oriented by its facets
 //! c_a = ∂V/∂x_a + ∫ N_a n dA = ∮ N_a v × dx
 //! ```
 //!
-//! By Stokes' theorem. c is zero at free unknowns, so that p ∂V/∂x and the forces −p ∫ N_a n dA of the pressure on the wall have the same equilibria. At the
-//! unknowns that are held they differ: what holds the rim against the pressure on the wall is the residual with −p ∂V/∂x, and p c in addition.
+//! by Stokes' theorem. c is zero at free unknowns, so that p ∂V/∂x and the forces −p ∫ N_a n dA of the pressure on the wall have the same equilibria.
+//! At held unknowns they differ: the reaction that holds the rim against the pressure on the wall is the residual with −p ∂V/∂x plus p c.
 
 use super::cavity::VolumeField;
 use super::open_cavity::{GAUSS, edge_shape};
@@ -14,7 +14,8 @@ use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::system::Blocks;
 
-/// The mean place of edges by their length \[m\], the mid-node last; none without edges. In a plane where they are: exactly, however they are parted.
+/// Returns the mean position of edges, weighted by their length \[m\], with the mid-node last; `None` without edges. Edges in a plane have their mean
+/// exactly in it, however they are divided.
 pub fn middle_of_edges(mesh: &TetMesh, edges: &[&Vec<u32>]) -> Option<Vec3> {
     let (mut length, mut moment) = (0.0, Vec3::zeros());
     for edge in edges {
@@ -29,7 +30,8 @@ pub fn middle_of_edges(mesh: &TetMesh, edges: &[&Vec<u32>]) -> Option<Vec3> {
     (length > 0.0).then(|| moment / length)
 }
 
-/// The flux \[m³\] of a field through the cones from a place over edges in the sense of their facets, the mid-node last: out of the cavity behind the facets.
+/// Returns the flux \[m³\] of a field through the cones from a point over edges, oriented by their facets, with the mid-node last: positive out of
+/// the cavity behind the facets.
 pub fn flux_through_cones(mesh: &TetMesh, edges: &[&Vec<u32>], from: Vec3, field: &VolumeField) -> f64 {
     let flow = |v: Vec3| field.weights.component_mul(&v);
     let mut flux = 0.0;
@@ -45,7 +47,7 @@ pub fn flux_through_cones(mesh: &TetMesh, edges: &[&Vec<u32>], from: Vec3, field
     flux
 }
 
-/// The edges of a rim, with the field that measures the volume behind it.
+/// The edges of a rim, and the field that measures the volume behind it.
 pub struct CavityRim {
     field: VolumeField,
     edges: Blocks,
@@ -53,7 +55,7 @@ pub struct CavityRim {
     reference: Vec<Vec3>,
 }
 
-/// A point of an edge: weight, node functions and their slopes, v, and dx.
+/// A point of an edge: weight, shape functions and their derivatives, v, and dx.
 struct EdgePoint {
     weight: f64,
     shape: [f64; 3],
@@ -63,7 +65,7 @@ struct EdgePoint {
 }
 
 impl CavityRim {
-    /// A rim of edges in the sense of their facets, the mid-node last.
+    /// Builds a rim from edges oriented by their facets, with the mid-node last.
     pub fn new(mesh: &TetMesh, edges: &[Vec<u32>], field: VolumeField) -> Self {
         let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();
         Self { field, edges: Blocks::new(edges.iter().map(Vec::as_slice)), reference }
@@ -83,7 +85,7 @@ impl CavityRim {
         })
     }
 
-    /// c \[m²\]: (unknown, value), an edge after the other.
+    /// Returns c \[m²\] as (unknown, value), edge by edge.
     pub fn excess(&self, x: &[f64]) -> Vec<(u32, f64)> {
         let mut out = Vec::new();
         for b in 0..self.edges.len() {
@@ -96,7 +98,7 @@ impl CavityRim {
         out
     }
 
-    /// The gradient of Σ w c \[m\] for weights w of the unknowns: (unknown, derivative).
+    /// Returns the gradient of Σ w c \[m\] for weights w of the unknowns, as (unknown, derivative).
     pub fn gradient(&self, x: &[f64], weight: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
         let mut out = Vec::new();
         for b in 0..self.edges.len() {
@@ -131,7 +133,8 @@ mod tests {
         out
     }
 
-    /// c against ∂V/∂x + ∫ N n dA of the facets, and its derivatives against central differences, which are exact for a quadratic function; rounding 1e-13.
+    /// Compares c with ∂V/∂x + ∫ N n dA of the facets, and its derivatives with central differences, which are exact for a quadratic function;
+    /// rounding is 1e-13.
     #[test]
     fn the_line_integral_is_that_of_the_facets() {
         for order in [Order::Linear, Order::Quadratic] {

@@ -1,6 +1,5 @@
-//! Integrals over cells: deformation gradient at the quadrature points, and the way back to r_e and K_e.
-//!
-//! One cell at a time, or [`LANES`] cells side by side by the same formulae.
+//! Integrals over cells: the deformation gradient at the quadrature points, and r_e and K_e from stress and tangent there, for one cell at a time or
+//! for [`LANES`] cells side by side by the same formulae.
 
 use crate::material::{LaneResponse, Law};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
@@ -30,7 +29,7 @@ pub struct CellPoints {
 }
 
 impl CellPoints {
-    /// One point for tet4, four for tet10: exact for the linear elastic stiffness of straight cells.
+    /// Builds the points of the cells: one per tet4, four per tet10, which is exact for the linear elastic stiffness of straight-sided cells.
     pub fn new(mesh: &TetMesh, cells: &[u32]) -> Self {
         let rule = quadrature::tet(if mesh.order == Order::Linear { 1 } else { 2 });
         let (nodes, points) = (mesh.order.cell_nodes(), rule.points.len());
@@ -59,7 +58,7 @@ impl CellPoints {
         self.points
     }
 
-    /// The index in the mesh of each of these cells of the region, and at each of its points the weight \[m³\] and F.
+    /// Returns, for each of these cells of the region, its index in the mesh and, at each of its points, the weight \[m³\] and F.
     pub fn deformation<'a>(
         &'a self,
         x: &'a [f64],
@@ -76,7 +75,7 @@ impl CellPoints {
         &self.reference
     }
 
-    /// T ∂N_a/∂X of each node at point `q` of block `b`.
+    /// Returns T ∂N_a/∂X for each node at point `q` of block `b`.
     pub fn contract<'a>(&'a self, b: usize, q: usize, t: &'a Mat3) -> impl Iterator<Item = [f64; 3]> + 'a {
         let times = |g: [f64; 3]| std::array::from_fn(|i| t[(i, 0)] * g[0] + t[(i, 1)] * g[1] + t[(i, 2)] * g[2]);
         self.gradients(b, q).map(times)
@@ -107,7 +106,7 @@ impl CellPoints {
         Mat3::from_row_slice(&f)
     }
 
-    /// ∫ ψ(F) dV of block `b` with r_e and K_e, where a row of K_e has `stride` entries; `name` is the effect's, for its errors.
+    /// Adds ∫ ψ(F) dV of block `b`, with r_e and K_e, where a row of K_e has `stride` entries; `name` is the name of the effect, for its errors.
     #[expect(clippy::too_many_arguments, reason = "a law, a place, and where they go")]
     pub fn integrate(
         &self,
@@ -131,7 +130,7 @@ impl CellPoints {
         Ok(())
     }
 
-    /// The same for the [`LANES`] blocks from `first` on, a multiple of [`LANES`].
+    /// Adds ∫ ψ(F) dV with r_e and K_e of the [`LANES`] blocks from `first` on, a multiple of [`LANES`].
     pub fn integrate_batch(
         &self,
         law: &dyn Law,
@@ -158,8 +157,8 @@ impl CellPoints {
         })
     }
 
-    /// Adds the forces of the [`LANES`] blocks from `first` on and sets K_e on their nodes, where a row of K_e has `stride` entries: `respond` gives
-    /// P and A at a point of this weight.
+    /// Adds the forces of the [`LANES`] blocks from `first` on and sets K_e on their nodes, where a row of K_e has `stride` entries; `respond`
+    /// computes P and A at a point, given its index and its weights.
     pub fn each_point(
         &self,
         first: usize,
@@ -182,7 +181,7 @@ impl CellPoints {
         Ok(())
     }
 
-    /// Displacements of the nodes, N at most, of the [`LANES`] blocks from `first` on.
+    /// Displacements of the nodes, at most N, of the [`LANES`] blocks from `first` on.
     pub fn displacements<const N: usize>(&self, x: &[f64], first: usize) -> [[Lanes; 3]; N] {
         let mut u = [[Lanes::ZERO; 3]; N];
         for lane in 0..LANES {
@@ -194,7 +193,7 @@ impl CellPoints {
         u
     }
 
-    /// F by rows at point `q` of these blocks.
+    /// Returns F at point `q` of the [`LANES`] blocks from `first` on, row by row.
     pub fn deformation_gradients(&self, u: &[[Lanes; 3]], first: usize, q: usize) -> [Lanes; 9] {
         let mut f = IDENTITY.map(Lanes::of);
         widest(Deformation { u, gradients: self.gradients_of_batch(first, q), f: &mut f });
@@ -206,7 +205,7 @@ impl CellPoints {
         self.gradients_of_group(first / LANES, q)
     }
 
-    /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
+    /// Adds r_e += w P ∂N/∂X and K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
     #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
     pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut BlockValues) {
         let weights = [self.weight(b, q)];
@@ -221,10 +220,10 @@ impl CellPoints {
     }
 }
 
-/// I by rows.
+/// The identity tensor, row by row.
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// F += u ⊗ ∂N/∂X, F by rows.
+/// Adds u ⊗ ∂N/∂X to F, given row by row.
 #[inline(always)]
 fn add_gradient<S: Real>(f: &mut [S; 9], u: [S; 3], g: [S; 3]) {
     for i in 0..3 {
@@ -249,7 +248,8 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-/// r_e += Σ_q w P ∂N/∂X, K_e = Σ_q w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
+/// The kernel that computes r_e += Σ_q w P ∂N/∂X and K_e = Σ_q w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride`
+/// entries.
 struct Forces<'a> {
     /// \[points × nodes\]
     gradients: &'a [[Lanes; 3]],
@@ -279,7 +279,7 @@ impl Kernel for Forces<'_> {
     }
 }
 
-/// Points of a block, or of several side by side, and the shape of its sums.
+/// Points of one block, or of several side by side, and the layout of K_e.
 struct Place<'a, S> {
     /// \[points × nodes\] ∂N_a/∂X \[1/m\]
     gradients: &'a [[S; 3]],
@@ -290,7 +290,7 @@ struct Place<'a, S> {
     want: Want,
 }
 
-/// Adds the forces of N nodes with P and A at Q points; `put` takes each entry of K and its sum over the points.
+/// Adds the forces on N nodes from P and A at Q points; `put` receives each entry of K and its sum over the points.
 #[inline(always)]
 fn scatter<S: Real, const N: usize, const Q: usize>(
     place: &Place<S>,

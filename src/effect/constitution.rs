@@ -1,4 +1,4 @@
-//! The parts of an elastic effect from which its forces at a point follow.
+//! The parts of an elastic effect that determine its forces at a point.
 
 use super::cell::CellPoints;
 use crate::material::LawCard;
@@ -10,7 +10,7 @@ pub struct Constitution<'a> {
     /// The whole law
     pub law: LawCard,
     pub points: &'a CellPoints,
-    /// Those of the effect
+    /// Blocks of the effect
     pub blocks: &'a Blocks,
     pub pressure: Option<PressureField<'a>>,
 }

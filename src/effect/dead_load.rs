@@ -1,9 +1,9 @@
 //! Dead load: a force of fixed direction on a weighted mean of nodes, φ = −Σ_i w_i d·u_i per unit of s(t), r_i = −s w_i d.
 //!
-//! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) \[N\] there: the
-//! embedded point moves as Σ w_i u_i, and the transpose of that map takes the force to the nodes, so that its power is the
-//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) \[Pa\] per reference area, with w_i = ∫ ρ N_i dV a weight. The direction does not turn with
-//! the body; a pressure that follows the surface is a cavity.
+//! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) \[N\] there: the embedded point moves as Σ w_i
+//! u_i, and the transpose of that map distributes the force to the nodes, so that the power is the same. With w_i = ∫ N_i dA it is a traction s(t)
+//! \[Pa\] per reference area, with w_i = ∫ ρ N_i dV a weight. The direction does not rotate with the body; for a pressure that follows the surface
+//! use a cavity.
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
@@ -20,14 +20,14 @@ pub struct DeadLoad {
 }
 
 impl DeadLoad {
-    /// (node, w_i): of an embedded point or patch, areas or masses; `direction` is a unit vector, `intensity` its signal \[N\], \[Pa\] or
-    /// \[m/s²\].
+    /// Builds a load from pairs (node, w_i) of an embedded point or patch, areas or masses; `direction` is a unit vector, `intensity` the signal s
+    /// \[N\], \[Pa\] or \[m/s²\].
     pub fn new(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
         let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
         Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }
     }
 
-    /// Residual per unit of intensity.
+    /// Residual of component `i` on block `b` per unit of intensity.
     fn unit(&self, b: usize, i: usize) -> f64 {
         -self.weights[b] * self.direction[i]
     }

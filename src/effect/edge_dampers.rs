@@ -1,9 +1,9 @@
 //! Dampers on the edges of a mesh, the damping part of a mass–spring–damper body: r_j = c l̇ τ with l̇ = (l − lₙ)/Δt,
 //! K = (c/Δt)(ττᵀ + (1 − lₙ/l)(I − ττᵀ)).
 //!
-//! Objective, with a symmetric exact tangent (it derives from the incremental potential ½ c Δt l̇²); of first order in Δt
-//! under every integrator, as viscous damping is. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent. At the start of a stage, where
-//! no time has passed, it is the rate: there x is xₙ, and τ and l are those of xₙ.
+//! Objective, with an exact symmetric tangent (it derives from the incremental potential ½ c Δt l̇²); first-order accurate in Δt with every
+//! integrator, as is viscous damping. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent. At the start of a stage, when no time has passed, that
+//! rate is used: there x = xₙ, and τ and l belong to xₙ.
 
 use super::damping_work::work;
 use super::edges::{Edges, add_force, longer};
@@ -20,7 +20,7 @@ pub struct EdgeDampers {
 }
 
 impl EdgeDampers {
-    /// The same c \[N s/m\] on the edges of some cells.
+    /// Puts dampers with the constant c \[N s/m\] on all edges of some cells.
     pub fn new(mesh: &TetMesh, cells: &[u32], c: f64) -> Self {
         Self { edges: Edges::of_cells(mesh, cells).0, c }
     }
@@ -69,8 +69,8 @@ impl Effect for EdgeDampers {
 }
 
 impl PastDerivative for EdgeDampers {
-    /// The force changes by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i); at the start of a stage n τ with n = c τ·(v_j − v_i) changes by
-    /// dn τ + n dτ.
+    /// Adds the change of the force by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i); at the start of a stage n τ with n = c τ·(v_j − v_i) changes by dn τ +
+    /// n dτ.
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         if at.is_static() {
             return Ok(());

@@ -1,11 +1,11 @@
 //! Springs on the edges of a mesh, the elastic part of a mass–spring–damper body: Π = Σ ½ k (l − l₀)², r_j = k (l − l₀) τ,
 //! K = k ττᵀ + k (1 − l₀/l)(I − ττᵀ).
 //!
-//! k is the same on every edge, as comparable simulators have it, or k = E Σ_T V_T / l₀² over the cells around the edge
-//! (Van Gelder 1998, the spatial form of his stiffness of triangle area over squared edge length). The second spreads 6 E V
-//! = Σ k l₀² over the body; with edges in all directions alike the small-strain tangent is then Hooke's with λ = μ = ⅖ E,
-//! Young's modulus E and ν = ¼, the only ν that central forces allow (Cauchy's relation λ = μ). On a given mesh it is
-//! anisotropic and differs from that. Linear cells only: springs along a straight chain do not hold a mid-node.
+//! k is the same on every edge, as in comparable simulators, or k = E Σ_T V_T / l₀² over the cells around the edge (Van Gelder 1998, the 3-D form of
+//! his stiffness of triangle area over squared edge length). The second spreads 6 E V = Σ k l₀² over the body; with edges distributed uniformly over
+//! all directions the small-strain tangent is then that of Hooke's law with λ = μ = ⅖ E, Young's modulus E and ν = ¼, the only ν that central forces
+//! allow (Cauchy's relation λ = μ). On a given mesh it is anisotropic and differs from this. Linear cells only: springs along a straight chain do not
+//! hold a mid-node.
 
 use super::edges::{Edges, add_force, longer};
 use crate::math::tensor::Vec3;
@@ -20,13 +20,13 @@ pub struct EdgeSprings {
 }
 
 impl EdgeSprings {
-    /// One stiffness k \[N/m\] on the edges of some cells. The body stiffens as 1/h when the mesh is refined.
+    /// Puts springs of one stiffness k \[N/m\] on the edges of some cells. The body stiffens as 1/h when the mesh is refined.
     pub fn uniform(mesh: &TetMesh, cells: &[u32], k: f64) -> Self {
         let (edges, around) = Edges::of_cells(mesh, cells);
         Self { edges, stiffness: vec![k; around.len()] }
     }
 
-    /// k = E Σ_T V_T / l₀² with E \[Pa\].
+    /// Puts springs of the stiffness k = E Σ_T V_T / l₀² on the edges of some cells, with E \[Pa\].
     pub fn of_modulus(mesh: &TetMesh, cells: &[u32], e: f64) -> Self {
         let (edges, around) = Edges::of_cells(mesh, cells);
         let stiffness =
@@ -34,7 +34,7 @@ impl EdgeSprings {
         Self { edges, stiffness }
     }
 
-    /// One stiffness k \[N/m\] between pairs of nodes.
+    /// Puts springs of one stiffness k \[N/m\] between pairs of nodes.
     pub fn between(points: &[Vec3], pairs: &[[u32; 2]], k: f64) -> Self {
         Self { edges: Edges::between(points, pairs), stiffness: vec![k; pairs.len()] }
     }

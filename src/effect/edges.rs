@@ -1,6 +1,6 @@
 //! Edges between nodes, for springs and dampers: d = D + u_j − u_i, l = ‖d‖, τ = d/l, with D = X_j − X_i.
 //!
-//! Everything is a function of l, so it does not see whether a cell is inverted.
+//! Everything is a function of l, so that an inverted cell is not detected.
 
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::TetMesh;
@@ -15,13 +15,13 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Each edge once, in the order given; both nodes of an edge are apart at rest.
+    /// Builds each edge once, in the given order; the two nodes of an edge must be distinct at rest.
     pub fn between(points: &[Vec3], pairs: &[[u32; 2]]) -> Self {
         let rest = pairs.iter().map(|&[i, j]| points[j as usize] - points[i as usize]).collect();
         Self { blocks: Blocks::new(pairs.iter().map(|p| &p[..])), rest }
     }
 
-    /// The edges between the corners of some cells, ascending, and next to each the volume of the cells around it \[m³\].
+    /// Returns the edges between the corners of some cells, in ascending order, and for each edge the volume of the cells around it \[m³\].
     pub fn of_cells(mesh: &TetMesh, cells: &[u32]) -> (Self, Vec<f64>) {
         let sides = |c: u32| {
             let nodes = mesh.cell(c as usize);
@@ -52,7 +52,7 @@ impl Edges {
         at(nodes[1]) - at(nodes[0])
     }
 
-    /// l \[m\] and τ of edge `b` where it is d; refuses an edge without a direction.
+    /// Returns l \[m\] and τ of edge `b` for its vector d; an error if the length is zero.
     pub fn direction(&self, effect: &str, b: usize, d: Vec3) -> Result<(f64, Vec3), EvalError> {
         let (l, nodes) = (d.norm(), self.blocks.nodes(b));
         if l == 0.0 {
@@ -62,7 +62,7 @@ impl Edges {
     }
 }
 
-/// r_e = n (−τ, τ) of a force n along an edge, and K_e of its slopes `along` = ∂n/∂l and `across` = n/l \[N/m\].
+/// Adds r_e = n (−τ, τ) of a force n along an edge, and K_e from the derivatives `along` = ∂n/∂l and `across` = n/l \[N/m\].
 pub fn add_force(tau: Vec3, n: f64, along: f64, across: f64, want: Want, out: &mut BlockValues) {
     for i in 0..3 {
         out.r[i] -= n * tau[i];
@@ -80,7 +80,7 @@ pub fn add_force(tau: Vec3, n: f64, along: f64, across: f64, want: Want, out: &m
     }
 }
 
-/// ‖a‖ − ‖b‖ without cancellation, from b and a − b.
+/// Returns ‖a‖ − ‖b‖ without cancellation, from b and a − b.
 pub fn longer(b: Vec3, difference: Vec3) -> f64 {
     let a = b + difference;
     difference.dot(&(a + b)) / (a.norm() + b.norm())

@@ -1,6 +1,6 @@
 //! Families of fibres spread over cells: Π = Σ_f ∫ ψ_f(F, a_f) dV, in addition to the elastic effect of the material between them.
 //!
-//! The direction a_f at rest belongs to a quadrature point, so it may follow a curved body. Formulae: [`FibreFamily`].
+//! The direction a_f at rest is given at each quadrature point, so that it can follow a curved body. Formulae: [`FibreFamily`].
 
 use super::cell::CellPoints;
 use super::stress::PointStress;
@@ -11,7 +11,7 @@ use crate::mesh::TetMesh;
 use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
-/// Families of the same constants on the cells of a region.
+/// Families of fibres with the same constants on the cells of a region.
 pub struct FibreFamilies {
     name: String,
     points: Arc<CellPoints>,
@@ -21,7 +21,7 @@ pub struct FibreFamilies {
 }
 
 impl FibreFamilies {
-    /// Families on cells; `directions` gives the unit vectors of the families at a place X \[m\].
+    /// Builds families on cells; `directions` returns the unit vectors of the families at a position X \[m\].
     pub fn new(
         name: String,
         mesh: &TetMesh,
@@ -41,7 +41,7 @@ impl FibreFamilies {
         all.zip(&self.directions).flat_map(|((_, f), directions)| directions.iter().map(move |a| (f * a).norm()))
     }
 
-    /// Sum over the families at point `q` of block `b`.
+    /// Sum of the responses of the families at point `q` of block `b`.
     fn response(&self, f: &Mat3, b: usize, q: usize, want: Want) -> Result<Response, LawError> {
         let mut sum = Response::energy(0.0);
         for a in &self.directions[b * self.points.points() + q] {

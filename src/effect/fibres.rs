@@ -5,25 +5,25 @@
 //! r_a = c_a N τ             K_ab = c_a c_b [EA/L ττᵀ + N/l (I − ττᵀ)]
 //! ```
 //!
-//! The engineering strain λ − 1 makes the tension linear in the elongation, as a tensile test gives EA (the truss of Crisfield,
-//! *Non-linear Finite Element Analysis of Solids and Structures* 1, 1991, ch. 3). l sees changes of length alone, so the fibre is
-//! objective. One that does not resist compression has N = 0 where λ < 1; Π is then continuously differentiable, K is not continuous.
+//! The engineering strain λ − 1 makes the tension linear in the elongation, so that a tensile test gives EA directly (the truss of Crisfield,
+//! *Non-linear Finite Element Analysis of Solids and Structures* 1, 1991, ch. 3). l depends on changes of length alone, so that the fibre is
+//! objective. A fibre that does not resist compression has N = 0 for λ < 1; Π is then continuously differentiable, but K is discontinuous.
 //!
-//! Limits: no bending stiffness, no slip. A line has no volume: as h → 0 it cuts into the body as ln 1/h.
+//! Limits: no bending stiffness, no slip. A line has no volume: as h → 0 it cuts into the body without bound, as ln 1/h.
 
 use super::edges::longer;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::collections::BTreeMap;
 
-/// A point of a fibre: its place X at rest \[m\], and (node, weight) with Σ w = 1 and Σ w X_a = X.
+/// A point of a fibre: its position X at rest \[m\], and (node, weight) with Σ w = 1 and Σ w X_a = X.
 pub type FibrePoint = (Vec3, Vec<(u32, f64)>);
 
-/// Fibres of one axial stiffness; a block is a segment.
+/// Fibres of one axial stiffness; each block is a segment.
 pub struct Fibres {
     name: String,
     blocks: Blocks,
-    /// c of the nodes of all blocks, block after block
+    /// c of the nodes of all blocks, block by block
     weights: Vec<f64>,
     /// \[blocks\] index in `weights` of the first node
     first: Vec<usize>,
@@ -35,7 +35,7 @@ pub struct Fibres {
 }
 
 impl Fibres {
-    /// Fibres on polylines of points that are apart. `compression` tells whether a segment pushes where it is shorter than at rest.
+    /// Builds fibres along polylines of distinct points. `compression` tells whether a segment pushes when it is shorter than at rest.
     pub fn new(name: String, lines: &[Vec<FibrePoint>], stiffness: f64, compression: bool) -> Self {
         let (mut nodes, mut weights, mut first, mut rest) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for pair in lines.iter().flat_map(|line| line.windows(2)) {
@@ -69,7 +69,7 @@ impl Fibres {
         if self.is_slack(stretch - 1.0) { 0.0 } else { self.stiffness * (stretch - 1.0) }
     }
 
-    /// The change of D at displacement x \[m\].
+    /// The change of the vector of segment `b` at displacement x \[m\].
     fn stretching(&self, x: &[f64], b: usize) -> Vec3 {
         let of_node = |(c, &node): (&f64, &u32)| *c * Vec3::from_column_slice(&x[3 * node as usize..][..3]);
         self.weights[self.first[b]..].iter().zip(self.blocks.nodes(b)).map(of_node).sum()

@@ -10,7 +10,7 @@ use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, E
 pub struct Gravity(DeadLoad);
 
 impl Gravity {
-    /// The weight of cells of the density `rho` \[kg/m³\]; `direction` is a unit vector, `acceleration` its signal \[m/s²\].
+    /// Builds the weight of cells of density `rho` \[kg/m³\]; `direction` is a unit vector, `acceleration` its signal \[m/s²\].
     pub fn new(mesh: &TetMesh, cells: &[u32], rho: f64, direction: Vec3, acceleration: Signal) -> Self {
         let rule = quadrature::tet(4);
         let mut nodal = vec![0.0; mesh.points.len()];

@@ -5,18 +5,18 @@ use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{Batch, BlockValues, Blocks, Want};
 
-/// Distribution of the mass of a region to its nodes.
+/// Distribution of the mass of a region among its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lumping {
     /// ∫ ρ N_a N_b dV, degree-4 rule on tet10
     Consistent,
     /// Diagonal of the consistent matrix scaled to the mass of the cell (Hinton, Rock & Zienkiewicz 1976)
     Lumped,
-    /// The same mass for each node, for comparison: it pulls the centre of mass towards refined parts
+    /// The same mass for each node, for comparison: it shifts the centre of mass towards refined regions
     Uniform,
 }
 
-/// Scalar mass matrix by blocks: cells, or single nodes when lumped.
+/// Scalar mass matrix in blocks: cells, or single nodes if lumped.
 pub struct Mass {
     pub blocks: Blocks,
     /// \[groups of blocks × n × n\] row by row, [`LANES`] blocks side by side \[kg\]
@@ -51,25 +51,25 @@ impl Mass {
         Self { blocks: Blocks::new(nodes.chunks(1)), entries: side_by_side(&entries), total }
     }
 
-    /// r_e += c M y, K_e += rate · c M on block `b`.
+    /// Adds r_e += c M y and K_e += rate · c M on block `b`.
     pub fn apply(&self, y: &[f64], b: usize, c: f64, rate: f64, want: Want, out: &mut BlockValues) {
         let (m, y) = (self.matrix(b), self.of_block(y, b));
         apply(&m, &y, [c, rate * c], want, &mut out.r, &mut out.k);
     }
 
-    /// ½ y·My of block `b`.
+    /// Returns ½ y·My of block `b`.
     pub fn energy(&self, y: &[f64], b: usize) -> f64 {
         energy(&self.matrix(b), &self.of_block(y, b))
     }
 
-    /// The same as [`Mass::apply`] on the [`LANES`] blocks from `first` on.
+    /// Adds r_e += c M y and K_e += rate · c M on the [`LANES`] blocks from `first` on, as [`Mass::apply`] does on one.
     pub fn apply_batch(&self, y: &[f64], first: usize, c: f64, rate: f64, want: Want, out: &mut Batch) {
         let y = self.of_batch(y, first);
         let y = &y[..self.blocks.nodes(first).len()];
         widest(Apply { m: self.matrices(first), y, factors: [c, rate * c], want, out });
     }
 
-    /// The same as [`Mass::energy`] of the [`LANES`] blocks from `first` on.
+    /// Returns ½ y·My of each of the [`LANES`] blocks from `first` on, as [`Mass::energy`] does for one.
     pub fn energy_of_batch(&self, y: &[f64], first: usize) -> Lanes {
         let y = self.of_batch(y, first);
         energy(self.matrices(first), &y[..self.blocks.nodes(first).len()])
@@ -101,7 +101,7 @@ impl Mass {
     }
 }
 
-/// Matrices of one size, [`LANES`] of them side by side.
+/// Arranges matrices of one size in groups of [`LANES`] side by side.
 fn side_by_side(matrices: &[Vec<f64>]) -> Vec<Lanes> {
     let size = matrices.first().map_or(0, Vec::len);
     let groups = matrices.chunks(LANES).flat_map(|group| {
@@ -125,7 +125,7 @@ impl Kernel for Apply<'_> {
     }
 }
 
-/// r += c M y, K += d M with the factors c and d.
+/// Adds r += c M y and K += d M with the factors c and d.
 #[inline(always)]
 fn apply<S: Real>(m: &[S], y: &[[S; 3]], factors: [f64; 2], want: Want, r: &mut [S], k: &mut [S]) {
     let (n, [c, d]) = (y.len(), factors.map(S::of));
@@ -141,7 +141,7 @@ fn apply<S: Real>(m: &[S], y: &[[S; 3]], factors: [f64; 2], want: Want, r: &mut 
     }
 }
 
-/// ½ y·My
+/// Returns ½ y·My.
 #[inline(always)]
 fn energy<S: Real>(m: &[S], y: &[[S; 3]]) -> S {
     let mut sum = S::of(0.0);

@@ -1,8 +1,8 @@
 //! Mean dilatation on tet10 (P2 displacement, P0 pressure, condensed): Π = Σ_cells ∫ ψ̃(F) dV + ½κ V Ḡ² with the cell mean
 //! Ḡ = (1/V) ∫ G(J) dV (Nagtegaal, Parks & Rice 1974; Simo, Taylor & Pister 1985).
 //!
-//! Positive definite wherever the law is, so the Cholesky path stays; one order less accurate in the pressure than
-//! Taylor–Hood. On tet4 it is the displacement formulation itself, and is refused there.
+//! Positive definite wherever the law is, so that Cholesky factorisation remains applicable; the pressure is one order less accurate than with
+//! Taylor–Hood. On tet4 it would be identical to the displacement formulation, and is refused.
 
 use super::cell::CellPoints;
 use super::mixed::add_pressure_tangent;
@@ -25,7 +25,7 @@ pub struct MeanDilatation {
 }
 
 impl MeanDilatation {
-    /// None for laws without a split, and on tet4.
+    /// Builds the effect; `None` for laws without a split, and on tet4.
     pub fn new(name: String, mesh: &TetMesh, cells: &[u32], law: &dyn Law) -> Option<Self> {
         let (rest, volumetric) = law.split()?;
         (mesh.order == Order::Quadratic).then(|| Self {
@@ -49,7 +49,7 @@ impl MeanDilatation {
     }
 }
 
-/// J − 1
+/// Returns J − 1.
 fn dilatation(f: &Mat3) -> f64 {
     det_minus_one(&(f - Mat3::identity()))
 }
@@ -142,7 +142,7 @@ impl Stressed for MeanDilatation {
         (0..self.points.points()).map(at).collect()
     }
 
-    /// Π is linear in ψ̃ and κ.
+    /// Derivative of the effect with respect to a constant of its law: Π is linear in ψ̃ and κ.
     fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
         let (rest, volumetric) = law.split().expect("the derivative of a law splits where the law does");
         let (name, hooke, points) = (self.name.clone(), law.small_strain(), self.points.clone());

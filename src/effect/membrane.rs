@@ -1,16 +1,16 @@
-//! Membrane: a thin sheet of a law in plane stress on facets, which it follows.
+//! Membrane: a thin sheet in plane stress that follows facets of the body.
 //!
 //! ```text
 //! F = f₁⊗E₁ + f₂⊗E₂ + g⊗E₃    f_α = E_α + Σ_a u_a ∂N_a/∂s_α    g such that P E₃ = 0        w(f₁, f₂) = min_g ψ(F)
 //! Π = t ∫ w dA    r_a = t ∫ P E_α ∂N_a/∂s_α dA    K_ab = t ∫ Â_αβ ∂N_a/∂s_α ∂N_b/∂s_β dA    Â_αβ = A_αβ − A_α3 A₃₃⁻¹ A_3β
 //! ```
 //!
-//! with the tangents E₁, E₂ and the normal E₃ of the facet at rest, coordinates s along the tangents, and A_αβ = ∂(P E_α)/∂f_β. g, the
-//! image of the normal, carries the change of thickness; it is found at each point by Newton's method and eliminated by static
-//! condensation, which is exact because P E₃ = 0 (Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6; Bonet & Wood, *Nonlinear Continuum
-//! Mechanics*, 2008, §8: membranes). Any law can be used; of an isotropic one g is normal to the sheet.
+//! with the tangents E₁, E₂ and the normal E₃ of the facet at rest, coordinates s along the tangents, and A_αβ = ∂(P E_α)/∂f_β. g, the image of the
+//! normal, contains the change of thickness; it is found at each point by Newton's method and eliminated by static condensation, which is exact
+//! because P E₃ = 0 (Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6; Bonet & Wood, *Nonlinear Continuum Mechanics*, 2008, §8: membranes). Any
+//! law can be used; for an isotropic law g is normal to the sheet.
 //!
-//! Limits: no bending stiffness and no mass, so that a compressed sheet wrinkles at the size of its facets ([`wrinkling`](super::wrinkling)).
+//! Limits: no bending stiffness and no mass, so that a compressed sheet wrinkles at the scale of its facets ([`wrinkling`](super::wrinkling)).
 
 use crate::material::{Law, LawError, Response};
 use crate::math::tensor::{Mat3, Vec3, perpendicular};
@@ -19,12 +19,12 @@ use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
-/// Most iterations for g; three or four are usual.
+/// Largest number of Newton iterations for g; three or four are usual.
 const MOST_ITERATIONS: usize = 60;
-/// Change of g below which the next one, its square, is below the rounding.
+/// Change of g at which the iteration ends: the next change, its square, is below rounding \[–\].
 const ENOUGH: f64 = 1e-8;
 
-/// Tangents, normal and weight of a point of a facet at rest.
+/// Tangents, normal and weight at a point of a facet at rest.
 struct Point {
     /// E₁, E₂, E₃
     frame: [Vec3; 3],
@@ -34,23 +34,23 @@ struct Point {
     gradients: [[f64; 2]; 6],
 }
 
-/// Response of the law at a point of the sheet.
+/// Response of the law at a point of the sheet, with the g that balances it.
 struct Balanced {
     g: Vec3,
     response: Response,
 }
 
-/// A point of the sheet at a state.
+/// Tangents, thickness and stress at a point of the sheet in a given state.
 struct StressedPoint {
     /// f₁, f₂
     tangents: [Vec3; 2],
-    /// Present thickness \[m\]
+    /// Current thickness \[m\]
     thickness: f64,
-    /// Principal Cauchy stresses, of which one is the zero across the sheet \[Pa\]
+    /// Principal Cauchy stresses; one of them is zero, across the sheet \[Pa\]
     stress: Vec3,
 }
 
-/// A sheet on facets; its blocks are the facets.
+/// A membrane on facets; each block is a facet.
 pub struct Membrane {
     name: String,
     law: Box<dyn Law>,
@@ -63,7 +63,7 @@ pub struct Membrane {
     points: Vec<Point>,
 }
 
-/// Largest and smallest quantities of a sheet.
+/// Extreme values of stretch, thickness and stress over a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MembraneExtremes {
     /// Smallest and largest principal stretch in the plane of the sheet
@@ -75,7 +75,8 @@ pub struct MembraneExtremes {
 }
 
 impl Membrane {
-    /// A membrane on facets; one point on those of tet4, three on those of tet10, which are exact for the linear stiffness of straight facets.
+    /// Builds a membrane on facets, with one point per linear facet and three per quadratic facet, which is exact for the linear stiffness of
+    /// straight facets.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], law: Box<dyn Law>, thickness: f64) -> Self {
         let rule = quadrature::tri(if mesh.order == Order::Linear { 1 } else { 2 });
         let of_facet = |&f: &u32| {
@@ -104,12 +105,12 @@ impl Membrane {
         Self { name, law, thickness, blocks, cells, points }
     }
 
-    /// ∂/∂θ of the sheet on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
+    /// Returns ∂/∂θ of the sheet on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     pub fn along(self: &Arc<Self>, law: Box<dyn Law>) -> Box<dyn Effect> {
         Box::new(MembraneAlong { of: self.clone(), law })
     }
 
-    /// Extremes over the points of the sheet at displacement x; none where no thickness balances the stress.
+    /// Returns the extremes over the points of the sheet at displacement x; `None` if the stress cannot be balanced by any thickness.
     pub fn extremes(&self, x: &[f64]) -> Option<MembraneExtremes> {
         let mut out =
             MembraneExtremes { stretch: [f64::INFINITY, 0.0], thickness: f64::INFINITY, stress: f64::NEG_INFINITY };
@@ -143,7 +144,8 @@ impl Membrane {
         self.of_block(b).iter().map(|point| point.area).sum()
     }
 
-    /// Largest compressive force per length in facet `b` at displacement x \[N/m\], 0 in tension; none where no thickness balances the stress.
+    /// Returns the largest compressive force per length in facet `b` at displacement x \[N/m\], 0 in tension; `None` if the stress cannot be balanced
+    /// by any thickness.
     pub(super) fn compression(&self, x: &[f64], b: usize) -> Option<f64> {
         self.of_block(b).iter().try_fold(0.0_f64, |most, point| {
             let StressedPoint { thickness, stress, .. } = self.stressed(x, b, point)?;
@@ -169,7 +171,7 @@ impl Membrane {
         &self.points[b * count..][..count]
     }
 
-    /// f_α − E_α.
+    /// Returns f_α − E_α.
     fn gradients(&self, x: &[f64], b: usize, point: &Point) -> [Vec3; 2] {
         [0, 1].map(|alpha| {
             let of_node = |(&k, g): (&u32, &[f64; 2])| Vec3::from_column_slice(&x[3 * k as usize..][..3]) * g[alpha];
@@ -177,14 +179,14 @@ impl Membrane {
         })
     }
 
-    /// g with P E₃ = 0, by Newton's method on ψ with halved steps where ψ would grow, and the response there.
+    /// Returns g with P E₃ = 0, found by Newton's method on ψ, where steps that would increase ψ are halved, and the response there.
     fn balance(&self, b: usize, point: &Point, h: [Vec3; 2], want: Want) -> Result<Balanced, EvalError> {
         let fail = |e: LawError| EvalError::of_law(&self.name, self.cells[b] as usize, e);
         let unbalanced = || EvalError::NoThickness { effect: self.name.clone(), cell: self.cells[b] as usize };
         let at = |g: &Vec3, want| self.law.eval(&deformation(point, h, g), want);
         let e3 = point.frame[2];
         let normal = (h[0] + point.frame[0]).cross(&(h[1] + point.frame[1]));
-        // The volume is kept.
+        // Initial value: the volume is conserved.
         let mut g = normal / normal.norm_squared();
         if !g.iter().all(|x| x.is_finite()) {
             return Err(unbalanced());
@@ -220,13 +222,13 @@ impl Membrane {
     }
 }
 
-/// F of f_α = E_α + h_α and g.
+/// Returns F from f_α = E_α + h_α and g.
 fn deformation(point: &Point, h: [Vec3; 2], g: &Vec3) -> Mat3 {
     let [e1, e2, e3] = &point.frame;
     Mat3::identity() + h[0] * e1.transpose() + h[1] * e2.transpose() + (g - e3) * e3.transpose()
 }
 
-/// ∂(P a)/∂(F b) = Σ A_iJkL a_J b_L.
+/// Returns ∂(P a)/∂(F b) = Σ A_iJkL a_J b_L.
 fn contract(response: &Response, a: &Vec3, b: &Vec3) -> Mat3 {
     Mat3::from_fn(|i, k| {
         let row = |j: usize| (0..3).map(|l| response.a[3 * i + j][3 * k + l] * b[l]).sum::<f64>();
@@ -288,7 +290,7 @@ impl Effect for Membrane {
     }
 }
 
-/// ∂/∂θ of a sheet: w changes by ∂ψ/∂θ at fixed g, and P E_α by ∂P/∂θ E_α − A_α3 A₃₃⁻¹ ∂P/∂θ E₃.
+/// The derivative ∂/∂θ of a sheet: w changes by ∂ψ/∂θ at fixed g, and P E_α by ∂P/∂θ E_α − A_α3 A₃₃⁻¹ ∂P/∂θ E₃.
 struct MembraneAlong {
     of: Arc<Membrane>,
     law: Box<dyn Law>,

@@ -4,12 +4,12 @@
 //!
 //! Π(u, p) = ∫ ψ̃(F) + p G(J) − p²/2κ dV − ½ Σ_cells (α/μ) ∫ (p − Πp)² dV,
 //!
-//! with p linear between the corners and continuous within groups of cells ([`PressureHosts`]). On tet10 this is the Taylor–Hood element, stable without the last
-//! term (α = 0). On tet4 the pair is not, and the last term, the polynomial pressure projection of Dohrmann & Bochev
-//! (2004) with the cell mean Πp, stabilises it.
+//! with p linear in each cell and continuous within groups of cells ([`PressureHosts`]). On tet10 this is the Taylor–Hood element, stable without the
+//! last term (α = 0). On tet4 the pair is not stable, and the last term, the polynomial pressure projection of Dohrmann & Bochev (2004) with the cell
+//! mean Πp, stabilises it.
 //!
-//! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
-//! symmetric and indefinite with one negative eigenvalue a pressure.
+//! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that all unknowns have the same dimension. The tangent is symmetric and indefinite,
+//! with one negative eigenvalue per pressure.
 
 use super::cell::{CellPoints, MOST_NODES};
 use super::constitution::{Constitution, PressureField};
@@ -23,10 +23,10 @@ use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
-/// α of the stabilisation on tet4.
+/// Constant α of the stabilisation on tet4.
 const STABILISATION: f64 = 1.0;
 
-/// A law with a split on the cells of a region, with a pressure field of its own.
+/// A law with a split on the cells of a region, with an independent pressure field.
 pub struct MixedElastic {
     name: String,
     whole: LawCard,
@@ -46,7 +46,8 @@ pub struct MixedElastic {
 }
 
 impl MixedElastic {
-    /// `first` is the place in `State::x` of the first of the pressures of `hosts`, those of the cells. None for laws without a split.
+    /// Builds the effect. `first` is the index in `State::x` of the first of the pressures of `hosts`, which belong to these cells. `None` for laws
+    /// without a split.
     pub fn new(
         name: String,
         mesh: &TetMesh,
@@ -212,7 +213,7 @@ impl Batched for MixedElastic {
     }
 }
 
-/// P += p G' cof F and A += p G' ∂cof F/∂F + p G'' cof F ⊗ cof F.
+/// Kernel that computes P += p G' cof F and A += p G' ∂cof F/∂F + p G'' cof F ⊗ cof F.
 pub struct AddPressure<'a> {
     pub f: &'a [Lanes; 9],
     pub p: Lanes,
@@ -236,7 +237,7 @@ impl Kernel for AddPressure<'_> {
     }
 }
 
-/// r_π += w s N_c G and ∂r_π/∂u += w s N_c G' cof F ∂N/∂X.
+/// Kernel that computes r_π += w s N_c G and ∂r_π/∂u += w s N_c G' cof F ∂N/∂X.
 struct Coupling<'a> {
     gradients: &'a [[Lanes; 3]],
     f: &'a [Lanes; 9],
@@ -327,12 +328,12 @@ impl Stressed for MixedElastic {
     }
 }
 
-/// A += a ∂cof F/∂F + b cof F ⊗ cof F.
+/// Adds a ∂cof F/∂F + b cof F ⊗ cof F to A.
 pub(super) fn add_pressure_tangent(out: &mut Mat9, f: &Mat3, cof: &Mat3, a: f64, b: f64) {
     add_pressure_tangent_by_rows(out, &rows(f), &rows(cof), a, b);
 }
 
-/// The same with tensors by rows; ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.
+/// Adds a ∂cof F/∂F + b cof F ⊗ cof F to A, with tensors given row by row; ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.
 #[inline(always)]
 fn add_pressure_tangent_by_rows<S: Real>(out: &mut [[S; 9]; 9], f: &[S; 9], cof: &[S; 9], a: S, b: S) {
     for (row, out) in out.iter_mut().enumerate() {
@@ -348,7 +349,7 @@ fn add_pressure_tangent_by_rows<S: Real>(out: &mut [[S; 9]; 9], f: &[S; 9], cof:
     }
 }
 
-/// cof F by rows.
+/// Returns cof F row by row.
 #[inline(always)]
 pub fn cofactor_by_rows<S: Real>(f: &[S; 9]) -> [S; 9] {
     let minor = |a: usize, b: usize, c: usize, d: usize| f[a] * f[d] - f[b] * f[c];

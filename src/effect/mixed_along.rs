@@ -1,15 +1,15 @@
-//! Derivative of the mixed formulation by a constant θ of its law, at fixed displacements and pressures:
+//! Derivative of the mixed formulation with respect to a constant θ of its law, at fixed displacements and pressures:
 //!
 //! ∂Π/∂θ = ∫ ∂ψ̃/∂θ dV − ½ Σ_cd p_c ∂C_cd/∂θ p_d, C_cd = ∫ N_c N_d/κ + (α/μ)(N_c − ΠN_c)(N_d − ΠN_d) dV
 //!
-//! p G(J) has no constant. The unit s of the unknown π = p/s is held: it scales the unknown and changes no displacement.
+//! p G(J) contains no constant. The unit s of the unknown π = p/s is kept fixed: it only scales the unknown and affects no displacement.
 
 use super::cell::CellPoints;
 use crate::material::Law;
 use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
-/// ∂/∂θ of a [`super::MixedElastic`].
+/// The derivative ∂/∂θ of a [`super::MixedElastic`].
 pub(super) struct MixedAlong {
     pub(super) name: String,
     /// ∂ψ̃/∂θ

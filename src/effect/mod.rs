@@ -2,8 +2,9 @@
 //!
 //! | Subject | File |
 //! |---|---|
-//! | Elasticity: of the displacements alone, with a mean dilatation, with pressures | [`elastic`], [`mean_dilatation`], [`mixed`], `mixed_along`, `pressure_hosts` |
-//! | Laws with a memory | [`viscoelastic`], `remembered`, [`mullins`] |
+//! | Elasticity: in displacements, with mean dilatation, with pressures | [`elastic`], [`mean_dilatation`], [`mixed`], `mixed_along`,
+//! `pressure_hosts` |
+//! | Laws with memory | [`viscoelastic`], `remembered`, [`mullins`] |
 //! | Fibres, and sheets on facets | [`fibres`], [`fibre_families`], [`membrane`], [`wrinkling`] |
 //! | Springs and dampers on the edges of a mesh | [`edge_springs`], [`edge_dampers`], `edges` |
 //! | Mass and damping | [`mass`], [`inertia`], [`mass_damping`], [`stiffness_damping`], [`viscous_damping`], `damping_work` |
@@ -12,7 +13,7 @@
 //! | Contact | [`contact`] |
 //! | Rigid bodies, and rigid parts of a body | [`affine_body`], [`rigid_insert`] |
 //! | Integrals over cells, and the stress at their points | `cell`, `constitution`, `stress` |
-//! | Signs that pressures or volumes are wrong | [`pressure_scatter`], [`volume_gap`] |
+//! | Indicators of wrong pressures or volumes | [`pressure_scatter`], [`volume_gap`] |
 
 pub mod affine_body;
 pub mod cable;

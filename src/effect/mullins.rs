@@ -1,14 +1,15 @@
-//! Softening of a law with an isochoric part W by the largest W that a point has seen: what the elastic stress loses.
+//! Stress softening of a law with an isochoric part W by the largest W that a point has experienced: the part of the elastic stress that is lost.
 //!
-//! In addition to the elastic effect of the same law, with η, W_m and the constants of [`Softening`]:
+//! Acts in addition to the elastic effect of the same law; with η, W_m and the constants of [`Softening`]:
 //!
 //! P = (η(W, W_m) − 1) ∂W/∂F, A = (η − 1) ∂²W/∂F² + ∂η/∂W ∂W/∂F ⊗ ∂W/∂F, W_m = max(W_mₙ, W)
 //!
-//! W_mₙ is the largest W at the end of the steps before, and is advanced once a step is accepted. While W > W_mₙ the effect is zero. For W below it
-//! P is the gradient of a function of W, so that A is symmetric; at W = W_mₙ A jumps. Differences by what W depends on are taken on one side of that kink,
-//! that of the state: above it with W_mₙ = 0, below it with a mark on W_mₙ, with which η goes on beyond it.
+//! W_mₙ is the largest W at the end of the previous steps and is updated once a step is accepted. While W > W_mₙ the effect is zero. For smaller W, P
+//! is the gradient of a function of W, so that A is symmetric; at W = W_mₙ A is discontinuous. Differences with respect to the quantities on which W
+//! depends are taken on one side of that kink, the side of the state: above it with W_mₙ = 0, below it with a mark on W_mₙ, which continues η beyond
+//! the kink.
 //!
-//! Energy: −∫₀^W (1 − η) dW is stored in addition to W. ∫₀^{W_m} (1 − η) dW is dissipated, as W_m grows; it never falls.
+//! Energy: −∫₀^W (1 − η) dW is stored in addition to W. ∫₀^{W_m} (1 − η) dW, which never decreases, is dissipated as W_m grows.
 //!
 //! Source: Ogden & Roxburgh, Proc. R. Soc. Lond. A 455, 1999. Limits: isotropic, no permanent set, no recovery; U(J) does not soften.
 
@@ -24,15 +25,15 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// −2⁶⁰⁰: times W_m it marks, without rounding, one beyond which η goes on; no energy density is of that size.
+/// −2⁶⁰⁰: W_m times this factor marks, without rounding, a W_m beyond which η is continued; no energy density is of that size.
 const MARK: f64 = -4.149_515_568_880_993e180;
 
-/// W_m that is marked.
+/// Returns the W_m behind a mark, `None` if it is not marked.
 fn marked(peak: f64) -> Option<f64> {
     (peak < -1e100).then_some(peak / MARK)
 }
 
-/// W_m with the energy W in addition; a marked one stays.
+/// Returns W_m after the energy W; a marked one is unchanged.
 fn after(peak: f64, energy: f64) -> f64 {
     if marked(peak).is_some() { peak } else { peak.max(energy) }
 }
@@ -52,7 +53,7 @@ impl Mullins {
         Ok(Self { part, softening, points: Arc::new(CellPoints::new(mesh, cells)) })
     }
 
-    /// W and its derivatives at a point, with its deformation gradient.
+    /// Evaluates W and its derivatives at a point, with its deformation gradient.
     fn law(&self, x: &[f64], (b, q): (usize, usize), want: Want) -> Result<(Mat3, Response), EvalError> {
         let f = self.points.deformation_gradient(x, b, q);
         Ok((f, self.part.eval(&f, want).map_err(self.undefined(b))?))
@@ -62,12 +63,12 @@ impl Mullins {
         move |e| EvalError::of_law(self.name(), self.points.cells[b] as usize, e)
     }
 
-    /// W_mₙ of the points of a block.
+    /// The W_mₙ of the points of a block.
     fn peaks<'a>(&self, history: &'a [f64], b: usize) -> &'a [f64] {
         &history[b * self.size()..][..self.size()]
     }
 
-    /// ∂/∂θ of this effect at fixed x and history, from ∂/∂θ of its law.
+    /// Returns ∂/∂θ of this effect at fixed x and history, from ∂/∂θ of its law.
     pub fn along(self: &Arc<Self>, law: &dyn Law) -> Box<dyn Effect> {
         let (part, _) = law.split().expect("the derivative of a law splits where the law does");
         Box::new(MullinsAlong { of: self.clone(), part })
@@ -123,7 +124,7 @@ impl HistoryStress for Mullins {
         &self.points
     }
 
-    /// (η(W, W_m) − 1) ∂W/∂F
+    /// Returns (η(W, W_m) − 1) ∂W/∂F at each point.
     fn stress(&self, x: &[f64], history: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
         let at = |(q, peak): (usize, &f64)| {
             let law = self.part.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?;
@@ -134,7 +135,7 @@ impl HistoryStress for Mullins {
 }
 
 impl HistoryVariables for Mullins {
-    /// W_m of each point \[J/m³\].
+    /// Size of the history of a block: W_m \[J/m³\] at each point.
     fn size(&self) -> usize {
         self.points.points()
     }
@@ -146,7 +147,7 @@ impl HistoryVariables for Mullins {
         Ok(())
     }
 
-    /// The energy of the first state is the largest one so far, and what came before it is not dissipated in the run.
+    /// The energy of the first state is the largest so far; any loss before it is not dissipated in the run.
     fn begin(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         self.advance(at, b, new)
     }
@@ -160,7 +161,7 @@ impl HistoryVariables for Mullins {
 }
 
 impl PastDerivative for Mullins {
-    /// ∂η/∂W_m ∂W/∂F along the change of W_m.
+    /// Adds ∂η/∂W_m ∂W/∂F times the change of W_m.
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let changes = self.peaks(direction.history, b);
         for (q, (peak, change)) in self.peaks(at.history, b).iter().zip(changes).enumerate() {
@@ -171,7 +172,7 @@ impl PastDerivative for Mullins {
         Ok(())
     }
 
-    /// ∂W/∂F:dF where W is the largest one now.
+    /// The change of W_m is ∂W/∂F:dF where W is currently the largest.
     fn advance_along(&self, at: &At, direction: &Perturbation, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         for (q, (peak, change)) in self.peaks(at.history, b).iter().zip(new).enumerate() {
             let (_, law) = self.law(at.x, (b, q), Want::Residual)?;
@@ -184,7 +185,8 @@ impl PastDerivative for Mullins {
     }
 }
 
-/// ∂/∂θ of [`Mullins`] by a constant of its law: ∂r/∂θ = (η − 1) ∂²W/∂F∂θ + ∂η/∂W ∂W/∂θ ∂W/∂F, ∂W_m/∂θ = ∂W/∂θ where W is the largest one now.
+/// The derivative ∂/∂θ of [`Mullins`] with respect to a constant of its law: ∂r/∂θ = (η − 1) ∂²W/∂F∂θ + ∂η/∂W ∂W/∂θ ∂W/∂F, ∂W_m/∂θ = ∂W/∂θ where W is
+/// currently the largest.
 struct MullinsAlong {
     of: Arc<Mullins>,
     /// ∂W/∂θ
@@ -192,7 +194,7 @@ struct MullinsAlong {
 }
 
 impl MullinsAlong {
-    /// ∂W/∂θ and its derivative by F.
+    /// Returns ∂W/∂θ and its derivative with respect to F.
     fn rate(&self, f: &Mat3, b: usize) -> Result<Response, EvalError> {
         self.part.eval(f, Want::Residual).map_err(self.of.undefined(b))
     }

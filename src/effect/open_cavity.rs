@@ -4,15 +4,15 @@
 //! r_a = p ∫ N_a n dA,  n dA = x,ξ × x,η dξ dη                       n outward of the body
 //! ∂r_a/∂x_c = p ∫ N_a [∂N_c/∂η x,ξ − ∂N_c/∂ξ x,η]× dξ dη = K_ac + A_ac
 //! K_ac = ½p ∫ [(N_a ∂N_c/∂η − N_c ∂N_a/∂η) x,ξ − (N_a ∂N_c/∂ξ − N_c ∂N_a/∂ξ) x,η]× dξ dη
-//! A_ac = −½p ∮ N_a N_c [dx]×                                        along the rim, in the sense of the facets
+//! A_ac = −½p ∮ N_a N_c [dx]×                                        along the rim, oriented by its facets
 //! ```
 //!
-//! K is symmetric, A skew: by Stokes' theorem the skew parts of neighbouring facets cancel on their common edge. So only a
-//! free rim makes the tangent unsymmetric, and there the pressure has no potential (Schweizerhof & Ramm, Comput. Struct. 18,
-//! 1984; Bonet & Wood, Nonlinear Continuum Mechanics, 2008, ch. 8). Where the rim is held A meets no free unknown.
+//! K is symmetric, A skew: by Stokes' theorem the skew parts of neighbouring facets cancel on their common edge. Only a free rim therefore makes the
+//! tangent unsymmetric, and the pressure there has no potential (Schweizerhof & Ramm, Comput. Struct. 18, 1984; Bonet & Wood, Nonlinear Continuum
+//! Mechanics, 2008, ch. 8). Where the rim is held, A acts on no free unknown.
 //!
-//! Energy of a step: ∫ dx·n dA over the surface that moves straight from its last state, by Simpson's rule, which is exact:
-//! the swept volume, with the sign of the load's φ. The integrals are exact on tet4 and curved tet10 facets.
+//! Energy of a step: ∫ dx·n dA over the surface as it moves in a straight line from its last state, the swept volume, with the sign of the load's φ.
+//! Simpson's rule is exact for it. The integrals are exact on tet4 and curved tet10 facets.
 
 use super::cavity::{CYCLES, Cavity, FacetPoint};
 use crate::math::signal::{Clock, Signal};
@@ -22,7 +22,7 @@ use crate::mesh::rim::rim;
 use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, SkewTangent, Want};
 use std::sync::Arc;
 
-/// Pressure p(t) \[Pa\] on an open surface with a free rim; a negative one is a vacuum.
+/// Pressure p(t) \[Pa\] on an open surface with a free rim; a negative pressure is a vacuum.
 pub struct OpenCavityPressure {
     cavity: Arc<Cavity>,
     pressure: Signal,
@@ -33,14 +33,14 @@ pub struct OpenCavityPressure {
 }
 
 impl OpenCavityPressure {
-    /// The pressure on the facets of the cavity, which are these facets of the mesh.
+    /// Builds the pressure on a cavity, whose facets in the mesh are `facets`.
     pub fn new(cavity: Arc<Cavity>, mesh: &TetMesh, facets: &[u32], pressure: Signal) -> Self {
         let edges = rim(mesh, facets);
         let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();
         Self { cavity, pressure, rim: Blocks::new(edges.iter().map(Vec::as_slice)), reference }
     }
 
-    /// ∫ (x − xₙ)·n dA over the way from xₙ to x \[m³\].
+    /// Returns ∫ (x − xₙ)·n dA along the straight path from xₙ to x \[m³\].
     fn swept(&self, at: &At, b: usize, point: &FacetPoint) -> f64 {
         let [now, u, v] = self.cavity.frame(at.x, b, point);
         let [old, p, q] = self.cavity.frame(at.old, b, point);
@@ -130,11 +130,11 @@ impl SkewTangent for OpenCavityPressure {
     }
 }
 
-/// Gauss' rule on \[0, 1\] with three points, exact to degree 5: N_a N_c x′ of a curved edge.
+/// Gauss's three-point rule on \[0, 1\], exact to degree 5: N_a N_c x′ of a curved edge.
 pub(super) const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// N and dN/ds of the nodes of an edge, the mid-node last.
+/// Returns N and dN/ds of the nodes of an edge, with the mid-node last.
 pub(super) fn edge_shape(nodes: usize, s: f64) -> ([f64; 3], [f64; 3]) {
     match nodes {
         2 => ([1.0 - s, s, 0.0], [-1.0, 1.0, 0.0]),

@@ -1,21 +1,21 @@
-//! Places of the pressures of a mixed formulation, which are continuous within groups of cells.
+//! Pressure unknowns of a mixed formulation, which are continuous within groups of cells.
 //!
-//! The volume of a cell whose deformation is given says nothing about that of the cells around it. With one pressure for both, the mean of two that differ
-//! would act on either side of their border, so that these cells are in groups of their own.
+//! The volume of a cell with prescribed deformation does not determine that of the cells around it. With a common pressure, the mean of two different
+//! pressures would act on both sides of their interface; such cells are therefore in separate groups.
 
 use crate::mesh::TetMesh;
 
-/// Corners that carry a pressure in the cells of a region, one for each group of the cells around.
+/// Corners that carry a pressure in the cells of a region, one for each group of cells around the corner.
 #[derive(Clone, Debug)]
 pub struct PressureHosts {
     /// (group, node) of each pressure, ascending
     pub places: Vec<(u32, u32)>,
-    /// \[cells of the region\] the pressures at the corners, by their number in `places`
+    /// \[cells of the region\] the pressures at the corners, by their index in `places`
     pub of_cells: Vec<[u32; 4]>,
 }
 
 impl PressureHosts {
-    /// `groups` \[cells of the mesh\] is the group of each cell; where it is empty all are of group 0.
+    /// Builds the hosts; `groups` \[cells of the mesh\] contains the group of each cell; if it is empty, all cells belong to group 0.
     pub fn new(mesh: &TetMesh, cells: &[u32], groups: &[u32]) -> Self {
         let at = |c: u32| {
             let group = groups.get(c as usize).copied().unwrap_or(0);
@@ -35,7 +35,7 @@ impl PressureHosts {
         self.places.iter().map(|(_, node)| *node)
     }
 
-    /// The number of the pressure of a group at a node.
+    /// Returns the index of the pressure of a group at a node.
     pub fn number(&self, group: u32, node: u32) -> Option<usize> {
         self.places.binary_search(&(group, node)).ok()
     }

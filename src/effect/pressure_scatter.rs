@@ -1,23 +1,22 @@
-//! Scatter of the pressures, an indicator of volumetric locking: pressures that differ from every smooth field.
+//! Scatter of the pressures, an indicator of volumetric locking: their deviation from a smooth field.
 //!
 //! With τ = P Fᵀ, p = tr τ/3 and p* the lumped L2 projection of p on continuous linear functions (Oden & Brauchli 1971, the
 //! recovery of Zienkiewicz & Zhu 1987), p*_a = ∫ N_a p dV / ∫ N_a dV:
 //!
 //! scatter = ‖p − p*‖/‖dev τ‖, share = W_p/(W_p + W_s), W_p = ∫ p²/2κ dV, W_s = ∫ |dev τ|²/4μ dV,
 //!
-//! norms over the volume, Hooke's energies at the constants of the law at F = I. A locked element answers with pressures that
-//! change sign from cell to cell and outweigh the deviatoric stress that carries the load.
+//! with norms over the volume and Hooke's energies with the constants of the law at F = I. A locked element responds with pressures that change sign
+//! from cell to cell and outweigh the deviatoric stress that carries the load.
 
 use super::stress::Stressed;
 use crate::material::Moduli;
 use crate::math::tensor::Mat3;
 use crate::mesh::{Order, element};
 
-/// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/explanation/elements.md`.
+/// Scatter above which a displacement-only element is considered locked \[–\]; calibrated in `docs/explanation/elements.md`.
 pub const ALARM: f64 = 0.5;
 
-/// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do
-/// not follow.
+/// Poisson's ratio below which volumetric locking is excluded \[–\]: κ < 4.7 μ, and scatter is due to bending that linear cells cannot represent.
 const COMPRESSIBLE: f64 = 0.4;
 
 /// Scatter of the pressure field at a state, and whether it raises the locking alarm.
@@ -30,12 +29,12 @@ pub struct PressureScatter {
     pub alarm: bool,
 }
 
-/// Share of the moduli below which deviatoric stresses are rounding of strains \[–\], where a body is only moved.
+/// Stress relative to the moduli below which deviatoric stresses are rounding of strains \[–\], as in rigid motion.
 const ROUNDING: f64 = 1e-12;
-/// Share of the pressures below which they are what Newton's method leaves \[–\], in hydrostatic compression.
+/// Deviatoric stress relative to the pressures below which it is the residue of Newton's method \[–\], as in hydrostatic compression.
 const LEFT: f64 = 1e-6;
 
-/// None where nothing is sheared, and where the law is not defined.
+/// Computes the scatter at a state; `None` if there is no shear, or if the law is undefined.
 pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScatter> {
     let points = effect.points();
     let shape: Vec<[f64; 10]> = points.reference().iter().map(|&xi| element::cell_shape(Order::Linear, xi)).collect();

@@ -1,8 +1,8 @@
-//! ½ H:C̄ with a fixed H, C̄ = J^{−2/3} FᵀF: the part of a relaxing stress that is remembered, and its derivatives by F.
+//! ½ H:C̄ with a fixed H, C̄ = J^{−2/3} FᵀF: the remembered part of a relaxing stress, and its derivatives with respect to F.
 
 use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, rows};
 
-/// ½ H:C̄ and its derivatives by F.
+/// ½ H:C̄ and its derivatives with respect to F.
 pub(super) struct Remembered {
     h: Mat3,
     /// F H
@@ -16,7 +16,7 @@ pub(super) struct Remembered {
 }
 
 impl Remembered {
-    /// The terms at an F with J > 0.
+    /// Computes the terms at an F with J > 0.
     pub(super) fn new(f: &Mat3, h: &Mat3) -> Self {
         let (j, fh) = (f.determinant(), f * h);
         Self { h: *h, fh, g: cofactor(f) / j, m: j.powf(-2.0 / 3.0), q: f.dot(&fh) }

@@ -1,11 +1,11 @@
-//! Rigid part of a body: its nodes follow four nodes p_a, x = Σ_a w_a(X) p_a, which six multipliers keep rigid.
+//! Rigid part of a body: its nodes follow four nodes p_a by x = Σ_a w_a(X) p_a, which six multipliers keep rigid.
 //!
 //! ```text
 //! g_ij = −½ ℓ (a_i·a_j − δ_ij) = 0, i ≤ j        a_i = (p_i − p_0)/ℓ, the columns of A = ∂x/∂X
 //! ```
 //!
-//! AᵀA = I then holds to the tolerance of constraints: the part turns and moves, and does nothing else. The multipliers are its mean
-//! stress times areas of the size ℓ².
+//! AᵀA = I then holds to the tolerance of constraints: the part translates and rotates without deforming. The multipliers are its mean stress times
+//! areas of the order ℓ².
 
 use super::contact::placement::AffineFrame;
 use crate::math::signal::Clock;
@@ -22,7 +22,7 @@ pub struct Rigid {
 }
 
 impl Rigid {
-    /// All six conditions of a frame.
+    /// Returns all six conditions of a frame.
     pub fn all(name: &str, frame: &AffineFrame) -> Vec<Box<dyn Constraint>> {
         let pairs = [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [0, 2]];
         let one = |pair| {

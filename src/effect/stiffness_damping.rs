@@ -1,11 +1,11 @@
 //! Stiffness-proportional damping r = β K_* v \[N\], β \[s\]: the stiffness term of Rayleigh 1877, for comparison with other
-//! simulators. K_* is the tangent of the effects that are damped, at rest (K₀) or at the start of the step (K(xₙ)).
+//! simulators. K_* is the tangent of the damped effects, at rest (K₀) or at the start of the step (K(xₙ)).
 //!
-//! With mass damping it is C = αM + βK: a small vibration of angular frequency ω has the damping ratio α/2ω + βω/2. It is
-//! not objective: K₀ resists a body that turns after it has turned, K(xₙ) one that turns under stress; and K(xₙ) feeds
-//! energy in where it is indefinite. Within a step K_* is constant, so the tangent cᵥ β K_* is exact and symmetric.
+//! Together with mass damping, C = αM + βK: a small vibration of angular frequency ω has the damping ratio α/2ω + βω/2. It is not objective: K₀
+//! resists further rotation of a body that has rotated, K(xₙ) that of a body under stress; and K(xₙ) adds energy where it is indefinite. Within a
+//! step K_* is constant, so that the tangent cᵥ β K_* is exact and symmetric.
 //!
-//! Its derivative by xₙ needs ∂K/∂x, which is taken by differences of K of eighth order; each block copies the state for it.
+//! Its derivative with respect to xₙ needs ∂K/∂x, which is computed by eighth-order differences of K; each block copies the state for it.
 
 use super::damping_work::work;
 use crate::math::difference::EIGHTH;
@@ -15,7 +15,7 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// Where the stiffness is taken.
+/// State at which the stiffness is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stiffness {
     /// K₀, in the reference configuration
@@ -24,18 +24,18 @@ pub enum Stiffness {
     Last,
 }
 
-/// Why the stiffness of an effect is not damped.
+/// Reason why the stiffness of an effect cannot be damped.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum Undamped {
-    /// A pressure, whose rate is not damped
+    /// The effect has pressures, whose rate is not damped
     #[error("stiffness damping of a mixed formulation is not defined")]
     SecondField,
-    /// Means of positions: the blocks of the effect are lists of means, and those of the damping lists of nodes
+    /// The effect acts on means of positions: its blocks are lists of means, those of the damping lists of nodes
     #[error("stiffness damping of the effect {effect}, which acts on means of positions, is not defined")]
     OnMeans { effect: String },
 }
 
-/// Damping of some effects that store energy.
+/// Stiffness-proportional damping of some effects that store energy.
 pub struct StiffnessDamping {
     beta: f64,
     stiffness: Stiffness,
@@ -43,18 +43,18 @@ pub struct StiffnessDamping {
     blocks: Blocks,
     /// \[blocks\] effect and its block
     source: Vec<(usize, usize)>,
-    /// \[blocks\] shortest distance of two nodes at rest \[m\]
+    /// \[blocks\] shortest distance between two nodes at rest \[m\]
     sizes: Vec<f64>,
     /// \[displacements\] zeros, the displacement at rest \[m\]
     rest: Vec<f64>,
 }
 
 impl StiffnessDamping {
-    /// β in s, on the nodes at `points`.
+    /// Builds the damping with β in s; the nodes are at `points`.
     ///
     /// # Errors
     ///
-    /// One of the effects has a second field or acts on means.
+    /// An effect has a second field or acts on means.
     pub fn new(
         damped: Vec<Arc<dyn Effect>>,
         beta: f64,
@@ -134,12 +134,12 @@ impl PastDerivative for StiffnessDamping {
     }
 }
 
-/// h, in strains: where K is analytic in strains below ½ and a cell strains by four h, the truncation h⁸/630 of the ninth
-/// derivative is 576 (4h/½)⁸/½ = 2e-14 of K; rounding leaves 2ε/h = 4e-13.
+/// Difference step h, as a strain: if K is analytic in strains below ½ and a cell is strained by 4h, the truncation error h⁸/630 of the ninth
+/// derivative is 576 (4h/½)⁸/½ = 2e-14 of K; rounding adds 2ε/h = 4e-13.
 const STRAIN: f64 = 1e-3;
 
 impl StiffnessDamping {
-    /// \[n × n\] β K of block `b` at displacement x, column ≤ row.
+    /// Returns β K of block `b` at displacement x \[n × n\], column ≤ row.
     fn tangent(&self, at: &At, x: &[f64], b: usize) -> Result<Vec<f64>, EvalError> {
         let (effect, block) = self.source[b];
         let mut elastic = BlockValues::new(self.blocks.size(b));
@@ -148,7 +148,8 @@ impl StiffnessDamping {
         Ok(elastic.k)
     }
 
-    /// r_e += β (∂K/∂x dₙ) v at xₙ: a third derivative of the energy, which laws do not have; by differences of K.
+    /// Adds β (∂K/∂x dₙ) v at xₙ to r_e. This needs the third derivative of the energy, which laws do not provide; it is computed by differences of
+    /// K.
     fn turn(&self, at: &At, change: &[f64], b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let dofs: Vec<usize> = self.blocks.dofs(b).map(|dof| dof as usize).collect();
         let mean =
@@ -172,7 +173,7 @@ impl StiffnessDamping {
     }
 }
 
-/// r_e += factor K v of the symmetric K_e of block `b`.
+/// Adds factor · K v with the symmetric K_e of block `b` to r_e.
 fn add_product(k: &[f64], blocks: &Blocks, v: &[f64], b: usize, factor: f64, out: &mut BlockValues) {
     let n = blocks.size(b);
     let v: Vec<f64> = blocks.dofs(b).map(|dof| factor * v[dof as usize]).collect();

@@ -8,47 +8,47 @@ use crate::mesh::TetMesh;
 use crate::system::Effect;
 use std::sync::Arc;
 
-/// An effect with stress at the points of cells.
+/// An effect that has stress at the quadrature points of cells.
 pub trait PointStress: Send + Sync {
     fn points(&self) -> &Arc<CellPoints>;
-    /// P \[Pa\] at the points of block `b`, as in the residual.
+    /// Returns P \[Pa\] at the points of block `b`, as in the residual.
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
-    /// Whether the law is one of small strains, by which P is the stress of the place as well.
+    /// Whether the law is a small-strain law, for which P also serves as the Cauchy stress.
     fn has_small_strains(&self) -> bool {
         false
     }
 }
 
-/// An elastic effect of a law, with its derivatives by the constants.
+/// An elastic effect of a law, with its derivatives with respect to the constants.
 pub trait Stressed: PointStress + Effect {
-    /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
+    /// Whether changes of volume are penalised pointwise, without a pressure field; only such elements can lock.
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I
     fn moduli(&self) -> Moduli;
-    /// J and G(J) − p/κ at the points of block `b`; none for a formulation without pressures, and where the law is not defined.
+    /// Returns J and G(J) − p/κ at the points of block `b`; `None` for a formulation without pressures, and if the law is undefined.
     fn volume_gaps(&self, x: &[f64], b: usize) -> Option<Vec<(f64, f64)>> {
         let _ = (x, b);
         None
     }
-    /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
+    /// Returns ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
-    /// The parts from which its forces at a point follow; none where these depend on more than that point.
+    /// Returns the parts that determine its forces at a point; `None` if these depend on more than that point.
     fn constitution(&self) -> Option<Constitution<'_>> {
         None
     }
 }
 
-/// An effect whose stress at the points of cells depends on what it remembers: it relaxes, or softens.
+/// An effect whose stress at the quadrature points depends on a history: it relaxes or softens.
 pub trait HistoryStress: Effect {
     fn points(&self) -> &Arc<CellPoints>;
-    /// P \[Pa\] at the points of block `b` of an accepted state, as in the residual; `history` is that of the effect at the state.
+    /// Returns P \[Pa\] at the points of block `b` of an accepted state, as in the residual; `history` is the history of the effect in that state.
     fn stress(&self, x: &[f64], history: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
 }
 
-/// The stress of such an effect at a state.
+/// The stress of an effect with a history, in a given state.
 pub struct StressAtState<'a> {
     pub effect: &'a dyn HistoryStress,
-    /// History of the effect there
+    /// History of the effect in that state
     pub history: &'a [f64],
 }
 

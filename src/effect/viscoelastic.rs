@@ -1,28 +1,28 @@
 //! Viscoelastic overstress of a law with an isochoric part W(C̄), C̄ = J^{−2/3} FᵀF: arms of a Prony series.
 //!
-//! With S̃ = J^{2/3} F⁻¹ ∂W/∂F, the law's isochoric stress without its factor J^{−2/3}, arm α remembers h_α,
+//! With S̃ = J^{2/3} F⁻¹ ∂W/∂F, the law's isochoric stress without its factor J^{−2/3}, arm α has the internal variable h_α,
 //!
 //! ḣ_α + h_α/τ_α = dS̃/dt, S = −ρ S_iso + J^{−2/3} Σ β_α DEV\[h_α\], DEV\[h\] = h − ⅓(h:C) C⁻¹,
 //!
-//! β_α and ρ from [`Prony`]. Over a step, by the exponential midpoint rule with d_α = e^{−Δt/2τ_α}:
+//! with β_α and ρ from [`Prony`]. Over a step, by the exponential midpoint rule with d_α = e^{−Δt/2τ_α},
 //!
 //! h_α = d_α (d_α hₙ_α + S̃ − S̃ₙ).
 //!
-//! It is of second order in Δt, exact for a constant strain. As a function of x it is the gradient of
+//! It is second-order accurate in Δt and exact for constant strain. As a function of x it is the gradient of
 //!
 //! Π = (Σ β_α d_α − ρ) W + ½ H:C̄, H = Σ β_α d_α (d_α hₙ_α − S̃ₙ),
 //!
-//! so that the tangent is exact and symmetric, and no part of the overstress acts on the volume:
+//! so that the tangent is exact and symmetric, and no part of the overstress is volumetric:
 //!
-//! ∂/∂F (½ H:C̄) = m(FH − ⅓q G), m = J^{−2/3}, q = H:C, G = F⁻ᵀ, and once more
+//! ∂/∂F (½ H:C̄) = m(FH − ⅓q G), m = J^{−2/3}, q = H:C, G = F⁻ᵀ, and the second derivative is
 //!
 //! m\[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ\].
 //!
 //! Sources: Simo, CMAME 60, 1987; Simo & Hughes, *Computational Inelasticity*, 1998, ch. 10. Holzapfel, *Nonlinear Solid
-//! Mechanics*, 2000, ch. 6, adds his Q_α without DEV: they act on the volume once the strain has changed.
+//! Mechanics*, 2000, ch. 6, adds his Q_α without DEV: they become volumetric once the strain has changed.
 //!
-//! Limits: linear in the overstress, so all arms relax alike at every strain. W alone relaxes, never U(J). In statics Δt is
-//! infinite: h = 0, the long-term response.
+//! Limits: linear in the overstress, so that the arms relax at the same rates at every strain. Only W relaxes, never U(J). In statics Δt is infinite:
+//! h = 0, the long-term response.
 
 use super::cell::CellPoints;
 use super::remembered::Remembered;
@@ -36,7 +36,7 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// A law whose stress has no isochoric part to relax.
+/// Error for a law whose stress has no isochoric part to relax.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error(
     "the law {law} has no isochoric part, and to relax all of its stress would relax its bulk modulus too; take one of {}",
@@ -53,7 +53,7 @@ fn isochoric() -> Vec<&'static str> {
 /// Components of a symmetric tensor, in this order.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)];
 
-/// The arms of a Prony series on the cells of a region.
+/// A Prony series on the cells of a region.
 pub struct Viscoelastic {
     /// W
     part: Box<dyn Law>,
@@ -61,7 +61,7 @@ pub struct Viscoelastic {
     points: Arc<CellPoints>,
 }
 
-/// The history of one point, \[6 + 6 × arms\]: S̃ₙ, then h of each arm \[Pa\].
+/// The history of one point \[6 + 6 × arms\]: S̃ₙ, then h of each arm \[Pa\].
 #[derive(Clone, Copy)]
 struct Memory<'a>(&'a [f64]);
 
@@ -92,12 +92,12 @@ impl Viscoelastic {
         &self.points.cells
     }
 
-    /// The series, relative to the constants of the law.
+    /// The Prony series, relative to the constants of the law.
     pub fn prony(&self) -> &Prony {
         &self.prony
     }
 
-    /// ρ: share of the isochoric stress of the law that is not there in the long run \[–\].
+    /// Returns ρ, the share of the isochoric stress of the law that relaxes in the long term \[–\].
     pub fn relaxed_share(&self) -> f64 {
         self.prony.relaxed
     }
@@ -107,12 +107,12 @@ impl Viscoelastic {
         Memory(&history[q * n..(q + 1) * n])
     }
 
-    /// (β, d) of each arm over a step.
+    /// (β, d) of each arm for a step of length `dt`.
     fn decays(&self, dt: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.prony.arms.iter().map(move |&(beta, tau)| (beta, (-0.5 * dt / tau).exp()))
     }
 
-    /// S̃ and h_α = d_α (d_α hₙ_α + S̃ − S̃ₙ) of a point into `new`.
+    /// Writes S̃ and h_α = d_α (d_α hₙ_α + S̃ − S̃ₙ) of a point to `new`.
     fn remember(&self, dt: f64, memory: Memory, stress: &Mat3, new: &mut [f64]) {
         let change = stress - memory.stress();
         let (first, arms) = new.split_at_mut(6);
@@ -125,7 +125,7 @@ impl Viscoelastic {
         }
     }
 
-    /// ∂/∂θ of this effect at fixed x and history, from ∂/∂θ of its law.
+    /// Returns ∂/∂θ of this effect at fixed x and history, from ∂/∂θ of its law.
     pub fn along(&self, law: &dyn Law) -> Box<dyn Effect> {
         let (part, _) = law.split().expect("the derivative of a law splits where the law does");
         let (prony, points) = (self.prony.clone(), self.points.clone());
@@ -161,13 +161,13 @@ impl Effect for Viscoelastic {
                 old += beta * arm;
             }
             let f = self.points.deformation_gradient(at.x, b, q);
-            // The dissipation needs the stress, whatever is wanted.
+            // The dissipation needs the stress, whatever is requested.
             let law = self.part.eval(&f, want.max(Want::Residual)).map_err(self.undefined(b))?;
             let remembered = Remembered::new(&f, &h);
             let before = self.points.deformation_gradient(at.old, b, q);
             let mean = 0.5 * (c * law.p + remembered.p() + Remembered::new(&before, &old).p());
             let w = self.points.weight(b, q);
-            // At a start what the arms hold, see `begin`
+            // At a start: the energy held by the arms, see `begin`
             out.dissipated += w * if at.is_start() { c * law.psi } else { mean.dot(&(f - before)) };
             out.energy -= w * self.prony.relaxed * law.psi;
             if want < Want::Residual {
@@ -197,7 +197,7 @@ impl HistoryStress for Viscoelastic {
         &self.points
     }
 
-    /// That of a step of no length from the state: (Σ β_α − ρ) ∂W/∂F and the gradient of ½ Σ β_α (h_α − S̃):C̄.
+    /// The stress after a step of zero length from the state: (Σ β_α − ρ) ∂W/∂F and the gradient of ½ Σ β_α (h_α − S̃):C̄.
     fn stress(&self, x: &[f64], history: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
         let history = &history[b * self.size()..][..self.size()];
         let at = |q| {
@@ -230,7 +230,8 @@ impl HistoryVariables for Viscoelastic {
         Ok(())
     }
 
-    /// h_α = S̃: the strain of the first state came about at once, in a step of no length from rest. The arms hold its work, Σ β_α W.
+    /// Sets h_α = S̃: the strain of the first state was applied instantaneously, in a step of zero length from rest. The arms store the work, Σ β_α
+    /// W.
     fn begin(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         let none = vec![0.0; at.history.len()];
         self.advance(&At { dt: 0.0, history: &none, ..*at }, b, new)
@@ -238,7 +239,7 @@ impl HistoryVariables for Viscoelastic {
 }
 
 impl PastDerivative for Viscoelastic {
-    /// r is linear in what is remembered.
+    /// r is linear in the history.
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let history = &direction.history[b * self.size()..][..self.size()];
         for q in 0..self.points.points() {
@@ -274,7 +275,7 @@ impl PastDerivative for Viscoelastic {
     }
 }
 
-/// ∂/∂θ of a [`Viscoelastic`] by a constant of its law: ∂r/∂θ = (Σ β_α d_α − ρ) ∂²W/∂F∂θ, ∂h_α/∂θ = d_α ∂S̃/∂θ.
+/// The derivative ∂/∂θ of a [`Viscoelastic`] with respect to a constant of its law: ∂r/∂θ = (Σ β_α d_α − ρ) ∂²W/∂F∂θ, ∂h_α/∂θ = d_α ∂S̃/∂θ.
 struct RelaxingAlong(Viscoelastic);
 
 impl Effect for RelaxingAlong {
@@ -290,7 +291,7 @@ impl Effect for RelaxingAlong {
         &self.0.points.blocks
     }
 
-    /// That of the effect of ∂W/∂θ with nothing remembered.
+    /// Evaluates the effect of ∂W/∂θ with a zero history.
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.0.eval(&At { history: &vec![0.0; at.history.len()], ..*at }, b, want, out)
     }
@@ -310,7 +311,7 @@ impl HistoryVariables for RelaxingAlong {
     }
 }
 
-/// J^{2/3} F⁻¹ P, where J > 0.
+/// Returns J^{2/3} F⁻¹ P; requires J > 0.
 fn unscaled(f: &Mat3, p: &Mat3) -> Mat3 {
     f.determinant().powf(-1.0 / 3.0) * cofactor(f).tr_mul(p)
 }

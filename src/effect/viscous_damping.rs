@@ -13,15 +13,15 @@ use crate::system::{
 
 /// Kelvin–Voigt damping S_v = η Ė with Ė = (E − Eₙ)/Δt, E = ½(FᵀF − I), η \[Pa s\].
 ///
-/// Objective, with a symmetric exact tangent (it derives from the incremental potential ½ηΔt ‖Ė‖²); of first order in Δt
-/// under every integrator. At the start of a stage, where no time has passed, Ė = sym(FₙᵀḞ) with Ḟ = ∂v/∂X, and F is Fₙ.
+/// Objective, with an exact symmetric tangent (it derives from the incremental potential ½ηΔt ‖Ė‖²); first-order accurate in Δt with every
+/// integrator. At the start of a stage, when no time has passed, Ė = sym(FₙᵀḞ) with Ḟ = ∂v/∂X, and F is Fₙ.
 pub struct ViscousDamping {
     eta: f64,
     points: CellPoints,
 }
 
 impl ViscousDamping {
-    /// Damping on the cells of a region, η in Pa s.
+    /// Builds the damping on the cells of a region, with η in Pa s.
     pub fn new(mesh: &TetMesh, cells: &[u32], eta: f64) -> Self {
         Self { eta, points: CellPoints::new(mesh, cells) }
     }
@@ -126,7 +126,7 @@ impl Kernel for Stress<'_> {
     }
 }
 
-/// P = F S with S = c (FᵀF − FₙᵀFₙ), and A_iJkL = δ_ik S_LJ + c (F_iL F_kJ + δ_LJ F_iM F_kM), by rows.
+/// Computes P = F S with S = c (FᵀF − FₙᵀFₙ), and A_iJkL = δ_ik S_LJ + c (F_iL F_kJ + δ_LJ F_iM F_kM), row by row.
 #[inline(always)]
 pub fn viscous_stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: &mut [S; 9], a: &mut [[S; 9]; 9]) {
     let (c, zero) = (S::of(c), S::of(0.0));
@@ -157,7 +157,7 @@ pub fn viscous_stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: 
     }
 }
 
-/// P = F S with S = c (FᵀḞ + ḞᵀF), by rows, from F and I + Ḟ.
+/// Computes P = F S with S = c (FᵀḞ + ḞᵀF), row by row, from F and I + Ḟ.
 #[inline(always)]
 fn starting_stress<S: Real>(f: &[S; 9], with_rate: &[S; 9], c: f64) -> [S; 9] {
     let mut rate = *with_rate;

@@ -1,22 +1,23 @@
-//! Wrinkling of a compressed membrane, at a state.
+//! Wrinkling of a compressed membrane in a given state.
 //!
-//! A deflection w sin kx of a sheet with the force N per length on an incompressible half-space of shear modulus μ has the energy per area ¼w²(Nk² + 2μk)
-//! (`docs/explanation/effects.md`). With N < 0 the sheet is unstable to all waves shorter than 2π/k = π|N|/μ, and facets of size h have none shorter than 2h:
-//! they wrinkle where
+//! A deflection w sin kx of a sheet with the force N per length on an incompressible half-space of shear modulus μ has the energy ¼w²(Nk² + 2μk) per
+//! area (`docs/explanation/effects.md`). With N < 0 the sheet is unstable to all waves shorter than 2π/k = π|N|/μ. Facets of size h cannot represent
+//! waves shorter than 2h: they wrinkle if
 //!
 //! h < h* = π|N|/(2μ)
 //!
-//! with N the smallest principal Cauchy stress times the present thickness, μ the sum over the cells at the facet, and h = √(2A) of a facet of area A.
+//! with N the smallest principal Cauchy stress times the current thickness, μ the sum over the cells at the facet, and h = √(2A) for a facet of area
+//! A.
 
 use super::membrane::Membrane;
 use super::stress::Stressed;
 use crate::mesh::element::CELL_FACES;
 use rustc_hash::FxHashMap;
 
-/// Where a membrane is closest to wrinkling.
+/// The facet of a membrane that is closest to wrinkling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrinkling {
-    /// Largest h*/h of a facet \[–\]; from 1 on the sheet wrinkles
+    /// Largest h*/h of a facet \[–\]; the sheet wrinkles if it is 1 or more
     pub ratio: f64,
     /// h* there \[m\]
     pub size: f64,
@@ -24,14 +25,14 @@ pub struct Wrinkling {
     pub share: f64,
 }
 
-/// Corners of a face in order of their numbers.
+/// The corners of a face in ascending order.
 fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
     corners.sort_unstable();
     corners
 }
 
-/// Where a sheet on these bodies is closest to wrinkling at displacement x; none where nothing is compressed, or no elastic cell is at a compressed facet, and where the sheet has
-/// no thickness.
+/// Returns the facet of a sheet on these bodies that is closest to wrinkling at displacement x; `None` if nothing is compressed, if no elastic cell
+/// adjoins a compressed facet, or if the stress cannot be balanced by any thickness.
 pub fn wrinkling(sheet: &Membrane, bodies: &[&dyn Stressed], x: &[f64]) -> Option<Wrinkling> {
     let corners = |b: usize| sorted([0, 1, 2].map(|k| sheet.facet_nodes(b)[k]));
     let mut shear: FxHashMap<[u32; 3], f64> = (0..sheet.facets()).map(|b| (corners(b), 0.0)).collect();

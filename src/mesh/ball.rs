@@ -1,9 +1,9 @@
-//! Balls of material inside a mesh, by a smooth weight.
+//! Balls of material inside a mesh, defined by a smooth weight function.
 //!
-//! A ball of radius R around c moves with the weights w_i = ∫ b(|X − c|) (α + β·(X − c)) N_i dV over the part of the
-//! ball inside the body, b(r) = (1 − r²/R²)². α and β make Σ w_i = 1 and Σ w_i X_i = c, so that the mean Σ w_i x_i
-//! follows every affine motion of the body exactly as the material point c does; as h → 0 the weights tend to a fixed
-//! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
+//! A ball of radius R around c moves with the weights w_i = ∫ b(|X − c|) (α + β·(X − c)) N_i dV over the part of the ball inside the body, b(r) = (1
+//! − r²/R²)². α and β are chosen such that Σ w_i = 1 and Σ w_i X_i = c, so that the mean Σ w_i x_i follows every affine motion of the body exactly as
+//! the material point c does; as h → 0 the weights tend to a fixed density, and the displacement that is work-conjugate to a force on the ball
+//! remains finite (that of a point force does not).
 
 use super::element::{CELL_EDGES, CELL_NODES, cell_gradients, cell_shape};
 use super::embed::{EmbedError, cell_bounds, distance_to_surface, embed};
@@ -15,23 +15,23 @@ use crate::math::threads;
 use nalgebra::{Matrix3, Matrix4, RowVector3, RowVector4, Vector4};
 use std::collections::BTreeMap;
 
-/// Least share of a ball, by its weight b, that the body fills on all sides of a place outside of it.
+/// Smallest filled share of a ball, weighted by b, at which the body surrounds a point outside it \[–\].
 const FILLED: f64 = 0.05;
-/// Farthest that its mean place lies from the centre then, as a share of the radius; at a flat wall it is 35/128 = 0.27.
+/// Largest distance of the centroid of the filled part from the centre, relative to the radius \[–\]; at a flat wall it is 35/128 = 0.27.
 const CENTRED: f64 = 0.2;
-/// Smallest radius of a ball, as a share of the diagonal of the body.
+/// Smallest radius of a ball, relative to the diagonal of the body \[–\].
 const SMALLEST: f64 = 1e-6;
-/// Parts of a cell longer than this times their shortest edge are halved across their longest one, not split into eight: the number of parts
-/// then follows the ball, not the slenderness of the cell.
+/// Ratio of the longest to the shortest edge above which a part of a cell is bisected across its longest edge instead of split into eight \[–\]: the
+/// number of parts then depends on the ball, not on the slenderness of the cell.
 const SLENDER: f64 = 8.0;
-/// Most parts of one cell; a cell of edges like the radius has a few thousand.
+/// Largest number of parts of one cell; a cell with edges of the size of the radius has a few thousand.
 const MOST_PARTS: usize = 1_000_000;
-/// Cells that one thread looks at at a time.
+/// Number of cells that one thread handles at a time.
 const CELLS: usize = 16;
 
-/// Weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], ascending by node; see the head of this file.
-/// The centre may lie outside the body as long as the ball intersects it: check it with [`embed`] where it must be inside.
-/// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
+/// Returns the weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], in ascending order of nodes; the module documentation defines
+/// them. The centre may be outside the body as long as the ball intersects it: use [`embed`] to check a centre that must be inside. Of several
+/// bodies, the one that contains the centre is used, or else the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
     let (moments, nodes) = ball_moments(mesh, center, radius)?;
     weights(&moments, &nodes, radius).ok_or_else(|| EmbedError::EmptyBall {
@@ -41,7 +41,8 @@ pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u3
     })
 }
 
-/// Whether the body lies on all sides of a place outside of it, as of the axis of a bore, within `radius` \[m\]: the ball is filled enough, and evenly.
+/// Whether the body surrounds a point outside it, such as a point on the axis of a bore, within `radius` \[m\]: the ball is filled sufficiently and
+/// evenly.
 pub fn is_surrounded(mesh: &TetMesh, center: Vec3, radius: f64) -> bool {
     ball_moments(mesh, center, radius).is_ok_and(|(moments, _)| {
         let (mass, first) = (moments[(0, 0)], moments.fixed_view::<3, 1>(1, 0).norm());
@@ -49,7 +50,7 @@ pub fn is_surrounded(mesh: &TetMesh, center: Vec3, radius: f64) -> bool {
     })
 }
 
-/// Moments of the ball of `radius` \[m\] around `center` \[m\], whole and by node.
+/// Returns the moments of the ball of `radius` \[m\] around `center` \[m\], in total and for each node.
 fn ball_moments(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<(Matrix4<f64>, NodeMoments), EmbedError> {
     let across = mesh.diagonal();
     if radius < SMALLEST * across {
@@ -64,7 +65,7 @@ fn ball_moments(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<(Matrix4<f6
     let of_part = |part: &[usize]| part.iter().map(|&c| ball.cell(c)).collect::<Option<Vec<_>>>();
     let parts: Option<Vec<Vec<Moments>>> = threads::map(cells.chunks(CELLS).collect(), of_part).into_iter().collect();
     let parts = parts.ok_or(EmbedError::SlenderCell { at: center, radius })?;
-    // Summed in the order of cells: the same bits for any number of threads.
+    // Summed in the order of cells: bitwise identical for any number of threads.
     let mut moments = Matrix4::zeros();
     let mut nodes = NodeMoments::new();
     for (&c, part) in cells.iter().zip(parts.iter().flatten()) {
@@ -81,7 +82,7 @@ fn whole_ball(radius: f64) -> f64 {
     32.0 * std::f64::consts::PI / 105.0 * radius.powi(3)
 }
 
-/// Those of the cells that are of the body about `center`.
+/// Returns the cells that belong to the body around `center`.
 fn of_one_part(mesh: &TetMesh, center: Vec3, cells: Vec<usize>) -> Vec<usize> {
     let parts = parts(mesh);
     let Some(&first) = cells.first() else { return cells };
@@ -94,10 +95,10 @@ fn of_one_part(mesh: &TetMesh, center: Vec3, cells: Vec<usize>) -> Vec<usize> {
     cells.into_iter().filter(|&c| parts[c] == home).collect()
 }
 
-/// (α, β) from Σ w_i = 1 and Σ w_i (X_i − c) = 0: since Σ N_i X_i = X these are rows of the moments.
+/// Returns the weights, with (α, β) from Σ w_i = 1 and Σ w_i (X_i − c) = 0: because Σ N_i X_i = X these are rows of the moments.
 fn weights(moments: &Matrix4<f64>, nodes: &NodeMoments, radius: f64) -> Option<Vec<(u32, f64)>> {
     let mass = moments[(0, 0)];
-    // Less than a millionth of the whole is numerically nothing.
+    // Less than a millionth of the whole ball counts as empty.
     if mass < 1e-6 * whole_ball(radius) {
         return None;
     }
@@ -105,17 +106,17 @@ fn weights(moments: &Matrix4<f64>, nodes: &NodeMoments, radius: f64) -> Option<V
     Some(nodes.iter().map(|(&node, n)| (node, n.dot(&solution) / mass)).collect())
 }
 
-/// ∫ b (1, y) N_i dV of the nodes of a ball.
+/// ∫ b (1, y) N_i dV for the nodes of a ball.
 type NodeMoments = BTreeMap<u32, Vector4<f64>>;
 
-/// Integrals over a cell, lengths in units of the radius: y = (X − c)/R.
+/// Integrals over a cell, with lengths in units of the radius: y = (X − c)/R.
 #[derive(Default)]
 struct Moments {
     /// ∫ b (1, y) ⊗ (1, y) dV
     whole: Matrix4<f64>,
     /// ∫ b (1, y) N_i dV
     nodes: [Vector4<f64>; 10],
-    /// Parts so far
+    /// Number of parts so far
     parts: usize,
 }
 
@@ -126,15 +127,15 @@ struct Ball<'a> {
     rule: quadrature::Rule<3>,
 }
 
-/// A cell as a ball sees it.
+/// A cell in the coordinates of the ball, y = (X − c)/R.
 struct Seen {
-    /// y of the nodes, of a linear cell of the first four
+    /// y of the nodes; only the first four are used for a linear cell
     nodes: [Vec3; 10],
-    /// The edges are straight and halved by their nodes, so that the map is affine
+    /// Whether the edges are straight with their mid-nodes at the midpoints, so that the map is affine
     is_straight: bool,
 }
 
-/// Distance of the node of an edge from its middle, over the length of the edge, up to which it is rounding in a file \[–\]
+/// Distance of a mid-node from the midpoint of its edge, relative to the length of the edge, up to which it is rounding in a file \[–\]
 const STRAIGHT: f64 = 1e-8;
 
 impl Seen {
@@ -150,7 +151,7 @@ impl Seen {
         Self { nodes, is_straight }
     }
 
-    /// y of a point.
+    /// Returns y at a point.
     fn at(&self, xi: [f64; 3]) -> Vec3 {
         match self.is_straight {
             true => self.nodes[0] + self.edges() * Vec3::from(xi),
@@ -158,7 +159,7 @@ impl Seen {
         }
     }
 
-    /// ∂y/∂ξ at a point, column j the derivative along ξ_j.
+    /// Returns ∂y/∂ξ at a point; column j is the derivative with respect to ξ_j.
     fn jacobian(&self, xi: [f64; 3]) -> Matrix3<f64> {
         match self.is_straight {
             true => self.edges(),
@@ -168,17 +169,18 @@ impl Seen {
         }
     }
 
-    /// From the first corner to the others.
+    /// Returns the edges from the first corner to the others.
     fn edges(&self) -> Matrix3<f64> {
         Matrix3::from_columns(&[1, 2, 3].map(|k| self.nodes[k] - self.nodes[0]))
     }
 
-    /// Σ N_i ⊗ (1, y_i) of sums over the nodes: with the nodes where they are, the weights follow affine motions exactly, whatever counts as straight.
+    /// Returns Σ N_i ⊗ (1, y_i) from sums over the nodes: with the actual node positions the weights follow affine motions exactly, whatever counts
+    /// as straight.
     fn sum_of_nodes(&self, sums: &[Vector4<f64>; 10]) -> Matrix4<f64> {
         sums.iter().zip(&self.nodes).map(|(n, y)| n * RowVector4::new(1.0, y.x, y.y, y.z)).sum()
     }
 
-    /// The sums over the corners of a cell with straight edges, whose shape functions are linear: (1, y) = Σ N_i (1, y_i).
+    /// Distributes the sums among the corners of a cell with straight edges, whose shape functions are linear: (1, y) = Σ N_i (1, y_i).
     fn share_among_corners(&self, sum: &mut Moments) -> Option<()> {
         let corners = [0, 1, 2, 3].map(|k| self.nodes[k]);
         let rows = Matrix4::from_columns(&corners.map(|y| Vector4::new(1.0, y.x, y.y, y.z)));
@@ -191,7 +193,7 @@ impl Seen {
 }
 
 impl Ball<'_> {
-    /// The integrals over cell `c`; none of a cell of too many parts, or so slender that its volume is lost to rounding.
+    /// Returns the integrals over cell `c`; `None` if it needs too many parts, or is so slender that its volume is lost to rounding.
     fn cell(&self, c: usize) -> Option<Moments> {
         let (mut sum, seen) = (Moments::default(), Seen::new(self, c));
         self.add_part(&seen, &CELL_NODES[..4].try_into().expect("four corners"), &mut sum);
@@ -206,8 +208,8 @@ impl Ball<'_> {
         Some(sum)
     }
 
-    /// Adds the part `xi` (corners in reference coordinates) of a cell, split until it is small: R/2 inside, where the
-    /// integrand is smooth, R/3 at the sphere, where b has a kink in its curvature (second moments come out to 1e-5).
+    /// Adds the part `xi` (corners in reference coordinates) of a cell, split until it is small: R/2 inside, where the integrand is smooth, R/3 at
+    /// the sphere, where the second derivative of b is discontinuous (second moments are accurate to 1e-5).
     fn add_part(&self, seen: &Seen, xi: &[[f64; 3]; 4], sum: &mut Moments) {
         sum.parts += 1;
         if sum.parts > MOST_PARTS {
@@ -216,7 +218,7 @@ impl Ball<'_> {
         let corners = xi.map(|x| seen.at(x));
         let middle = corners.iter().sum::<Vec3>() / 4.0;
         let spread = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
-        // All of the part is within `reach` of its middle, more generously where edges are curved.
+        // All of the part lies within `reach` of its centre; the margin is larger if edges are curved.
         let reach = if seen.is_straight { spread } else { 1.5 * spread };
         if middle.norm() - reach >= 1.0 {
             return;
@@ -244,13 +246,13 @@ impl Ball<'_> {
         }
     }
 
-    /// (1, y) and b dV at a point of the quadrature; none outside of the ball.
+    /// Returns (1, y) and b dV at a quadrature point; `None` outside the ball.
     fn density(&self, y: Vec3, volume: f64) -> Option<(Vector4<f64>, f64)> {
         let gap = 1.0 - y.norm_squared();
         (gap > 0.0).then(|| (Vector4::new(1.0, y.x, y.y, y.z), gap * gap * volume))
     }
 
-    /// Adds the integrals over a part with straight edges, without those of its nodes.
+    /// Adds the integrals over a part with straight edges, except those of its nodes.
     fn add_flat(&self, corners: &[Vec3; 4], sum: &mut Moments) {
         let edges = Matrix3::from_columns(&[1, 2, 3].map(|k| corners[k] - corners[0]));
         let volume = edges.determinant() * self.radius.powi(3);
@@ -261,7 +263,7 @@ impl Ball<'_> {
         }
     }
 
-    /// Adds the integrals of the nodes over a part of a quadratic cell.
+    /// Adds the integrals for the nodes over a part of a quadratic cell.
     fn add_quadratic(&self, seen: &Seen, xi: &[[f64; 3]; 4], sum: &mut Moments) {
         let edges = Matrix3::from_columns(&[1, 2, 3].map(|k| Vec3::from(xi[k]) - Vec3::from(xi[0])));
         let share = edges.determinant();
@@ -304,8 +306,8 @@ mod tests {
         }
     }
 
-    /// Linear and quadratic cells with the same corners and straight edges have the same weights, where each mid-edge gives half of its own to each
-    /// end, ξ_i = N_i + ½ Σ N of its edges. The rule for curved cells leads to nearly the same.
+    /// Linear and quadratic cells with the same corners and straight edges have the same weights if each mid-node adds half of its weight to each
+    /// end, ξ_i = N_i + ½ Σ N of its edges. The rule for curved cells gives nearly the same result.
     #[test]
     fn straight_cells_have_the_weights_of_the_general_rule() {
         let mut linear = block(4, 3, 3, 0.05, 0.04, 0.03, Order::Linear);
@@ -338,11 +340,11 @@ mod tests {
         };
         let straight = difference(&quadratic);
         assert!(straight < 1e-13, "{straight:e}");
-        // No cell is straight any more, and the cells are nearly where they were.
+        // No cell counts as straight any more, and the cells have hardly moved.
         quadratic.points.iter_mut().enumerate().for_each(|(i, x)| x[i % 3] += 1e-9);
         let ball = Ball { mesh: &quadratic, center, radius, rule: quadrature::tet(5) };
         assert!((0..quadratic.cell_count()).all(|c| !Seen::new(&ball, c).is_straight));
-        // Curved cells are split further, since their reach is taken half as large again: second moments to 1e-5.
+        // Curved cells are split further, because their reach is taken to be one and a half times as large: second moments to 1e-5.
         let curved = difference(&quadratic);
         assert!((1e-13..1e-5).contains(&curved), "{curved:e}");
     }

@@ -1,14 +1,14 @@
-//! Breadth-first order of the cells, in which cells that follow each other have nodes in common.
+//! Breadth-first order of the cells, in which consecutive cells share nodes.
 //!
-//! Nodes are numbered breadth-first from an end of the body (Cuthill & McKee, Proc. 24th Nat. Conf. ACM, 1969), cells by their nodes. Meshers
-//! number cells at random places, and cells that follow each other then have few entries of K in common. The order follows from the
-//! connectivity alone, so that it stays where a mesh is deformed.
+//! Nodes are numbered breadth-first from an end of the body (Cuthill & McKee, Proc. 24th Nat. Conf. ACM, 1969), cells by their nodes. Meshers number
+//! cells in no spatial order, so that consecutive cells share few entries of K. The order depends only on the connectivity, so that it does not
+//! change when a mesh is deformed.
 
 use super::TetMesh;
 use crate::math::sparse::accumulate;
 use std::cmp::Reverse;
 
-/// \[cells\] place of each cell in the order.
+/// Returns the position of each cell in the order \[cells\].
 pub fn cell_order(mesh: &TetMesh) -> Vec<u32> {
     let rank = ranks(mesh);
     let key = |c: u32| {
@@ -23,7 +23,7 @@ pub fn cell_order(mesh: &TetMesh) -> Vec<u32> {
     place
 }
 
-/// \[nodes\] number of each corner in a breadth-first search of every part of the mesh from one of its ends.
+/// Returns the number of each corner \[nodes\] in a breadth-first search of every part of the mesh from one of its ends.
 fn ranks(mesh: &TetMesh) -> Vec<u32> {
     let corners = |c: u32| &mesh.cell(c as usize)[..4];
     let mut offsets = vec![0_usize; mesh.points.len() + 1];
@@ -61,7 +61,7 @@ fn ranks(mesh: &TetMesh) -> Vec<u32> {
         if rank[start as usize] != UNKNOWN || cells_of(start).is_empty() {
             continue;
         }
-        // The node found last is an end, and one in few cells a corner there.
+        // The node found last is at an end, where a corner belongs to few cells.
         let part = search(start, &mut rank, first);
         let last = part[part.len() * 15 / 16..].iter().copied();
         let end = last.min_by_key(|&n| (cells_of(n).len(), Reverse(rank[n as usize]))).unwrap_or(start);
@@ -81,7 +81,7 @@ mod tests {
     use crate::mesh::made::structured;
     use std::collections::BTreeSet;
 
-    /// Pairs of corners in groups of 256 cells, per cell: 10 in a cell alone.
+    /// Number of pairs of corners in groups of 256 cells, per cell: 10 for a single cell.
     fn pairs(mesh: &TetMesh, order: &[u32]) -> f64 {
         let of_group = |group: &[u32]| {
             let pairs = group.iter().flat_map(|&c| {

@@ -1,8 +1,7 @@
 //! Shape functions of tet4, tet10, tri3 and tri6 on the reference simplex, in VTK's node order.
 //!
-//! Reference cell: corners (0,0,0) (1,0,0) (0,1,0) (0,0,1), λ₀ = 1 − ξ − η − ζ. Corner functions of the quadratic
-//! elements are λ_i(2λ_i − 1), mid-edge functions 4λ_iλ_j. Arrays have room for the quadratic element; a linear one fills
-//! the first 4 (3) entries and leaves zeros behind.
+//! Reference cell: corners (0,0,0) (1,0,0) (0,1,0) (0,0,1), λ₀ = 1 − ξ − η − ζ. Corner functions of the quadratic elements are λ_i(2λ_i − 1),
+//! mid-edge functions 4λ_iλ_j. Arrays have the size of the quadratic element; a linear element uses the first 4 (3) entries, and the rest are zero.
 
 use super::Order;
 
@@ -38,7 +37,7 @@ const CELL_LAMBDA: [[f64; 3]; 4] = [[-1.0, -1.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1
 /// ∂λ_i/∂ξ_j of the facet's barycentric coordinates.
 const FACET_LAMBDA: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
 
-/// N_i(ξ) of a cell.
+/// Returns the shape functions N_i(ξ) of a cell.
 pub fn cell_shape(order: Order, xi: [f64; 3]) -> [f64; 10] {
     let l = [1.0 - xi[0] - xi[1] - xi[2], xi[0], xi[1], xi[2]];
     let mut n = [0.0; 10];
@@ -56,7 +55,7 @@ pub fn cell_shape(order: Order, xi: [f64; 3]) -> [f64; 10] {
     n
 }
 
-/// ∂N_i/∂ξ_j of a cell.
+/// Returns the derivatives ∂N_i/∂ξ_j of a cell.
 pub fn cell_gradients(order: Order, xi: [f64; 3]) -> [[f64; 3]; 10] {
     let l = [1.0 - xi[0] - xi[1] - xi[2], xi[0], xi[1], xi[2]];
     let mut g = [[0.0; 3]; 10];
@@ -76,7 +75,7 @@ pub fn cell_gradients(order: Order, xi: [f64; 3]) -> [[f64; 3]; 10] {
     g
 }
 
-/// N_i(ξ) of a facet.
+/// Returns the shape functions N_i(ξ) of a facet.
 pub fn facet_shape(order: Order, xi: [f64; 2]) -> [f64; 6] {
     let l = [1.0 - xi[0] - xi[1], xi[0], xi[1]];
     let mut n = [0.0; 6];
@@ -94,7 +93,7 @@ pub fn facet_shape(order: Order, xi: [f64; 2]) -> [f64; 6] {
     n
 }
 
-/// ∂N_i/∂ξ_j of a facet.
+/// Returns the derivatives ∂N_i/∂ξ_j of a facet.
 pub fn facet_gradients(order: Order, xi: [f64; 2]) -> [[f64; 2]; 6] {
     let l = [1.0 - xi[0] - xi[1], xi[0], xi[1]];
     let mut g = [[0.0; 2]; 6];
@@ -138,7 +137,7 @@ mod tests {
 
     #[test]
     fn sum_to_one_and_gradients_agree_with_differences() {
-        // Central differences are exact for quadratics: what remains is rounding / 2e.
+        // Central differences are exact for quadratics: the remaining error is rounding / 2e.
         let (e, tol) = (1e-3, 1e-12);
         let (x3, x2) = ([0.17, 0.31, 0.23], [0.29, 0.47]);
         for order in ORDERS {

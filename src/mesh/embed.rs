@@ -1,4 +1,4 @@
-//! Material points inside a mesh by the shape functions of their cells, and the points of its surface that are nearest to points outside.
+//! Material points inside a mesh, expressed by the shape functions of their cells, and the nearest surface points to points outside.
 
 use super::element::{CELL_EDGES, cell_shape};
 use super::error::point;
@@ -19,7 +19,7 @@ pub struct Embedded {
     pub weights: Vec<(u32, f64)>,
 }
 
-/// A point or ball that the body does not hold.
+/// Error for a point or ball that is not inside the body.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum EmbedError {
     #[error("the point {} is outside the body, {:.4} mm from its surface; move it inside", point(at), Decimals(distance * 1e3))]
@@ -32,15 +32,15 @@ pub enum EmbedError {
     SlenderCell { at: Vec3, radius: f64 },
 }
 
-/// Reference coordinates may leave the cell by this much: points on faces belong to both cells.
+/// Amount by which reference coordinates may lie outside the cell \[–\]: points on faces belong to both cells.
 const INSIDE: f64 = 1e-9;
 
-/// The cell that holds `at` \[m\] and the shape functions there. On a face, the cell in which it lies deepest.
+/// Returns the cell that contains `at` \[m\] and the shape functions there. On a face, the cell in which the point lies deepest is chosen.
 pub fn embed(mesh: &TetMesh, at: Vec3) -> Result<Embedded, EmbedError> {
     locate(mesh, at).ok_or_else(|| EmbedError::Outside { at, distance: distance_to_surface(mesh, at) })
 }
 
-/// As [`embed`]; None outside of the body.
+/// Finds the point as [`embed`] does; `None` outside the body.
 fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
     let near = |c: &usize| {
         let (low, high) = reach_of(mesh, *c);
@@ -49,14 +49,14 @@ fn locate(mesh: &TetMesh, at: Vec3) -> Option<Embedded> {
     deepest(mesh, (0..mesh.cell_count()).filter(near), at)
 }
 
-/// The bounding box of the points that count as inside of a cell.
+/// Returns the bounding box of the points that count as inside a cell.
 pub(super) fn reach_of(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
     let (low, high) = cell_bounds(mesh, c);
     let margin = Vec3::repeat(INSIDE * (high - low).norm());
     (low - margin, high + margin)
 }
 
-/// The one of some cells, in ascending order, in which a point lies deepest.
+/// Returns the embedding in the cell, among some cells in ascending order, in which a point lies deepest.
 pub(super) fn deepest(mesh: &TetMesh, cells: impl Iterator<Item = usize>, at: Vec3) -> Option<Embedded> {
     let mut best: Option<(f64, u32, [f64; 3])> = None;
     for c in cells {
@@ -71,7 +71,7 @@ pub(super) fn deepest(mesh: &TetMesh, cells: impl Iterator<Item = usize>, at: Ve
     Some(Embedded { cell, xi, weights: mesh.cell(cell as usize).iter().copied().zip(n).collect() })
 }
 
-/// Bounding box of a cell; of a curved one by its Bézier points (mid-edge 2m − ½(a + b)).
+/// Returns the bounding box of a cell; for a curved cell that of its Bézier points (mid-edge 2m − ½(a + b)).
 pub(super) fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
     let p = |k: usize| mesh.points[mesh.cell(c)[k] as usize];
     let edges = if mesh.order == Order::Quadratic { &CELL_EDGES[..] } else { &[] };
@@ -79,7 +79,7 @@ pub(super) fn cell_bounds(mesh: &TetMesh, c: usize) -> (Vec3, Vec3) {
     geometry::bounds((0..4).map(p).chain(edges.iter().enumerate().map(middle)))
 }
 
-/// ξ with X(ξ) = at, by Newton's method; one step on tet4. None if it does not converge near the cell.
+/// Solves X(ξ) = at for ξ by Newton's method; one step on tet4. `None` if it does not converge near the cell.
 pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
     let mut xi = Vec3::repeat(0.25);
     for _ in 0..20 {
@@ -93,22 +93,22 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
             return None;
         }
     }
-    // Rounding may keep the last step above the bound above.
+    // Rounding may keep the last step above the tolerance used above.
     ((mesh.position(c, xi.into()) - at).norm() <= 1e-12 * mesh.diagonal()).then(|| xi.into())
 }
 
-/// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
+/// Returns the distance \[m\] from a point to the nearest boundary facet; curved facets count as four flat triangles.
 pub(super) fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
     (nearest_on_surface(mesh, at) - at).norm()
 }
 
-/// The point of the boundary facets that is nearest to a point \[m\], curved ones taken as four flat triangles.
+/// Returns the point of the boundary facets that is nearest to a point \[m\]; curved facets count as four flat triangles.
 pub fn nearest_on_surface(mesh: &TetMesh, at: Vec3) -> Vec3 {
     let nearest = boundary_facets(mesh).into_iter().map(|f| nearest_on_facet(mesh, f, at));
     nearest.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).unwrap_or(at)
 }
 
-/// The point of a facet that is nearest to a point \[m\], a curved facet taken as four flat triangles.
+/// Returns the point of a facet that is nearest to a point \[m\]; a curved facet counts as four flat triangles.
 fn nearest_on_facet(mesh: &TetMesh, f: u32, at: Vec3) -> Vec3 {
     let nodes = mesh.facet(f as usize);
     let nearest = |piece: &[usize; 3]| closest_on_triangle(&at, &piece.map(|k| mesh.points[nodes[k] as usize]));

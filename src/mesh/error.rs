@@ -1,11 +1,11 @@
-//! Defects of a mesh as typed errors: the place, the fact, the remedy.
+//! Defects of a mesh as typed errors, with place, fact and remedy.
 
 use crate::math::tensor::Vec3;
 use crate::wording::hint;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Where in a file: text files count lines, binary ones bytes.
+/// Location in a file: text files count lines, binary ones bytes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Place {
     pub file: PathBuf,
@@ -33,7 +33,7 @@ impl fmt::Display for Place {
 /// The order of the mid-nodes of a cell in files, as a remedy.
 const MID_NODES: &str = "write those of the corners 1 to 4 in the order 12 23 13 14 34 24 in MSH, 12 23 13 14 24 34 in VTK and Abaqus files";
 
-/// Why a mesh was refused. Cells and nodes carry the numbers of the file they come from.
+/// Reason why a mesh was refused. Cells and nodes are given by their numbers in the file.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum MeshError {
     #[error("{}: cannot be read: {reason}; check the path and its permissions", file.display())]
@@ -84,7 +84,7 @@ pub enum MeshError {
     NoRegion { name: String, known: Vec<String> },
 }
 
-/// A position for messages, in millimetres.
+/// Formats a position for messages, in millimetres.
 pub(crate) fn point(p: &Vec3) -> String {
     let mm = |x: f64| (x * 1e9).round() / 1e6 + 0.0;
     format!("({}, {}, {}) mm", mm(p.x), mm(p.y), mm(p.z))

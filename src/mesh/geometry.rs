@@ -6,13 +6,13 @@ use crate::math::sparse::SymPattern;
 use crate::math::tensor::{Mat3, Vec3};
 
 impl TetMesh {
-    /// Position X(ξ) in cell `c` \[m\].
+    /// Returns the position X(ξ) in cell `c` \[m\].
     pub fn position(&self, c: usize, xi: [f64; 3]) -> Vec3 {
         let n = cell_shape(self.order, xi);
         self.cell(c).iter().zip(n).map(|(&i, n)| self.points[i as usize] * n).sum()
     }
 
-    /// ∂X/∂ξ in cell `c` \[m\], column j the derivative along ξ_j.
+    /// Returns ∂X/∂ξ in cell `c` \[m\]; column j is the derivative with respect to ξ_j.
     pub fn jacobian(&self, c: usize, xi: [f64; 3]) -> Mat3 {
         let g = cell_gradients(self.order, xi);
         let mut jacobian = Mat3::zeros();
@@ -22,7 +22,7 @@ impl TetMesh {
         jacobian
     }
 
-    /// Volume of cell `c` \[m³\]: det ∂X/∂ξ has degree 3 on tet10, so the rule is exact.
+    /// Returns the volume of cell `c` \[m³\]; det ∂X/∂ξ has degree 3 on tet10, so that the rule is exact.
     pub fn cell_volume(&self, c: usize) -> f64 {
         match self.order {
             Order::Linear => self.jacobian(c, [0.0; 3]).determinant() / 6.0,
@@ -43,7 +43,8 @@ impl TetMesh {
         cells.iter().map(|&c| self.cell_volume(c as usize)).sum()
     }
 
-    /// Normal times surface element, ∂X/∂ξ × ∂X/∂η, of facet `f` at `xi` \[m²\]; the integral is Σ w over the triangle rule.
+    /// Returns the normal times the surface element, ∂X/∂ξ × ∂X/∂η, of facet `f` at `xi` \[m²\]; the integral is the weighted sum over a triangle
+    /// rule.
     pub fn facet_normal(&self, f: usize, xi: [f64; 2]) -> Vec3 {
         let g = facet_gradients(self.order, xi);
         let (mut a, mut b) = (Vec3::zeros(), Vec3::zeros());
@@ -54,7 +55,7 @@ impl TetMesh {
         a.cross(&b)
     }
 
-    /// Area of facet `f` \[m²\]; of a curved facet by the degree-4 rule.
+    /// Returns the area of facet `f` \[m²\]; curved facets use the degree-4 rule.
     pub fn facet_area(&self, f: usize) -> f64 {
         let rule = quadrature::tri(if self.order == Order::Linear { 1 } else { 4 });
         rule.points.iter().zip(&rule.weights).map(|(&p, w)| w * self.facet_normal(f, p).norm()).sum()
@@ -65,7 +66,7 @@ impl TetMesh {
         facets.iter().map(|&f| self.facet_area(f as usize)).sum()
     }
 
-    /// (node, ∫ N_i dA \[m²\]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
+    /// Returns (node, ∫ N_i dA \[m²\]) over facets; the degree-4 rule is exact on straight facets and has the error of the area on curved ones.
     pub fn nodal_areas(&self, facets: &[u32]) -> Vec<(u32, f64)> {
         let rule = quadrature::tri(4);
         let mut nodal = vec![0.0; self.points.len()];
@@ -80,12 +81,12 @@ impl TetMesh {
         (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect()
     }
 
-    /// Mean cell size h = (V/N)^{1/3} \[m\].
+    /// Returns the mean cell size h = (V/N)^{1/3} \[m\].
     pub fn h(&self) -> f64 {
         (self.volume() / self.cell_count() as f64).cbrt()
     }
 
-    /// The graph of the corners, whose pairs are the edges of the cells.
+    /// Returns the graph of the corners, whose pairs are the edges of the cells.
     pub fn edges(&self) -> SymPattern {
         let of_cell = |c| CELL_EDGES.map(|[i, j]| (self.cell(c)[i], self.cell(c)[j]));
         SymPattern::from_pairs(self.points.len(), (0..self.cell_count()).flat_map(of_cell))
@@ -98,8 +99,8 @@ impl TetMesh {
         edges().map(|(i, j)| (self.points[j] - self.points[i]).norm()).sum::<f64>() / edges().count() as f64
     }
 
-    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\], between corners. Axes that are not `counted` are left out of
-    /// both.
+    /// Returns the mean extents of the cells along x, y and z, and their mean longest edge \[m\], from their corners. Axes that are not `counted` are
+    /// ignored in both.
     pub fn mean_extents(&self, counted: [bool; 3]) -> [f64; 4] {
         let mut sums = [0.0; 4];
         for c in 0..self.cell_count() {
@@ -112,7 +113,7 @@ impl TetMesh {
         sums.map(|sum| sum / self.cell_count() as f64)
     }
 
-    /// Smallest and largest coordinates of the nodes \[m\].
+    /// Returns the smallest and the largest coordinates of the nodes \[m\].
     pub fn bounding_box(&self) -> (Vec3, Vec3) {
         bounds(self.points.iter().copied())
     }

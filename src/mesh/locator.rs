@@ -1,4 +1,4 @@
-//! The cell of each of many points, by a hierarchy of boxes.
+//! Finds the cells that contain many points, by a bounding volume hierarchy.
 
 use super::TetMesh;
 use super::embed::{Embedded, deepest, reach_of};
@@ -6,19 +6,19 @@ use crate::math::boxes::{hierarchy, overlapping};
 use crate::math::tensor::Vec3;
 use parry3d_f64::partitioning::Bvh;
 
-/// The cells of a mesh by place.
+/// The cells of a mesh in a bounding volume hierarchy.
 pub(super) struct Locator<'a> {
     mesh: &'a TetMesh,
     cells: Bvh,
 }
 
 impl<'a> Locator<'a> {
-    /// The hierarchy of all cells.
+    /// Builds the hierarchy of all cells.
     pub fn new(mesh: &'a TetMesh) -> Self {
         Self { mesh, cells: hierarchy((0..mesh.cell_count()).map(|c| reach_of(mesh, c))) }
     }
 
-    /// The point as [`super::embed::embed`] finds it; none outside of the body.
+    /// Returns the point as [`super::embed::embed`] finds it; `None` outside the body.
     pub fn locate(&self, at: Vec3) -> Option<Embedded> {
         let near = overlapping(&self.cells, (at, at));
         deepest(self.mesh, near.into_iter().map(|c| c as usize), at)
@@ -33,7 +33,7 @@ mod tests {
     use crate::mesh::made::disturb::distort;
     use crate::mesh::made::structured::block;
 
-    /// Every node, every middle of a cell and points outside: the same answer as by going through all cells.
+    /// For every node, every centre of a cell and points outside, the result equals that of a search through all cells.
     #[test]
     fn the_answer_is_that_of_all_cells() {
         for order in [Order::Linear, Order::Quadratic] {

@@ -5,9 +5,9 @@
 //! | The mesh, its cells and their integration | [`TetMesh`], [`element`], [`quadrature`], [`Order`] |
 //! | Files | `file` |
 //! | Meshes by gmsh or CGAL | [`generate`] |
-//! | Meshes made here, and changed ones | `made` |
-//! | Surfaces of a mesh and from files | `surface` |
-//! | Points, balls and places in a mesh | [`embed`], [`ball`], [`select`] |
+//! | Meshes made without a mesher, and modified meshes | `made` |
+//! | Surfaces of a mesh, and surfaces from files | `surface` |
+//! | Points, balls and regions of space in a mesh | [`embed`], [`ball`], [`select`] |
 //! | Limits of a mesh: poor cells, thin walls, gaps, overlaps | [`quality`] |
 
 pub mod ball;

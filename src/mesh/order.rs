@@ -1,6 +1,6 @@
 //! The polynomial order of the cells.
 
-/// Polynomial order of the cells and with it the element: `tet4` (4 nodes) or `tet10` (10 nodes).
+/// Polynomial order of the cells, which determines the element: `tet4` (4 nodes) or `tet10` (10 nodes).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
 pub enum Order {
     Linear,

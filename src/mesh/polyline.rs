@@ -3,11 +3,10 @@
 use crate::math::tensor::Vec3;
 use std::f64::consts::TAU;
 
-/// Segments of a helix turn by no more than this share of a turn: the polyline is then within 0.9 % of the radius of the helix, and
-/// shorter by 0.3 % at most.
+/// Number of segments per turn of a helix, at least: the polyline is then within 0.9 % of the radius of the helix, and at most 0.3 % shorter.
 const SEGMENTS_PER_TURN: f64 = 24.0;
 
-/// The same line with every part cut into equal segments no longer than `spacing` \[m\].
+/// Divides every part of a line into equal segments no longer than `spacing` \[m\].
 pub fn cut(line: &[Vec3], spacing: f64) -> Vec<Vec3> {
     let mut out = line[..1].to_vec();
     for pair in line.windows(2) {
@@ -28,14 +27,14 @@ pub struct Helix {
     pub end: Vec3,
     /// \[m\]
     pub radius: f64,
-    /// Turns from `start` to `end`; positive right-handed
+    /// Revolutions from `start` to `end`; positive if right-handed
     pub turns: f64,
-    /// Angle of the first point about the axis, from the x-axis, or from the y-axis where the axis is nearer than 45° to x \[rad\]
+    /// Angle of the first point about the axis \[rad\], measured from the x-axis, or from the y-axis if the axis is within 45° of x
     pub phase: f64,
 }
 
 impl Helix {
-    /// A polyline with vertices on the helix and segments no longer than `spacing` \[m\].
+    /// Returns a polyline with vertices on the helix and segments no longer than `spacing` \[m\].
     pub fn points(&self, spacing: f64) -> Vec<Vec3> {
         let axis = self.end - self.start;
         let length = axis.norm().hypot(TAU * self.radius * self.turns);

@@ -25,7 +25,7 @@ impl<const D: usize> Rule<D> {
     }
 }
 
-/// The smallest rule on the tetrahedron that is exact to `degree` ≤ 5: 1, 4 or 14 points.
+/// Returns the smallest rule on the tetrahedron that is exact to `degree` ≤ 5: 1, 4 or 14 points.
 pub fn tet(degree: usize) -> Rule<3> {
     match degree {
         0 | 1 => {
@@ -53,7 +53,7 @@ pub fn tet(degree: usize) -> Rule<3> {
     }
 }
 
-/// The orbit (a, a, a, 1 − 3a) in barycentric coordinates.
+/// Adds the orbit (a, a, a, 1 − 3a) in barycentric coordinates.
 fn corners(rule: &mut Rule<3>, a: f64, weight: f64) {
     let b = 1.0 - 3.0 * a;
     for p in [[a, a, a], [b, a, a], [a, b, a], [a, a, b]] {
@@ -61,7 +61,7 @@ fn corners(rule: &mut Rule<3>, a: f64, weight: f64) {
     }
 }
 
-/// The smallest rule on the triangle that is exact to `degree` ≤ 4: 1, 3 or 6 points.
+/// Returns the smallest rule on the triangle that is exact to `degree` ≤ 4: 1, 3 or 6 points.
 pub fn tri(degree: usize) -> Rule<2> {
     let orbit = |rule: &mut Rule<2>, a: f64, weight: f64| {
         let b = 1.0 - 2.0 * a;

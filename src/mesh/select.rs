@@ -1,19 +1,19 @@
-//! Picks nodes, facets or cells by where they are.
+//! Selects nodes, facets or cells by their position.
 
 use super::surface::boundary::boundary_facets;
 use super::{Region, TetMesh};
 use crate::math::tensor::Vec3;
 
-/// Entities of a mesh that can be picked.
+/// Kinds of mesh entities that can be selected.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pick {
     Nodes,
-    /// Of the boundary
+    /// Facets of the boundary
     Facets,
     Cells,
 }
 
-/// Which facets or cells at the border of a place belong to it. Corners count, not nodes in the middle of edges.
+/// Rule for facets or cells at the border of a region of space. Only corners count, not mid-edge nodes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rule {
     /// At least one corner is inside
@@ -25,7 +25,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// Every rule, from the largest region to the smallest.
+    /// All rules, from the largest region to the smallest.
     pub const EVERY: [Self; 3] = [Self::Any, Self::Centroid, Self::All];
 
     fn takes(self, mesh: &TetMesh, corners: &[u32], holds: &dyn Fn(&Vec3) -> bool) -> bool {
@@ -42,7 +42,7 @@ impl Rule {
 }
 
 impl Pick {
-    /// Every entity of this kind that there is, ascending; facets are those of the boundary.
+    /// Returns all entities of this kind in ascending order; facets are those of the boundary.
     pub fn every(self, mesh: &TetMesh) -> Vec<u32> {
         match self {
             Self::Nodes => (0..mesh.points.len() as u32).collect(),
@@ -51,7 +51,7 @@ impl Pick {
         }
     }
 
-    /// The entities of this kind at a place, ascending; nodes need no rule.
+    /// Returns the entities of this kind whose positions satisfy `holds`, in ascending order; nodes need no rule.
     pub fn at(self, mesh: &TetMesh, rule: Rule, holds: &dyn Fn(&Vec3) -> bool) -> Vec<u32> {
         let inside = |&k: &u32| match self {
             Self::Nodes => holds(&mesh.points[k as usize]),
@@ -61,7 +61,7 @@ impl Pick {
         self.every(mesh).into_iter().filter(inside).collect()
     }
 
-    /// The region of these entities.
+    /// Builds the region of these entities.
     pub fn region(self, entities: Vec<u32>, depends_on_mesh: bool) -> Region {
         let region = Region { depends_on_mesh, ..Region::default() };
         match self {
@@ -71,7 +71,7 @@ impl Pick {
         }
     }
 
-    /// Their name in words.
+    /// Name of the kind in messages.
     pub fn words(self) -> &'static str {
         match self {
             Self::Nodes => "nodes",
@@ -81,7 +81,7 @@ impl Pick {
     }
 }
 
-/// Boundary facets whose outward normal is within `angle` \[rad\] of `direction`.
+/// Returns the boundary facets whose outward normal is within `angle` \[rad\] of `direction`.
 pub fn facing(mesh: &TetMesh, direction: &Vec3, angle: f64) -> Vec<u32> {
     let least = angle.cos() - 1e-12;
     let facing =
@@ -95,14 +95,14 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::made::structured::block;
 
-    /// Two boxes of cells along x: the border of the place cuts the second one.
+    /// Two boxes of cells along x: the border of the selection cuts the second one.
     #[test]
     fn rules_are_nested_and_count_corners() {
         for order in [Order::Linear, Order::Quadratic] {
             let mesh = block(4, 2, 2, 0.4, 0.2, 0.2, order);
             let holds = |x: &Vec3| x.x <= 0.16;
             let count = |pick: Pick, rule| pick.at(&mesh, rule, &holds).len();
-            // Behind x = 0.1 only corners at 0.1 are inside: four boxes of six cells lie before it, four are in contact with it
+            // Beyond x = 0.1 only corners at 0.1 are inside: four boxes of six cells lie before it, four adjoin it
             assert_eq!(count(Pick::Cells, Rule::All), 24);
             assert_eq!(count(Pick::Cells, Rule::Any), 48);
             let middle = count(Pick::Cells, Rule::Centroid);

@@ -4,16 +4,16 @@ use super::{MeshError, Order};
 use crate::math::tensor::Vec3;
 use std::collections::BTreeMap;
 
-/// A named set of cells, facets or nodes; indices into the mesh, ascending, without repeats.
+/// A named set of cells, facets or nodes; indices into the mesh, in ascending order, without duplicates.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Region {
     pub cells: Vec<u32>,
     pub facets: Vec<u32>,
-    /// Nodes named by themselves (selectors, node sets); the nodes of `cells` and `facets` need not be repeated here.
+    /// Nodes listed explicitly (selectors, node sets); the nodes of `cells` and `facets` need not be repeated here.
     pub nodes: Vec<u32>,
-    /// The nodes of the region are `nodes` alone: a node set of a file, in which an element set of the same name is another set.
+    /// Whether the nodes of the region are only `nodes`: a node set of a file, in which an element set of the same name is a different set.
     pub is_node_set: bool,
-    /// The border of the selector that made it runs through cells: an O(h) boundary condition.
+    /// Whether the border of the selector that made it runs through cells: an O(h) boundary condition.
     pub depends_on_mesh: bool,
 }
 
@@ -57,7 +57,7 @@ impl TetMesh {
         &self.facets[f * n..(f + 1) * n]
     }
 
-    /// All nodes of a region, ascending, without repeats: those of a node set, else of its cells, facets and nodes.
+    /// Returns all nodes of a region, in ascending order, without duplicates: those of a node set, or else those of its cells, facets and nodes.
     pub fn nodes_of(&self, region: &Region) -> Vec<u32> {
         let mut nodes = region.nodes.clone();
         if region.is_node_set {
@@ -70,22 +70,22 @@ impl TetMesh {
         nodes
     }
 
-    /// The nodes of the facets of a region, ascending, without repeats.
+    /// Returns the nodes of the facets of a region, in ascending order, without duplicates.
     pub(crate) fn nodes_of_facets(&self, region: &Region) -> Vec<u32> {
         self.nodes_of(&Region { facets: region.facets.clone(), ..Region::default() })
     }
 
-    /// The facets on which the nodes of a region lie: none of a node set with other nodes than those of its facets.
+    /// Returns the facets on which the nodes of a region lie: empty for a node set whose nodes are not exactly those of its facets.
     pub fn facets_of<'a>(&self, region: &'a Region) -> &'a [u32] {
         let are_apart = region.is_node_set && region.nodes != self.nodes_of_facets(region);
         if are_apart { &[] } else { &region.facets }
     }
 
-    /// The region `name`, or an error with the names that there are.
+    /// Returns the region `name`.
     ///
     /// # Errors
     ///
-    /// Where the mesh has no such region, with the names that it has.
+    /// The mesh has no such region; the error lists the regions that it has.
     pub fn region(&self, name: &str) -> Result<&Region, MeshError> {
         let known = || self.regions.keys().cloned().collect();
         self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), known: known() })

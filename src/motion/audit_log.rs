@@ -18,7 +18,7 @@ fn millimetres(v: Vec3) -> String {
     format!("({:.3}, {:.3}, {:.3}) mm", 1e3 * v.x, 1e3 * v.y, 1e3 * v.z)
 }
 
-/// A value of a curve with its unit, lengths in mm.
+/// Formats a value of a curve with its unit; lengths are in mm.
 pub fn amount(x: f64, curve: &str) -> String {
     match column::words(curve).1 {
         "m" => format!("{:.4} mm", 1e3 * x),
@@ -39,7 +39,7 @@ pub fn states(guide: &Curve, rule: &PlateauRule) -> String {
     )
 }
 
-/// Lines on the windows of the states.
+/// Lines on the windows of the held and final states.
 pub fn windows(held: Option<[f64; 2]>, last: Option<[f64; 2]>) -> Vec<String> {
     let one = |(state, at): (&str, Option<[f64; 2]>)| {
         at.map_or(format!("there is no {state} state"), |w| format!("{state} state: {}", window(w)))
@@ -104,7 +104,7 @@ pub fn body(names: &[String], at: Vec3, poses: &[Pose]) -> Vec<String> {
     lines
 }
 
-/// The doubt that a group is rigid, where it deforms by more than a twentieth of its size.
+/// Returns the reason to doubt that a group is rigid, if it deforms by more than a twentieth of its size.
 pub fn deformation(reference: &[Vec3], poses: &[Pose]) -> Option<String> {
     const RIGID: f64 = 0.05;
     let n = reference.len() as f64;

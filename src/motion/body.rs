@@ -8,37 +8,38 @@ use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{Rotation3, UnitQuaternion};
 use std::f64::consts::TAU;
 
-/// Position and orientation of a body at a time: x = R X + t of each of its reference points X.
+/// Position and orientation of a body at one time: x = R X + t for each of its reference points X.
 #[derive(Clone, Debug)]
 pub struct Pose {
     pub time_s: f64,
-    /// Samples that the row is the mean of
+    /// Number of samples averaged in the row
     pub samples: f64,
     pub rotation: Mat3,
     /// \[m\]
     pub translation: Vec3,
-    /// Deformation of the group: what a rigid motion leaves of the distances, √(Σ|e|²/n) \[m\]
+    /// Deformation of the group: rms distance that remains after the rigid motion, √(Σ|e|²/n) \[m\]
     pub rms: f64,
 }
 
 impl Pose {
-    /// Displacement of a point of the body that is at `reference` in the reference \[m\].
+    /// Returns the displacement of the point of the body whose reference position is `reference` \[m\].
     pub fn displacement(&self, reference: Vec3) -> Vec3 {
         self.rotation * reference + self.translation - reference
     }
 
-    /// Rotation about an axis \[rad\], positive by the right hand: the twist of the rotation about it, 2 atan2(q·a, q₀) of the unit quaternion (q₀, q).
+    /// Returns the rotation about an axis \[rad\], positive by the right-hand rule: the twist 2 atan2(q·a, q₀) of the unit quaternion (q₀, q).
     pub fn rotation_about(&self, axis: Vec3) -> f64 {
         twist(&self.rotation, axis)
     }
 }
 
-/// Part of a quaternion in the plane of its twist below which the twist is not counted on from: a swing of 120° about other axes \[–\]
+/// Norm of the part (q₀, q·a) of the quaternion below which a twist is not used to count turns: the body has rotated by more than 120° about other
+/// axes \[–\]
 const SWUNG: f64 = 0.5;
 
-/// Rotations of a body about an axis \[rad\] over its rows, which go on beyond ±π: each is the nearest one to that of the row before it, from the row
-/// `first` on, and before it of the row after it. Rows in which the body has swung by more than 120° about other axes do not count turns, since the twist is
-/// hardly determined there.
+/// Returns the rotations of a body about an axis over its rows \[rad\], continued beyond ±π: each is chosen nearest to that of the previous row, from
+/// the row `first` on, and before `first` nearest to that of the next row. Rows in which the body has rotated by more than 120° about other axes are
+/// not used to count turns, because the twist is ill-determined there.
 pub(super) fn turns_about(poses: &[Pose], axis: Vec3, first: usize) -> Vec<f64> {
     let parts: Vec<[f64; 2]> = poses.iter().map(|p| twist_parts(&p.rotation, axis)).collect();
     let mut turns: Vec<f64> = parts.iter().map(|part| angle(*part)).collect();
@@ -56,12 +57,12 @@ pub(super) fn turns_about(poses: &[Pose], axis: Vec3, first: usize) -> Vec<f64> 
     turns
 }
 
-/// The twist of a rotation about an axis \[rad\], within ±π.
+/// Returns the twist of a rotation about an axis \[rad\], within ±π.
 pub fn twist(rotation: &Mat3, axis: Vec3) -> f64 {
     angle(twist_parts(rotation, axis))
 }
 
-/// q·a and q₀ of the unit quaternion (q₀, q) of a rotation.
+/// Returns q·a and q₀ of the unit quaternion (q₀, q) of a rotation.
 fn twist_parts(rotation: &Mat3, axis: Vec3) -> [f64; 2] {
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     [q.imag().dot(&axis.normalize()), q.scalar()]
@@ -72,12 +73,12 @@ fn angle([along, scalar]: [f64; 2]) -> f64 {
     angle.sin().atan2(angle.cos())
 }
 
-/// Poses of a body over time, one for each row in which three or more of its markers are seen. `reference` are their positions in the reference
-/// \[m\], in the order of `names`.
+/// Returns the poses of a body over time, one for each row in which three or more of its markers are visible. `reference` contains their positions in
+/// the reference \[m\], in the order of `names`.
 ///
 /// # Errors
-/// Fewer than three markers, names that do not exist, reference points on a line or of another size, exchanged markers, and markers that are
-/// never seen together.
+/// Fewer than three markers, names that do not exist, reference points on a line or of a different size, exchanged markers, and markers that are
+/// never visible together.
 pub fn pose(tracks: &Tracks, names: &[String], reference: &[Vec3]) -> Result<Vec<Pose>, MotionError> {
     if names.len() != reference.len() {
         return Err(MotionError::Lengths {
@@ -111,7 +112,8 @@ mod tests {
     use super::*;
     use crate::math::statistics::larger;
 
-    /// A body that turns more than once about y, and rocks a little about x: the turns go on, in both directions from the row that is near zero, and no other axis turns.
+    /// A body that rotates more than once about y and rocks slightly about x: the rotation continues in both directions from the row near zero, and
+    /// no other axis turns.
     #[test]
     fn turns_go_on_beyond_half_a_turn() {
         let exact: Vec<f64> = (0..200).map(|k| 8.0 * f64::from(k) / 199.0).collect();

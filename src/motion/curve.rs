@@ -4,38 +4,38 @@ use super::error::MotionError;
 use crate::math::statistics::{median, range};
 use nalgebra::{SMatrix, SVector};
 
-/// Values over ascending times.
+/// Values at ascending times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Name with its unit at the end, `tip1_z_m`
+    /// Name with its unit at the end, such as `tip1_z_m`
     pub name: String,
     pub time_s: Vec<f64>,
     pub value: Vec<f64>,
-    /// Samples that each value is the mean of
+    /// Number of samples averaged in each value
     pub samples: Vec<f64>,
 }
 
-/// Rows that give one estimate of the noise, at least
+/// Smallest number of rows for one estimate of the noise
 const BLOCK: usize = 48;
-/// Neighbouring values of a combination
+/// Number of neighbouring values in a combination
 const NEAR: usize = 5;
 
 type Neighbours = SVector<f64, NEAR>;
 
 impl Curve {
-    /// A curve whose values are single samples.
+    /// Builds a curve whose values are single samples.
     ///
     /// # Errors
-    /// Lists of different lengths, times that do not increase, and numbers that are not finite.
+    /// Lists of different lengths, times that do not increase, and values that are not finite.
     pub fn new(name: &str, time_s: Vec<f64>, value: Vec<f64>) -> Result<Self, MotionError> {
         let samples = vec![1.0; time_s.len()];
         Self::weighted(name, time_s, value, samples)
     }
 
-    /// A curve whose values are means of some samples each.
+    /// Builds a curve whose values are means of several samples.
     ///
     /// # Errors
-    /// As of [`Curve::new`].
+    /// The errors of [`Curve::new`].
     pub fn weighted(name: &str, time_s: Vec<f64>, value: Vec<f64>, samples: Vec<f64>) -> Result<Self, MotionError> {
         let lengths = vec![time_s.len(), value.len(), samples.len()];
         if lengths.iter().any(|n| *n != lengths[0]) {
@@ -53,7 +53,7 @@ impl Curve {
         Ok(Self { name: name.into(), time_s, value, samples })
     }
 
-    /// The rows from time `from` to time `to` \[s\], both included to a billionth of a second.
+    /// Returns the rows from time `from` to time `to` \[s\], both included to within a billionth of a second.
     pub fn window(&self, [from, to]: [f64; 2]) -> Self {
         let range = self.rows([from, to]);
         let cut = |v: &[f64]| v[range.clone()].to_vec();
@@ -65,7 +65,7 @@ impl Curve {
         }
     }
 
-    /// Numbers of these rows.
+    /// Returns the index range of the rows from time `from` to time `to` \[s\].
     pub fn rows(&self, [from, to]: [f64; 2]) -> std::ops::Range<usize> {
         const ROUNDING: f64 = 1e-9;
         let start = self.time_s.partition_point(|t| *t < from - ROUNDING);
@@ -78,10 +78,11 @@ impl Curve {
         range(self.value.iter().copied())
     }
 
-    /// Standard deviation of the noise: of blocks of rows, the least one of a combination of five neighbouring values whose factors have the sum of squares
-    /// one, the root of the smallest eigenvalue of their covariance. A level with two damped vibrations of any frequency, or a slope with one, has a combination
-    /// without variance, so that noise remains (Pisarenko, Geophys. J. R. Astron. Soc. 33, 1973, 347–366). The lower quartile of the blocks counts, since those in
-    /// which a motion begins have more; at least that of rounding, step/√12.
+    /// Returns the standard deviation of the noise. In each block of rows it is the smallest standard deviation of a combination of five neighbouring
+    /// values whose coefficients have a sum of squares of one, the square root of the smallest eigenvalue of their covariance. For a constant level
+    /// with two damped vibrations of any frequency, or a linear trend with one, there is a combination without variance, so that only noise remains
+    /// (Pisarenko, Geophys. J. R. Astron. Soc. 33, 1973, 347–366). The result is the lower quartile over the blocks, because blocks in which a motion
+    /// begins have more noise; it is at least that of rounding, step/√12.
     pub fn noise(&self) -> f64 {
         let rows: Vec<Neighbours> = self.value.windows(NEAR).map(Neighbours::from_column_slice).collect();
         let count = (rows.len() / BLOCK).max(1);
@@ -92,7 +93,7 @@ impl Curve {
         quartile.max(self.step() / 12_f64.sqrt())
     }
 
-    /// Smallest difference between two values that differ by more than rounding of the arithmetic: the resolution of rounded numbers.
+    /// Returns the smallest difference between two values that exceeds the rounding of the arithmetic: the resolution of rounded numbers.
     fn step(&self) -> f64 {
         let mut sorted = self.value.clone();
         sorted.sort_by(f64::total_cmp);
@@ -112,7 +113,8 @@ impl Curve {
     }
 }
 
-/// Root of the least variance of a combination of neighbours. Their mean and the free factors of the combination take a degree of freedom each.
+/// Square root of the smallest variance of a combination of neighbours. Their mean and the free coefficients of the combination take one degree of
+/// freedom each.
 fn unpredicted(rows: &[Neighbours]) -> f64 {
     let n = rows.len();
     if n <= NEAR {

@@ -6,17 +6,18 @@ use super::plateau::Plateau;
 use crate::calibrate::Bounded;
 use crate::math::statistics::t_quantile;
 
-/// A curve with its states.
+/// A curve with its held and final states.
 #[derive(Clone, Debug)]
 pub struct EvaluatedCurve {
     pub curve: Curve,
     pub held: Option<Plateau>,
     pub last: Option<Plateau>,
-    /// Final minus held mean with its 95 % interval: noise of this record only
+    /// Final minus held mean with its 95 % interval, from the noise of this record only
     pub change: Option<Bounded>,
 }
 
-/// The states of all curves in the windows of the held and of the final one. A curve that is not seen there, such as that of a hidden marker, has none.
+/// Evaluates the states of all curves in the windows of the held and the final state. A curve without values there, such as that of a hidden marker,
+/// has no states.
 pub fn with_states(
     curves: Vec<Curve>,
     windows: [Option<[f64; 2]>; 2],

@@ -1,4 +1,4 @@
-//! Refusals of measured motion, with fact, place and remedy.
+//! Refusals of measured motion, each with place, fact and remedy.
 
 use crate::calibrate::within;
 use crate::math::units::shown;
@@ -118,9 +118,9 @@ pub enum MotionError {
     NoCurve { asked: String, known: Vec<String> },
 }
 
-/// The remedy for a window with too few rows, which are so far apart \[s\].
+/// The remedy for a window with too few rows, which are `step_s` \[s\] apart.
 fn recorded(step_s: f64) -> String {
-    // No camera for motion takes less than a frame in a second
+    // No motion-capture camera records less than one frame per second
     if step_s >= 1.0 {
         format!(
             ": its rows are {} s apart; state the unit of the times with --time-unit if they are no seconds",
@@ -131,7 +131,7 @@ fn recorded(step_s: f64) -> String {
     }
 }
 
-/// A length or an angle of a curve, whose name ends with its unit.
+/// Formats a length or an angle of a curve whose name ends with its unit.
 fn in_unit(value: &f64, curve: &str) -> String {
     let (factor, unit) = if curve.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") };
     within(factor * value, unit, None).text(factor * value)
@@ -140,7 +140,7 @@ fn in_unit(value: &f64, curve: &str) -> String {
 /// A cyclic exchange of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Swap {
-    /// Names of the markers: each one is then called as the next, the last one as the first
+    /// Names of the markers: from this time on each carries the name of the next, and the last one that of the first
     pub names: Vec<String>,
     /// Time of the first row with exchanged names \[s\]
     pub time_s: f64,

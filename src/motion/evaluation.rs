@@ -1,4 +1,4 @@
-//! Evaluation of a record of motion: which state is held and which one is final, when the release is, how a body moved, and how it rings down.
+//! Evaluation of a motion record: held and final states, time of the release, motion of a body, and ring-down.
 
 use super::audit_log;
 use super::body::{self, Pose};
@@ -21,15 +21,15 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct Evaluation {
     pub source: String,
-    /// In the frame of the body, where there is a reference
+    /// In the frame of the body if there is a reference
     pub tracks: Tracks,
     pub registration: Option<Registration>,
     pub release: Option<Release>,
     pub poses: Vec<Pose>,
     pub curves: Vec<EvaluatedCurve>,
-    /// Number of the curve and its vibration
+    /// Index of the curve, and its vibration
     pub ring_down: Option<(usize, RingDown)>,
-    /// Audit: all that was decided, in sentences
+    /// Audit log: all decisions, in sentences
     pub log: Vec<String>,
     /// Reasons to doubt the numbers
     pub doubts: Vec<String>,
@@ -40,29 +40,29 @@ struct States {
     held: Option<[f64; 2]>,
     last: Option<[f64; 2]>,
     release: Option<Release>,
-    /// Reason why there is none
+    /// Reason why there are no states
     missing: Option<MotionError>,
 }
 
 /// Reads and evaluates a record.
 ///
 /// # Errors
-/// As of [`Tracks::read`], which name the file, and of [`evaluate_tracks`].
+/// The errors of [`Tracks::read`], which name the file, and of [`evaluate_tracks`].
 pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
     evaluate_tracks(Tracks::read(&request.file, &request.read)?, request)
 }
 
-/// Evaluates tracks that were read before; the file of the request is not.
+/// Evaluates tracks that have already been read; the file of the request is not read.
 ///
 /// # Errors
-/// Everything that the steps refuse: see [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+/// All refusals of the individual steps: see [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
 pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Evaluation, MotionError> {
     let mut log = tracks.log.clone();
     let guide = guide(&tracks)?;
     let mut states = states(&guide, request, &mut log)?;
     let mut doubts = vec![];
     let registration = match (&request.reference, states.missing.take()) {
-        // The mean of a body in motion is no position of it
+        // The mean position of a body in motion is not one of its positions
         (Some(_), Some(why)) => return Err(why),
         (Some(path), None) => Some(register(&mut tracks, path, states.held.or(states.last), &mut log)?),
         (None, why) => {
@@ -96,13 +96,13 @@ pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Ev
     Ok(Evaluation { source, tracks, registration, release: states.release, poses, curves, ring_down, log, doubts })
 }
 
-/// The coordinate of a marker that moves most: it shows the states of the record.
+/// Returns the coordinate of a marker with the largest range, from which the states of the record are found.
 fn guide(tracks: &Tracks) -> Result<Curve, MotionError> {
     let widest = marker_curves(tracks)?.into_iter().max_by(|a, b| a.range().total_cmp(&b.range()));
     widest.ok_or_else(|| MotionError::NoMarkers { file: tracks.source.clone() })
 }
 
-/// Every coordinate of every marker that is seen.
+/// Returns a curve for each coordinate of each marker that is ever visible.
 fn marker_curves(tracks: &Tracks) -> Result<Vec<Curve>, MotionError> {
     let mut curves = vec![];
     for marker in tracks.markers.iter().filter(|m| m.points.iter().any(Option::is_some)) {
@@ -117,7 +117,7 @@ fn marker_curves(tracks: &Tracks) -> Result<Vec<Curve>, MotionError> {
     Ok(curves)
 }
 
-/// States as requested or as found in the guide.
+/// Returns the states as requested or as found in the guide curve.
 fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Result<States, MotionError> {
     let rule = &request.plateau;
     let (held, last, missing) = match (request.held_s, request.final_s) {
@@ -125,7 +125,7 @@ fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Resu
         (held, last) => match held_and_final(guide, rule) {
             Ok([a, b]) => (held.or(a.map(|p| p.window_s)), last.or(b.map(|p| p.window_s)), None),
             Err(_) if guide.value.len() < 2 => (held, last, None),
-            // A body that never rests has poses and curves all the same
+            // A body that never rests still has poses and curves
             Err(e) => (held, last, held.or(last).is_none().then_some(e)),
         },
     };
@@ -138,21 +138,21 @@ fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Resu
             Some(found)
         }
     };
-    // The tolerance lets the first rows of the motion into the plateau
+    // The tolerance extends the plateau into the first rows of the motion
     let end = release.as_ref().filter(|_| request.held_s.is_none()).map(|r| r.time_s);
     let held = held.map(|[from, to]| [from, end.map_or(to, |end| to.min(end))]);
     log.extend(audit_log::windows(held, last));
     Ok(States { held, last, release, missing })
 }
 
-/// Registers the state in a window onto the reference positions and carries all tracks along.
+/// Registers the state in a window onto the reference positions and transforms all tracks accordingly.
 fn register(
     tracks: &mut Tracks,
     path: &Path,
     window: Option<[f64; 2]>,
     log: &mut Vec<String>,
 ) -> Result<Registration, MotionError> {
-    // The unit of the record need not be that of the reference, which states its own
+    // The reference states its unit itself, which may differ from that of the record
     let reference = Tracks::read(path, &ReadOptions::default())?;
     let window = window.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let shared: Vec<String> = reference
@@ -182,7 +182,7 @@ fn register(
     Ok(found)
 }
 
-/// Displacement of the point from its held position, and rotations about the axes.
+/// Returns curves of the displacement of the point from its held position and of the rotations about the axes.
 fn body_curves(
     tracks: &Tracks,
     request: &BodyRequest,
@@ -193,7 +193,7 @@ fn body_curves(
     let names = &request.markers;
     let group = tracks.select(names)?;
     let all_seen = |k: &usize| group.iter().all(|m| m.points[*k].is_some());
-    // Without a state the first row that shows the whole group is the reference
+    // Without a state, the first row in which the whole group is visible is the reference
     let first = || (0..tracks.time_s.len()).find(all_seen).map(|k| [tracks.time_s[k]; 2]);
     let window = window.or_else(first).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
     let means = tracks.mean(names, window)?;
@@ -216,7 +216,7 @@ fn body_curves(
     for (k, (axis, _)) in axes.iter().enumerate() {
         curves.push(curve(format!("displacement_{axis}_m"), &|p| p.displacement(at)[k])?);
     }
-    // Rotations are near zero in the reference, and are counted on from there
+    // Rotations are near zero in the reference, and turns are counted from there
     let at_rest = poses.iter().position(|p| p.time_s >= window[0]).unwrap_or(poses.len() - 1);
     for (axis, direction) in axes {
         let name = format!("rotation_{axis}_deg");

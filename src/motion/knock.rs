@@ -1,25 +1,26 @@
-//! A marker of a rigid group that is moved against the others between two rows: knocked off its place, slipped, or taken for another one.
+//! A marker of a rigid group that moves relative to the others between two rows: knocked out of place, slipped, or confused with another marker.
 //!
-//! Its step is far beyond the usual ones of the group and no small part of the size of the group; before and after it, and in the other markers, the steps are
-//! small. The deformation of a group of three does not show a marker that leaves their plane: it is another rotation.
+//! Its step is far larger than the usual ones of the group and not small relative to the size of the group; before and after it, and for the other
+//! markers, the steps are small. In a group of three, the deformation does not reveal a marker that leaves their plane: it looks like a different
+//! rotation.
 
 use super::track::Track;
 use crate::math::statistics::median;
 use crate::math::tensor::Vec3;
 use std::fmt;
 
-/// Step of a knock over the median step of the group \[–\]
+/// Smallest step of a knock relative to the median step of the group \[–\]
 const FAR: f64 = 8.0;
-/// Step of a knock over the size of the group, at least \[–\]
+/// Smallest step of a knock relative to the size of the group \[–\]
 const LARGE: f64 = 0.01;
-/// Part of a knock that the other steps are below \[–\]
+/// Share of a knock below which all other steps must be \[–\]
 const PART: f64 = 0.2;
 
-/// A step of one marker against the others.
+/// A step of one marker relative to the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knock {
     pub name: String,
-    /// Time of the first row at the new place \[s\]
+    /// Time of the first row at the new position \[s\]
     pub time_s: f64,
     /// \[m\]
     pub step: f64,

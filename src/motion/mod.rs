@@ -1,8 +1,8 @@
 //! Measured motion: tracks of markers read, registered and evaluated.
 //!
-//! [`Tracks::read`] reads C3D, TRC and tables; [`registration::rigid`] brings points into another frame, with its uncertainty; [`body::pose`] is the
-//! rigid motion of a group of markers. A [`Curve`] of it, or of a simulation, has plateaus ([`plateau`]), a release ([`release`]) and a ring-down
-//! ([`ring_down`]); repeats are pooled ([`repeats`]). [`evaluate`] does all of this for a file and writes down what it decided.
+//! [`Tracks::read`] reads C3D, TRC and tables; [`registration::rigid`] transforms points to another frame, with its uncertainty; [`body::pose`]
+//! computes the rigid motion of a group of markers. A measured or simulated [`Curve`] has plateaus ([`plateau`]), a release ([`release`]) and a
+//! ring-down ([`ring_down`]); repeats are pooled ([`repeats`]). [`evaluate`] does all of this for one file and logs its decisions.
 
 mod audit_log;
 pub mod body;

@@ -1,7 +1,7 @@
-//! Plateaus of a curve: states that are held, and the one at the end.
+//! Plateaus of a curve: the held states, and the final one.
 //!
-//! A plateau is a longest stretch of time in which all values, single outliers apart, lie within ±tolerance of one level. Its mean and its drift are
-//! those of least squares with errors that may be correlated from one row to the next (see `calibrate::judgement::errors`).
+//! A plateau is a longest stretch of time in which all values except single outliers lie within ±tolerance of one level. Its mean and drift are
+//! least-squares estimates with errors that may be correlated from one row to the next (see `calibrate::judgement::errors`).
 
 use super::curve::Curve;
 use super::error::MotionError;
@@ -12,26 +12,26 @@ use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
 
-/// Least number of rows of a plateau
+/// Smallest number of rows of a plateau
 const LEAST: usize = 6;
-/// Rows on each side of a single outlier
+/// Number of rows on each side of a single outlier
 const AROUND: usize = 3;
-/// Part of the values below which a residual is rounding \[–\]
+/// Residual relative to the values below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
-/// Change over a plateau, over its deviation, that is none \[–\]
+/// Change over a plateau relative to its deviation below which it counts as zero \[–\]
 const NOTHING: f64 = 0.1;
 
 /// Rule by which plateaus are found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateauRule {
-    /// Least duration, as a part of that of the curve \[–\]
+    /// Shortest duration, as a share of that of the curve \[–\]
     pub least: f64,
-    /// Half the range of the values of a plateau, in the unit of the curve; else the larger one of the two below
+    /// Half of the largest range of the values of a plateau, in the unit of the curve; if `None`, the larger of the two below
     pub tolerance: Option<f64>,
-    /// Part of the range of the whole curve
+    /// Tolerance as a share of the range of the whole curve \[–\]
     pub fraction: f64,
-    /// Multiple of the noise
+    /// Tolerance as a multiple of the noise \[–\]
     pub factor: f64,
 }
 
@@ -42,12 +42,12 @@ impl Default for PlateauRule {
 }
 
 impl PlateauRule {
-    /// The least duration of a plateau of a curve \[s\].
+    /// Returns the shortest duration of a plateau of a curve \[s\].
     pub fn least_s(&self, curve: &Curve) -> f64 {
         self.least * (curve.time_s[curve.time_s.len() - 1] - curve.time_s[0])
     }
 
-    /// The tolerance for a curve, in its unit.
+    /// Returns the tolerance for a curve, in its unit.
     pub fn tolerance_of(&self, curve: &Curve) -> f64 {
         self.tolerance.unwrap_or_else(|| (self.fraction * curve.range()).max(self.factor * curve.noise()))
     }
@@ -59,20 +59,21 @@ pub struct Plateau {
     /// First and last time \[s\]
     pub window_s: [f64; 2],
     pub rows: usize,
-    /// With its 95 % interval by Student's t
+    /// Mean with its 95 % interval by Student's t
     pub mean: Bounded,
-    /// Standard deviation of the values about the mean, √(Σ w(v − v̄)²/Σ w · n/(n − 1)) with the samples w of the n rows: what is compared with the
-    /// values, with a tolerance and with a drift
+    /// Standard deviation of the values about the mean, √(Σ w(v − v̄)²/Σ w · n/(n − 1)) with the samples w of the n rows, for comparison with the
+    /// values, a tolerance or a drift
     pub deviation: f64,
-    /// Standard deviation of one sample, √(Σ w(v − v̄)²/(n − 1)), where the samples of a row are independent: a row of w of them has 1/√w of it
+    /// Standard deviation of one sample, √(Σ w(v − v̄)²/(n − 1)), if the samples of a row are independent: that of a row of w samples is smaller by
+    /// √w
     pub sample_deviation: f64,
     /// Standard uncertainty of the mean
     pub uncertainty: f64,
-    /// Rate of change, with its 95 % interval \[unit/s\]
+    /// Rate of change with its 95 % interval \[unit/s\]
     pub drift: Bounded,
     /// Correlation of neighbouring rows \[–\]
     pub correlation: f64,
-    /// Independent rows with the same information about the mean
+    /// Number of independent rows with the same information about the mean
     pub effective: f64,
 }
 
@@ -84,7 +85,7 @@ pub enum PlateauDoubt {
 }
 
 impl Plateau {
-    /// The plateau over a stated window \[s\].
+    /// Evaluates the plateau over a given window \[s\].
     ///
     /// # Errors
     /// Fewer than six rows.
@@ -127,7 +128,7 @@ impl Plateau {
         self.window_s[1] - self.window_s[0]
     }
 
-    /// The reason to doubt its level, if there is one.
+    /// Returns the reason to doubt its level, if there is one.
     pub fn doubt(&self) -> Option<PlateauDoubt> {
         let [low, high] = self.drift.interval;
         let duration_s = self.duration_s();
@@ -137,7 +138,7 @@ impl Plateau {
     }
 }
 
-/// Least squares of the values beyond a level in some functions of time, with the errors of the factors.
+/// Least-squares fit of the values minus a level by functions of time, with the errors of the coefficients.
 fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVector<f64>, errors::Errors) {
     let n = curve.value.len();
     let rows: Vec<Vec<f64>> = curve.time_s.iter().map(|t| columns(*t)).collect();
@@ -157,13 +158,13 @@ fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVecto
     (factors, errors)
 }
 
-/// All plateaus in the order of time; they do not overlap.
+/// Returns all plateaus in order of time; they do not overlap.
 pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, MotionError> {
     let tolerance = rule.tolerance_of(curve);
     let reach = reaches(&without_outliers(&curve.value, tolerance), tolerance);
     let least_s = rule.least_s(curve);
     let lasts = |from: usize, to: usize| curve.time_s[to - 1] - curve.time_s[from];
-    // Longest first; what an accepted one covers is cut off the others
+    // Longest first; the parts that an accepted plateau covers are cut from the others
     let mut candidates: Vec<(usize, usize)> = reach.iter().enumerate().map(|(from, to)| (from, *to)).collect();
     candidates.sort_by(|a, b| lasts(b.0, b.1).total_cmp(&lasts(a.0, a.1)).then(a.0.cmp(&b.0)));
     let mut found: Vec<(usize, usize)> = vec![];
@@ -177,11 +178,12 @@ pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, Motio
     found.into_iter().map(|(from, to)| Plateau::over(curve, [curve.time_s[from], curve.time_s[to - 1]])).collect()
 }
 
-/// The held and the final state: the first plateau, and the longest one that reaches the end of the curve. A single plateau is the final state. A curve that
-/// ends in motion has no final state, and the held one is the plateau that it begins with: a later one may be a turning point of the motion.
+/// Returns the held and the final state: the first plateau, and the longest one that reaches the end of the curve. A single plateau is the final
+/// state. A curve that ends in motion has no final state, and its held state must be the plateau at its start: a later one may be a turning point of
+/// the motion.
 ///
 /// # Errors
-/// Neither of them.
+/// There is neither a held nor a final state.
 pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plateau>; 2], MotionError> {
     let tolerance = rule.tolerance_of(curve);
     let least_s = rule.least_s(curve);
@@ -204,8 +206,8 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plate
     }
 }
 
-/// Values with each one between neighbours at rest, three on each side within ±tolerance of one level, replaced by the median of it and the next two: an
-/// outlier is single. In a vibration of few rows a period neighbours are not at rest.
+/// Returns the values with outliers removed: a value between neighbours at rest, three on each side within ±tolerance of one level, is replaced by
+/// the median of itself and the two adjacent values; an outlier is thus single. In a vibration with few rows per period, neighbours are not at rest.
 fn without_outliers(value: &[f64], tolerance: f64) -> Vec<f64> {
     let one = |k: usize| {
         if k == 0 || k + 1 == value.len() {
@@ -219,7 +221,7 @@ fn without_outliers(value: &[f64], tolerance: f64) -> Vec<f64> {
     (0..value.len()).map(one).collect()
 }
 
-/// Of each row the end of the longest stretch from it whose values have a range of at most twice the tolerance.
+/// Returns, for each row, the end of the longest stretch starting there whose values have a range of at most twice the tolerance.
 fn reaches(value: &[f64], tolerance: f64) -> Vec<usize> {
     let (mut low, mut high): (VecDeque<usize>, VecDeque<usize>) = (VecDeque::new(), VecDeque::new());
     let mut end = 0;

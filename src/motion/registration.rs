@@ -5,7 +5,7 @@
 //!
 //! Uncertainty: y = R x + t + e with independent errors e of the same variance in all directions, σ²/w. With the small rotation ω about the
 //! centroid of the image, δy = ω × (y − ȳ) + τ, so that cov τ = σ²/Σw I and cov ω = σ² (Σ w (|r|² I − r rᵀ))⁻¹, without covariance between the two; σ²
-//! = Σ w|e|²/(3n − 6). Limits: linear in ω; errors of both sets count as one.
+//! = Σ w|e|²/(3n − 6). Limits: linear in ω; the errors of both sets are combined.
 
 use super::error::MotionError;
 use crate::math::statistics::{larger, root, t_quantile};
@@ -13,12 +13,12 @@ use crate::math::svd::svd;
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, SMatrix};
 
-/// Covariance of (ω, τ), 6×6
+/// Covariance of (ω, τ), 6 × 6
 pub type Covariance = SMatrix<f64, 6, 6>;
 
-/// Extent across a line over the one along it from which on the rotation counts as determined \[–\]
+/// Extent of the points across a line relative to that along it, from which on the rotation counts as determined \[–\]
 const ACROSS: f64 = 1e-3;
-/// Ratios of size that a wrong unit makes, with the tolerance within which they are recognised \[–\]
+/// Size ratios caused by wrong units, and the tolerance within which they are recognised \[–\]
 const UNITS: [(f64, &str); 4] = [
     (10.0, "centimetres and millimetres were confused"),
     (25.4, "inches and millimetres were confused"),
@@ -26,68 +26,68 @@ const UNITS: [(f64, &str); 4] = [
     (1000.0, "metres and millimetres were confused"),
 ];
 const ALIKE: f64 = 0.1;
-/// Part of the rms that a reflection leaves of points in another hand \[–\]
+/// Largest ratio of the rms with a reflection to that without, for points that are mirrored \[–\]
 const MIRRORED: f64 = 0.1;
-/// Part of the size of the points below which an rms is rounding \[–\]
+/// Rms relative to the size of the points below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
-/// A rigid motion y = R x + t that was estimated from points.
+/// A rigid motion y = R x + t estimated from points.
 #[derive(Clone, Debug)]
 pub struct Registration {
     pub rotation: Mat3,
     /// \[m\]
     pub translation: Vec3,
-    /// √(Σ w|e|²/Σ w), of the distances that are left \[m\]
+    /// Rms distance of the points after the motion, √(Σ w|e|²/Σ w) \[m\]
     pub rms: f64,
-    /// The rms with a reflection \[m\], where it is below a tenth of the one without: one set of points is in a left-handed frame, or names are exchanged
+    /// Rms with a reflection \[m\], if it is below a tenth of that without: one set of points is in a left-handed frame, or names are exchanged
     pub mirrored_rms: Option<f64>,
-    /// Remainder of each point, y − R x − t \[m\]
+    /// Residual of each point, y − R x − t \[m\]
     pub residuals: Vec<Vec3>,
-    /// Distance of each point from its prediction by the others \[m\]; none where these do not determine a motion (of three points never)
+    /// Distance of each point from its prediction by the others \[m\]; `None` if these do not determine a motion (always for three points)
     pub leave_one_out: Vec<Option<f64>>,
-    /// Standard deviation of an error in one direction at weight one \[m\]
+    /// Standard deviation of the error in one direction at unit weight \[m\]
     pub sigma: f64,
-    /// Of (ω, τ): small rotation about `centre` \[rad\] and its shift \[m\]
+    /// Covariance of (ω, τ): the small rotation about `centre` \[rad\] and the shift of `centre` \[m\]
     pub covariance: Covariance,
-    /// Centroid of the points that were registered onto \[m\]
+    /// Centroid of the target points \[m\]
     pub centre: Vec3,
     /// Degrees of freedom of the errors, 3n − 6
     pub free: usize,
-    /// Extent of the points registered onto over that of the others \[–\]
+    /// Extent of the target points relative to that of the source points \[–\]
     pub size_ratio: f64,
 }
 
 impl Registration {
-    /// The image of a point \[m\].
+    /// Returns the image of a point \[m\].
     pub fn apply(&self, point: Vec3) -> Vec3 {
         self.rotation * point + self.translation
     }
 
-    /// Covariance of the image of a point \[m²\].
+    /// Returns the covariance of the image of a point \[m²\].
     pub fn covariance_at(&self, point: Vec3) -> Mat3 {
         let by_rotation = -(self.apply(point) - self.centre).cross_matrix();
         let [rotation, shift] = [0, 3].map(|k| self.covariance.fixed_view::<3, 3>(k, k).into_owned());
         by_rotation * rotation * by_rotation.transpose() + shift
     }
 
-    /// Half-widths of the 95 % intervals of the image of a point by Student's t \[m\]; infinite without a degree of freedom.
+    /// Returns the half-widths of the 95 % intervals of the image of a point by Student's t \[m\]; infinite without degrees of freedom.
     pub fn half_widths_at(&self, point: Vec3) -> Vec3 {
         let t = self.quantile();
         self.covariance_at(point).diagonal().map(|v| t * root(v))
     }
 
-    /// Half-widths of the 95 % intervals of the rotation about the three axes \[rad\].
+    /// Returns the half-widths of the 95 % intervals of the rotation about the three axes \[rad\].
     pub fn rotation_half_widths(&self) -> Vec3 {
         let t = self.quantile();
         Vec3::from_fn(|k, _| t * root(self.covariance[(k, k)]))
     }
 
-    /// Student's t of 95 %, two-sided.
+    /// Returns the two-sided 95 % quantile of Student's t; infinite without degrees of freedom.
     pub fn quantile(&self) -> f64 {
         if self.free == 0 { f64::INFINITY } else { t_quantile(0.95, self.free) }
     }
 
-    /// Largest and rms distance of a point from its prediction by the others \[m\].
+    /// Returns the largest and the rms distance of a point from its prediction by the others \[m\].
     pub fn worst_and_rms_left_out(&self) -> Option<[f64; 2]> {
         let all: Vec<f64> = self.leave_one_out.iter().copied().flatten().collect();
         let rms = (all.iter().map(|d| d * d).sum::<f64>() / all.len() as f64).sqrt();
@@ -95,10 +95,12 @@ impl Registration {
     }
 }
 
-/// The rigid motion that carries the points `from` onto `to` with the least Σ w|e|²; reflections are excluded. Without `weights` all are one.
+/// Returns the rigid motion that maps the points `from` onto `to` with the smallest Σ w|e|²; reflections are excluded. Without `weights` all weights
+/// are one.
 ///
 /// # Errors
-/// Fewer than three points, points on a line, numbers that are not finite, weights that are not positive, and sizes that differ as units do.
+/// Fewer than three points, points on a line, values that are not finite, weights that are not positive, and sizes that differ by the ratio of two
+/// units.
 pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Registration, MotionError> {
     let ones = vec![1.0; from.len()];
     let weights = weights.unwrap_or(&ones);
@@ -129,7 +131,7 @@ pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Regi
         inertia += *w * (r.norm_squared() * Mat3::identity() - r * r.transpose());
     }
     let mut covariance = Covariance::zeros();
-    // Points off a line have an inertia about every axis
+    // Points that do not lie on a line have a positive inertia about every axis
     let inverse = inertia.try_inverse().unwrap_or_else(|| Mat3::from_element(f64::INFINITY));
     covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&(inverse * sigma.powi(2)));
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Mat3::identity() * (sigma.powi(2) / total)));
@@ -151,7 +153,7 @@ pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Regi
     })
 }
 
-/// Rotation, or rotation with a reflection, and translation of least squares: the matrix has the determinant `hand`, 1 or −1.
+/// Returns the least-squares rotation, or rotation with reflection, and translation: the matrix has the determinant `hand`, 1 or −1.
 fn best(from: &[Vec3], to: &[Vec3], weights: &[f64], hand: f64) -> (Mat3, Vec3) {
     let (a, b) = (centroid(from, weights), centroid(to, weights));
     let mut products = Mat3::zeros();
@@ -166,7 +168,7 @@ fn best(from: &[Vec3], to: &[Vec3], weights: &[f64], hand: f64) -> (Mat3, Vec3) 
     (rotation, b - rotation * a)
 }
 
-/// Distance of point k from where the others carry it.
+/// Returns the distance of point k from its prediction by the other points.
 fn left_out(from: &[Vec3], to: &[Vec3], weights: &[f64], k: usize) -> Option<f64> {
     let others = |all: &[Vec3]| all.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect::<Vec<_>>();
     let (x, y) = (others(from), others(to));
@@ -201,7 +203,7 @@ fn check(from: &[Vec3], to: &[Vec3], weights: &[f64]) -> Result<(), MotionError>
     }
 }
 
-/// Refuses a ratio of sizes that a wrong unit makes.
+/// Refuses a size ratio that is caused by a wrong unit.
 fn check_size(ratio: f64) -> Result<(), MotionError> {
     let near = |of: f64, value: f64| (value / of - 1.0).abs() < ALIKE;
     match UNITS.iter().find(|(of, _)| near(*of, ratio) || near(*of, 1.0 / ratio)) {
@@ -210,7 +212,7 @@ fn check_size(ratio: f64) -> Result<(), MotionError> {
     }
 }
 
-/// Refuses points whose extent across a line is nothing: their second principal axis.
+/// Refuses points that lie on a line: their extent along the second principal axis is negligible.
 pub(super) fn not_on_a_line(points: &[Vec3]) -> Result<(), MotionError> {
     let c = centroid(points, &vec![1.0; points.len()]);
     let found = svd(DMatrix::from_fn(points.len(), 3, |i, j| points[i][j] - c[j]), false, false);

@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::error::MotionError;
 use super::plateau::Plateau;
 
-/// Rows in a row that have to be beyond the limit, so that one outlier is no release
+/// Number of consecutive rows that must exceed the limit, so that a single outlier is not a release
 const STAYS: usize = 3;
 
 /// Side of the held level on which a departure counts.
@@ -12,7 +12,7 @@ const STAYS: usize = 3;
 pub enum Side {
     #[default]
     Either,
-    /// Smaller values: a body that falls, though the hand may lift it first
+    /// Smaller values: a body that falls, although it may first be lifted by hand
     Below,
     Above,
 }
@@ -20,9 +20,9 @@ pub enum Side {
 /// Rule by which the release is found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReleaseRule {
-    /// Multiple of the deviation of a row within the plateau
+    /// Multiple of the standard deviation of a row within the plateau \[–\]
     pub factor: f64,
-    /// Least departure that counts, in the unit of the curve
+    /// Smallest departure that counts, in the unit of the curve
     pub threshold: f64,
     pub side: Side,
 }
@@ -33,24 +33,25 @@ impl Default for ReleaseRule {
     }
 }
 
-/// A release.
+/// The release that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Release {
     /// Time of the last row within the limit \[s\]
     pub time_s: f64,
-    /// Its row of the curve
+    /// Index of this row of the curve
     pub row: usize,
-    /// Time of the next row \[s\]: the release lies between the two
+    /// Time of the next row \[s\]; the release is between the two
     pub next_s: f64,
-    /// Departure of that row from the plateau's mean that counts, in the unit of the curve
+    /// Departure of the next row from the mean of the plateau that had to be exceeded, in the unit of the curve
     pub limit: f64,
 }
 
-/// The last row before the curve leaves a held plateau by more than max(factor × deviation, threshold) for three rows. The deviation is that of one sample
-/// in the plateau over the root of the samples of the row: single samples may follow a plateau of means.
+/// Finds the last row before the curve leaves a held plateau by more than max(factor × deviation, threshold) for three rows. The deviation is that of
+/// one sample in the plateau divided by the square root of the number of samples of the row, because a plateau of averaged rows may be followed by
+/// single samples.
 ///
 /// # Errors
-/// A curve that stays within the limit.
+/// The curve stays within the limit.
 pub fn release(curve: &Curve, held: &Plateau, rule: &ReleaseRule) -> Result<Release, MotionError> {
     let limit = |k: usize| (rule.factor * held.sample_deviation / curve.samples[k].sqrt()).max(rule.threshold);
     let out = |k: usize| {

@@ -5,24 +5,24 @@ use super::tracks::Tracks;
 use crate::calibrate::{Bounded, same_data};
 use crate::math::statistics::{extent, t_quantile};
 
-/// Mean of some repeats with its uncertainty.
+/// Mean of some repeats, with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pooled {
-    /// Mean with its 95 % interval by Student's t of n − 1 degrees of freedom; unbounded of one repeat
+    /// Mean with its 95 % interval by Student's t with n − 1 degrees of freedom; unbounded for a single repeat
     pub mean: Bounded,
-    /// Standard deviation between repeats, with n − 1; none of one repeat
+    /// Standard deviation between repeats, with n − 1; `None` for a single repeat
     pub deviation: Option<f64>,
-    /// Standard uncertainty of the mean, deviation/√n; none of one repeat
+    /// Standard uncertainty of the mean, deviation/√n; `None` for a single repeat
     pub uncertainty: Option<f64>,
-    /// Half the largest difference
+    /// Half of the largest difference
     pub half_range: f64,
     pub repeats: usize,
 }
 
-/// Refuses records of which one is a copy of another, also in another unit or with other times.
+/// Refuses records that are copies of each other, also in different units or with different times.
 ///
 /// # Errors
-/// [`MotionError::SameRecord`] with the first two.
+/// [`MotionError::SameRecord`] with the first such pair.
 pub fn check_distinct(files: &[(String, &Tracks)]) -> Result<(), MotionError> {
     let numbers = |(_, tracks): &(String, &Tracks)| -> Vec<f64> {
         let points = tracks.markers.iter().flat_map(|m| &m.points);
@@ -37,7 +37,7 @@ pub fn check_distinct(files: &[(String, &Tracks)]) -> Result<(), MotionError> {
 /// Pools the values of repeats.
 ///
 /// # Errors
-/// No value, or one that is not finite.
+/// There are no values, or a value is not finite.
 pub fn pooled(values: &[f64]) -> Result<Pooled, MotionError> {
     let n = values.len();
     if n == 0 || values.iter().any(|v| !v.is_finite()) {

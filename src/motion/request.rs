@@ -7,26 +7,26 @@ use super::vibration::Creep;
 use crate::math::tensor::Vec3;
 use std::path::PathBuf;
 
-/// A rigid group of markers and the point of the body that is followed.
+/// A rigid group of markers, and the point of the body to follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyRequest {
     pub markers: Vec<String>,
-    /// Position of the point in the held state \[m\]; else the centroid of the markers
+    /// Position of the point in the held state \[m\]; if `None`, the centroid of the markers
     pub at: Option<Vec3>,
 }
 
-/// Request for an evaluation.
+/// Request for the evaluation of a motion record.
 #[derive(Clone, Debug, Default)]
 pub struct MotionRequest {
     pub file: PathBuf,
     pub read: ReadOptions,
     pub body: Option<BodyRequest>,
-    /// Table of positions of markers in the frame of the body, onto which the held state is registered
+    /// Table of marker positions in the frame of the body, onto which the held state is registered
     pub reference: Option<PathBuf>,
-    /// Windows of the held and of the final state \[s\]; else they are found
+    /// Windows of the held and the final state \[s\]; found automatically if `None`
     pub held_s: Option<[f64; 2]>,
     pub final_s: Option<[f64; 2]>,
-    /// Name of a curve, and the window from the release on \[s\]
+    /// Name of a curve, and the window after the release \[s\]
     pub ring_down: Option<(String, [f64; 2])>,
     pub creep: Creep,
     pub plateau: PlateauRule,

@@ -1,12 +1,12 @@
 //! Frequency and decay of a free vibration.
 //!
-//! y(t) = A e^{−δs} cos(2πfs + φ) + c₀ + c₁ g(s) with s = t − t₀ from the release, by least squares. The factors A cos φ, A sin φ, c₀ and c₁ are linear and
-//! eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973); Gauss–Newton steps with halving search f and δ from the best
-//! point of a grid. Creep is g = ln(s/1 s), the usual one of polymers over a few decades, or g = s, or none.
+//! y(t) = A e^{−δs} cos(2πfs + φ) + c₀ + c₁ g(s) with s = t − t₀ from the release, fitted by least squares. The coefficients A cos φ, A sin φ, c₀ and
+//! c₁ are linear and eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973); Gauss–Newton steps with step halving find f
+//! and δ, starting from the best point of a grid. Creep is g = ln(s/1 s), which is usual for polymers over a few decades, g = s, or absent.
 //!
-//! Intervals are those of least squares linearised at the answer, with errors that may be correlated from one row to the next (restricted likelihood of
-//! ρ, see `calibrate::judgement::errors`), and Student's t of the independent rows. The function knows nothing but a curve, so that simulated and
-//! measured curves are evaluated alike.
+//! Intervals are those of least squares linearised at the solution, with errors that may be correlated from one row to the next (restricted
+//! likelihood of ρ, see `calibrate::judgement::errors`), and Student's t for the independent rows. The function uses only a curve, so that simulated
+//! and measured curves are evaluated in the same way.
 
 use super::curve::Curve;
 use super::error::MotionError;
@@ -19,22 +19,22 @@ use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Least number of rows in the window
+/// Smallest number of rows in the window
 const LEAST: usize = 12;
-/// Steps of Gauss–Newton, and halvings of one
+/// Largest number of Gauss–Newton steps, and of halvings of one step
 const STEPS: usize = 60;
 const HALVINGS: i32 = 30;
-/// Relative fall of the misfit below which the search ends \[–\]
+/// Relative decrease of the misfit below which the search ends \[–\]
 const FLAT: f64 = 1e-13;
-/// Part of the values below which a residual is rounding \[–\]
+/// Residual relative to the values below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-11;
-/// Standard errors that an amplitude has to exceed
+/// Number of standard errors that an amplitude must exceed
 const SEEN: f64 = 4.0;
 
 /// Fits a damped vibration to the rows of `curve` in `window_s`; `origin_s` is the time of the release.
 ///
 /// # Errors
-/// A window with too few rows or one that begins before the release, and a curve without a vibration of at least one period and above the noise.
+/// A window that has too few rows or begins before the release, or a curve without a vibration of at least one period and above the noise.
 pub fn ring_down(curve: &Curve, window_s: [f64; 2], origin_s: f64, kind: Creep) -> Result<RingDown, MotionError> {
     let cut = curve.window(window_s);
     if cut.value.len() < LEAST {
@@ -67,13 +67,13 @@ struct Problem {
     s: Vec<f64>,
     root: Vec<f64>,
     target: DVector<f64>,
-    /// Values of the creep function; none without creep
+    /// Values of the creep function; `None` without creep
     creep: Option<Vec<f64>>,
-    /// Size of the values, for rounding
+    /// Magnitude of the values, to judge rounding
     size: f64,
 }
 
-/// Linear factors (A cos φ, −A sin φ, c₀, c₁) with their columns and the residual.
+/// Linear coefficients (A cos φ, −A sin φ, c₀, c₁) with their columns and the residual.
 struct Solved {
     factors: DVector<f64>,
     columns: DMatrix<f64>,
@@ -101,7 +101,7 @@ impl Problem {
         Ok(Self { s, root, target, creep, size })
     }
 
-    /// Columns of the linear factors.
+    /// Returns the columns of the linear coefficients.
     fn columns(&self, [f, d]: [f64; 2]) -> DMatrix<f64> {
         let n = self.s.len();
         let width = if self.creep.is_some() { 4 } else { 3 };
@@ -126,13 +126,13 @@ impl Problem {
         Solved { factors, columns, residual }
     }
 
-    /// ‖r‖ with the best factors; infinite where it is no number.
+    /// Returns ‖r‖ with the best linear coefficients; infinite if it is not finite.
     fn misfit(&self, x: [f64; 2]) -> f64 {
         let norm = self.solve(x).residual.norm();
         if norm.is_finite() { norm } else { f64::INFINITY }
     }
 
-    /// The Jacobian of the model by (f, δ) and the linear factors.
+    /// Returns the Jacobian of the model with respect to (f, δ) and the linear coefficients.
     fn jacobian(&self, [f, d]: [f64; 2], solved: &Solved) -> DMatrix<f64> {
         let (a, b) = (solved.factors[0], solved.factors[1]);
         DMatrix::from_fn(self.s.len(), 2 + solved.columns.ncols(), |i, k| {
@@ -147,7 +147,7 @@ impl Problem {
         })
     }
 
-    /// Frequencies that are tried: about the one at which the curve crosses its trend.
+    /// Returns the range of frequencies to try, around the one at which the curve crosses its trend.
     fn frequencies(&self, cut: &Curve) -> [f64; 2] {
         let trend = svd(DMatrix::from_fn(self.s.len(), 2, |i, k| if k == 0 { 1.0 } else { self.s[i] }), true, true);
         let line = trend.solve(&DVector::from_column_slice(&cut.value), 1e-13).unwrap_or_else(|_| DVector::zeros(2));
@@ -155,7 +155,7 @@ impl Problem {
         start::frequencies(&self.s, &left)
     }
 
-    /// Gauss–Newton in all constants, each step halved until the misfit falls.
+    /// Gauss–Newton search in all parameters; each step is halved until the misfit decreases.
     fn search(&self, mut x: [f64; 2]) -> [f64; 2] {
         for _ in 0..STEPS {
             let solved = self.solve(x);

@@ -1,17 +1,17 @@
-//! Start values of a damped vibration: the best point of a grid of frequency and decay.
+//! Starting values for a damped vibration: the best point of a grid of frequencies and decay rates.
 
-/// Part of the rms about the trend that a curve has to leave it by before it can cross it again \[–\]
+/// Departure from the trend, relative to the rms about it, that a curve must reach before another crossing counts \[–\]
 const HYSTERESIS: f64 = 0.25;
-/// Frequencies that are tried, over the one of the crossings \[–\]
+/// Range of frequencies to try, relative to the frequency of the crossings \[–\]
 const AROUND: [f64; 2] = [0.4, 2.5];
-/// Points of the grid per period of the window, 1/T
+/// Number of grid points per frequency interval 1/T of the window \[–\]
 const FINE: f64 = 4.0;
-/// Decays that are tried, times the duration of the window \[–\]
+/// Decay rates to try, times the duration of the window \[–\]
 const DECAYS: [f64; 5] = [0.1, 0.5, 1.5, 4.0, 10.0];
-/// Most frequencies of the grid
+/// Largest number of frequencies in the grid
 const MOST: f64 = 400.0;
 
-/// Lowest and highest frequency to try \[Hz\], by the times at which a curve without its trend crosses zero.
+/// Returns the lowest and highest frequency to try \[Hz\], from the times at which a curve without its trend crosses zero.
 pub fn frequencies(s: &[f64], left: &[f64]) -> [f64; 2] {
     let span = s[s.len() - 1] - s[0];
     let limit = HYSTERESIS * (left.iter().map(|v| v * v).sum::<f64>() / left.len() as f64).sqrt();
@@ -34,7 +34,7 @@ pub fn frequencies(s: &[f64], left: &[f64]) -> [f64; 2] {
     [low.min(nyquist), (AROUND[1] * guess).max(3.0 / span).min(nyquist)]
 }
 
-/// The frequency \[Hz\] and decay \[1/s\] with the least misfit on the grid; none where no misfit is finite.
+/// Returns the frequency \[Hz\] and decay rate \[1/s\] with the smallest misfit on the grid; `None` if no misfit is finite.
 pub fn best(s: &[f64], [low, high]: [f64; 2], misfit: impl Fn([f64; 2]) -> f64) -> Option<[f64; 2]> {
     let span = s[s.len() - 1] - s[0];
     let count = (FINE * span * (high - low)).ceil().clamp(8.0, MOST);

@@ -1,33 +1,33 @@
 //! Markers that exchange their positions between two rows of a record.
 //!
-//! Some markers have exchanged their tracks in a cycle where, from one row to the next, each of them lies where the one before it in the cycle was: the sum of
-//! the squared steps with exchanged names is below a part of the one with the stated names, the steps are far beyond the usual ones, and exchanged names
-//! do not worsen the distances to the other markers of the group. Every permutation of tracks is made of such cycles.
+//! Markers have exchanged their tracks in a cycle if, from one row to the next, each of them moves to where the previous marker of the cycle was: the
+//! sum of the squared steps with exchanged names is a small share of that with the stated names, the steps are far larger than usual, and the
+//! exchange does not worsen the distances to the other markers of the group. Every permutation of tracks consists of such cycles.
 
 use super::error::{MotionError, Swap};
 use super::track::Track;
 use crate::math::statistics::median;
 
-/// Part of Σ|step|² that exchanged names may leave \[–\]
+/// Largest Σ|step|² with exchanged names relative to that with the stated names \[–\]
 const PART: f64 = 0.1;
-/// Steps of an exchange over the median step of its markers \[–\]
+/// Smallest steps of an exchange relative to the median step of its markers \[–\]
 const FAR: f64 = 8.0;
-/// Most markers of a group of which cycles of every length are tried
+/// Largest number of markers in a group for which cycles of every length are tried
 const EVERY: usize = 6;
-/// Longest cycles that are tried in larger groups
+/// Longest cycles tried in larger groups
 const LONGEST: usize = 3;
 
-/// All exchanges of tracks of one rigid group.
+/// Checks the markers of one rigid group for exchanged tracks.
 ///
 /// # Errors
-/// [`MotionError::Swapped`] with all of them.
+/// [`MotionError::Swapped`] with all exchanges.
 pub fn check(time_s: &[f64], group: &[&Track]) -> Result<(), MotionError> {
     let mut swaps: Vec<Swap> = cycles(group.len()).iter().flat_map(|cycle| exchanges(time_s, cycle, group)).collect();
     swaps.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     if swaps.is_empty() { Ok(()) } else { Err(MotionError::Swapped { swaps }) }
 }
 
-/// Cycles of two or more of so many markers, each with its smallest number first.
+/// Returns the cycles of two or more of `n` markers, each starting with its smallest index.
 fn cycles(n: usize) -> Vec<Vec<usize>> {
     let longest = if n > EVERY { LONGEST } else { n };
     let mut paths: Vec<Vec<usize>> = (0..n).map(|k| vec![k]).collect();
@@ -49,7 +49,7 @@ fn distance(a: Point, b: Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Rows at which the markers of a cycle are found where the ones before them were.
+/// Returns the exchanges of a cycle: the rows at which its markers are found where their predecessors in the cycle were.
 fn exchanges(time_s: &[f64], cycle: &[usize], group: &[&Track]) -> Vec<Swap> {
     let of_row = |k: usize| cycle.iter().map(|m| group[*m].points[k]).collect::<Option<Vec<Point>>>();
     let rows: Vec<(usize, Vec<Point>)> = (0..time_s.len()).filter_map(|k| Some((k, of_row(k)?))).collect();
@@ -68,7 +68,8 @@ fn exchanges(time_s: &[f64], cycle: &[usize], group: &[&Track]) -> Vec<Swap> {
     rows.windows(2).filter(is_swap).map(|w| Swap { names: names(), time_s: time_s[w[1].0] }).collect()
 }
 
-/// Whether exchanged names keep the distances to the other markers of the group no worse than the stated ones; true without another marker.
+/// Whether the distances to the other markers of the group change no more with exchanged names than with the stated ones; true if there are no other
+/// markers.
 fn restores(group: &[&Track], cycle: &[usize], [before, now]: [usize; 2]) -> bool {
     let change = |exchanged: usize| {
         let one = |(c, i): (usize, usize)| {

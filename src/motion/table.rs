@@ -1,4 +1,4 @@
-//! Tables of text with marker positions: one row per time (`t_s, tip_x_mm, tip_y_mm, tip_z_mm, …`) or one row per marker (`marker, t_s, x_mm, y_mm,
+//! Text tables with marker positions: one row per time (`t_s, tip_x_mm, tip_y_mm, tip_z_mm, …`) or one row per marker (`marker, t_s, x_mm, y_mm,
 //! z_mm`). Delimiter, decimal mark and encoding are detected as in tables of material tests.
 
 use super::error::MotionError;
@@ -76,7 +76,7 @@ impl Table<'_> {
         names::unit(&self.names[at]).or_else(below).filter(|u| !u.is_empty())
     }
 
-    /// The unit of all coordinates, where the names state it.
+    /// Returns the unit of all coordinates if the column names state it.
     fn unit(&self) -> Result<Option<String>, MotionError> {
         let mut found: Vec<String> =
             self.columns.points.iter().flat_map(|p| p.1).flatten().filter_map(|k| self.own_unit(k)).collect();
@@ -89,7 +89,7 @@ impl Table<'_> {
         }
     }
 
-    /// Factor of the times to seconds.
+    /// Returns the factor that converts the times to seconds.
     fn time_factor(&self, log: &mut Vec<String>) -> Result<f64, MotionError> {
         if let Some(rate) = self.options.rate_hz {
             let valid = rate > 0.0 && rate.is_finite();
@@ -108,7 +108,8 @@ impl Table<'_> {
         line.cells.get(at).map_or("", String::as_str)
     }
 
-    /// Time and weight of a row, with the number of its frame, and its number of the line where a cell is none.
+    /// Returns the time and the number of samples of a row; if the rate is given, the time follows from the index of the frame. Cells that are not
+    /// numbers are added to `wrong` with the numbers of their lines.
     fn row(&self, line: &Line, frame: usize, wrong: &mut Wrong) -> (f64, f64) {
         let read = |at: Option<usize>, otherwise: f64, wrong: &mut Vec<String>| match at.map(|k| self.cell(line, k)) {
             None => otherwise,
@@ -150,7 +151,7 @@ impl Table<'_> {
         Ok(Rows { time, samples, markers })
     }
 
-    /// Lines of the record that was asked for.
+    /// Returns the lines of the requested record.
     fn of_record<'b>(&self, body: Vec<&'b Line>) -> Result<Vec<&'b Line>, MotionError> {
         let Some(at) = self.columns.record else { return Ok(body) };
         let (mut known, mut seen): (Vec<String>, HashSet<&str>) = (vec![], HashSet::new());
@@ -174,7 +175,7 @@ impl Table<'_> {
         let (at, axes) = (self.columns.marker.unwrap_or_default(), self.columns.points[0].1);
         let mut wrong = Wrong::default();
         let (mut order, mut frames): (Vec<String>, HashMap<String, usize>) = (vec![], HashMap::new());
-        // Times in the order of numbers, not of the file; total order of bits for times that are equal
+        // Times in numerical order (IEEE total order), not in the order of the file
         let mut rows: BTreeMap<Sorted, MarkerRow> = BTreeMap::new();
         for line in body {
             let name = self.cell(line, at).to_string();
@@ -192,7 +193,7 @@ impl Table<'_> {
             }
         }
         wrong.refuse(self.file)?;
-        // Without times a marker without a row in a frame would be at another time than the others
+        // Without times, a marker that lacks a row in a frame would be shifted in time relative to the others
         if self.options.rate_hz.is_some() && frames.values().any(|n| *n != rows.len()) {
             let counts = order.iter().map(|name| format!("{name} {}", frames[name])).collect();
             return Err(MotionError::Frames { file: self.file(), counts });
@@ -207,10 +208,10 @@ impl Table<'_> {
     }
 }
 
-/// Samples of a time, and the positions of the markers that have a row.
+/// Number of samples at a time, and the positions of the markers that have a row.
 type MarkerRow = (f64, BTreeMap<String, Option<[f64; 3]>>);
 
-/// A time as a key.
+/// A time used as a key.
 #[derive(PartialEq)]
 struct Sorted(f64);
 
@@ -228,17 +229,17 @@ impl Ord for Sorted {
     }
 }
 
-/// Cells that are not what their columns need, by the line.
+/// Cells that are invalid for their columns, line by line.
 #[derive(Default)]
 pub(super) struct Wrong {
     pub times: Vec<String>,
-    /// Positions of which some cells are empty
+    /// Positions with some empty cells
     pub partial: Vec<String>,
     pub cells: Vec<String>,
 }
 
 impl Wrong {
-    /// The refusal of the first kind that occurs.
+    /// Returns the refusal of the first kind that occurs.
     pub fn refuse(self, file: &str) -> Result<(), MotionError> {
         let file = file.to_string();
         match self {
@@ -250,7 +251,7 @@ impl Wrong {
     }
 }
 
-/// Three cells as a position; none where the marker was not seen: all are empty, or one is not a number as programs write it.
+/// Reads three cells as a position; `None` if the marker was not visible: all cells are empty, or one is NaN in any of the usual spellings.
 pub(super) fn coordinate(cells: [&str; 3], line: u64, decimal: Decimal, wrong: &mut Wrong) -> Option<[f64; 3]> {
     let is_gap = |c: &str| matches!(c.to_lowercase().as_str(), "nan" | "-nan" | "na" | "n/a");
     if cells.iter().all(|c| c.is_empty()) || cells.iter().any(|c| is_gap(c)) {

@@ -6,20 +6,20 @@ use super::track::ReadOptions;
 use crate::calibrate::intake::table;
 use std::collections::HashMap;
 
-/// Lines in which the names of the columns are sought
+/// Number of lines in which the column names are searched
 const HEAD: usize = 200;
 
-/// Places of the columns.
+/// Indices of the columns.
 #[derive(Default)]
 pub struct Columns {
     pub time: Option<usize>,
     pub samples: Option<usize>,
-    /// Name of the marker of a row
+    /// Column with the name of the marker of the row
     pub marker: Option<usize>,
     pub record: Option<usize>,
-    /// Columns of x, y and z by marker, in the order of the file; one without a name where rows name it
+    /// Columns of x, y and z for each marker, in the order of the file; the name is empty if rows name their marker
     pub points: Vec<(String, [Option<usize>; 3])>,
-    /// Columns with the name of an earlier one, or with the same coordinate of its marker
+    /// Columns with the name of an earlier one, or with the same coordinate of the same marker
     pub twice: Vec<usize>,
 }
 
@@ -46,7 +46,7 @@ impl Columns {
                 Cell::Other => {}
             }
         }
-        // Rows that name their marker have one set of coordinates, any other table has no set without a name
+        // Rows that name their marker have one set of coordinates; in all other tables every set has a name
         let by_row = columns.marker.is_some();
         columns.points.retain(|(name, _)| name.is_empty() == by_row);
         let is_twice = |k: &usize| match names::meaning(&cells[*k]) {
@@ -69,7 +69,7 @@ impl Columns {
     }
 }
 
-/// The delimiter and the number of the line with the names.
+/// Returns the delimiter and the index of the line with the column names.
 pub fn find_names(file: &str, text: &str, options: &ReadOptions) -> Result<(char, usize), MotionError> {
     let end = text.match_indices('\n').nth(HEAD).map_or(text.len(), |(end, _)| end);
     let mut nearest: Vec<String> = vec![];

@@ -7,13 +7,13 @@ use crate::math::units::Dimension;
 #[derive(Clone, PartialEq, Debug)]
 pub enum Cell {
     Time,
-    /// Number of samples that the row is the mean of
+    /// Number of samples averaged in the row
     Samples,
     /// Name of the marker of the row
     Marker,
     /// Name of the record of the row
     Record,
-    /// Coordinate 0, 1 or 2; the marker is empty where the row names it
+    /// Coordinate 0, 1 or 2; the marker is empty if the row names it
     Coordinate {
         marker: String,
         axis: usize,
@@ -21,7 +21,7 @@ pub enum Cell {
     Other,
 }
 
-/// Meaning of a name such as `t_s`, `Time (s)`, `tip_x_mm`, `tip X [mm]`, `tip:X`.
+/// Returns the meaning of a name such as `t_s`, `Time (s)`, `tip_x_mm`, `tip X [mm]`, `tip:X`.
 pub fn meaning(name: &str) -> Cell {
     let (bare, _) = without_unit(name);
     let lower = bare.to_lowercase();
@@ -37,19 +37,19 @@ pub fn meaning(name: &str) -> Cell {
     let Some(axis) = rest.next_back().and_then(axis) else { return Cell::Other };
     let rest = rest.as_str();
     let marker = rest.trim_end_matches(['_', '.', ':', '-', ' ']);
-    // A letter that belongs to the word is no axis: "matrix"
+    // A letter that belongs to the word does not name an axis: "matrix"
     if rest.is_empty() || marker.len() < rest.len() {
         return Cell::Coordinate { marker: marker.to_string(), axis };
     }
     Cell::Other
 }
 
-/// Unit that a name states.
+/// Returns the unit that a name states.
 pub fn unit(name: &str) -> Option<String> {
     without_unit(name).1
 }
 
-/// A name without its unit, and the unit: in brackets, or a last word that is one, `tip_x_mm`.
+/// Splits a name into the name without its unit, and the unit: in brackets, or as a last word, as in `tip_x_mm`.
 fn without_unit(name: &str) -> (&str, Option<String>) {
     let name = name.trim();
     let in_brackets = |open: char, close: char| {

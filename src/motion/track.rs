@@ -1,29 +1,29 @@
-//! One track, what a reader of a file returns, and the statements that complete a file.
+//! A single track, the result of a file reader, and the options that complete a file.
 
 use std::collections::HashSet;
 
-/// Statements on a file that override what it says, or complete it.
+/// Statements about a file that override or complete its content.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Unit of the coordinates, `mm`
+    /// Unit of the coordinates, such as `mm`
     pub unit: Option<String>,
-    /// Unit of the times of a table, `ms`
+    /// Unit of the times of a table, such as `ms`
     pub time_unit: Option<String>,
-    /// Frames per second, where the file has no times
+    /// Frames per second, if the file has no times
     pub rate_hz: Option<f64>,
-    /// Record of a table that holds several
+    /// Record to read from a table that contains several
     pub record: Option<String>,
 }
 
-/// One marker.
+/// The track of one marker.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     pub name: String,
-    /// Position at each time \[m\]; none where the marker was not seen
+    /// Position at each time \[m\]; `None` where the marker was not visible
     pub points: Vec<Option<[f64; 3]>>,
 }
 
-/// Contents of a file before they are checked: lengths in the unit of the file.
+/// Contents of a file before they are checked; lengths are in the unit of the file.
 pub(super) struct Raw {
     pub format: &'static str,
     pub unit: Option<String>,
@@ -33,7 +33,7 @@ pub(super) struct Raw {
     pub log: Vec<String>,
 }
 
-/// The first name that occurs a second time.
+/// Returns the first name that occurs a second time.
 pub(super) fn twice<'a>(mut names: impl Iterator<Item = &'a String>) -> Option<&'a String> {
     let mut known = HashSet::new();
     names.find(|name| !known.insert(*name))

@@ -1,4 +1,4 @@
-//! Tracks of markers over time, as read from a file, in SI units.
+//! Tracks of markers over time, read from a file, in SI units.
 
 use super::error::MotionError;
 use super::track::{Raw, ReadOptions, Track};
@@ -11,31 +11,31 @@ use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
 use std::path::{Path, PathBuf};
 
-/// Largest coordinate of a tracked body \[m\]; millimetres read as metres lie above it
+/// Largest plausible coordinate of a tracked body \[m\]; millimetres read as metres exceed it
 pub const LARGEST: f64 = 50.0;
-/// Least extent of the coordinates of a file \[m\]
+/// Smallest plausible extent of the coordinates of a file \[m\]
 pub const SMALLEST: f64 = 1e-6;
 
-/// Markers over time.
+/// Tracks of the markers of one record.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tracks {
     /// Name of the file
     pub source: String,
-    /// SHA-256 of its bytes, hexadecimal
+    /// SHA-256 of the file, hexadecimal
     pub sha256: String,
     pub time_s: Vec<f64>,
-    /// Samples that each row is the mean of
+    /// Number of samples averaged in each row
     pub samples: Vec<f64>,
     pub markers: Vec<Track>,
-    /// Decisions and facts of the reading, in sentences
+    /// Decisions and facts from reading the file, in sentences
     pub log: Vec<String>,
 }
 
 impl Tracks {
-    /// Reads a C3D or TRC file or a table. The content decides the format, not the ending.
+    /// Reads a C3D or TRC file or a table. The format is determined by the content, not by the file extension.
     ///
     /// # Errors
-    /// A file that is damaged, has no markers, no unit (and none in `options`), or coordinates of an impossible size.
+    /// A file that is damaged or has no markers, no unit (and none in `options`), or coordinates of an impossible size.
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, MotionError> {
         let bytes =
             storage::read(path, DATA_LIMIT).map_err(|source| MotionError::Read { path: path.into(), source })?;
@@ -43,10 +43,10 @@ impl Tracks {
         Self::parse(&file, &bytes, options)
     }
 
-    /// Reads the bytes of a file of this name.
+    /// Reads the bytes of a file with this name.
     ///
     /// # Errors
-    /// As of [`Tracks::read`].
+    /// The errors of [`Tracks::read`].
     pub fn parse(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Self, MotionError> {
         let raw = if c3d::is_c3d(bytes) {
             c3d::read(file, bytes, options)?
@@ -76,10 +76,10 @@ impl Tracks {
         Ok(Self { source: file.into(), sha256: storage::sha256(bytes), time_s, samples, markers, log })
     }
 
-    /// Markers of these names, in this order.
+    /// Returns the markers with these names, in this order.
     ///
     /// # Errors
-    /// All names that do not exist.
+    /// Some names do not exist; the error lists all of them.
     pub fn select(&self, names: &[String]) -> Result<Vec<&Track>, MotionError> {
         let find = |name: &String| self.markers.iter().find(|m| m.name == *name);
         let absent: Vec<String> = names.iter().filter(|n| find(n).is_none()).cloned().collect();
@@ -89,11 +89,11 @@ impl Tracks {
         Err(MotionError::UnknownMarkers { asked: absent, known: self.markers.iter().map(|m| m.name.clone()).collect() })
     }
 
-    /// Mean position of each named marker over times `from` to `to` \[s\], weighted by the samples of the rows; none of a marker that is
-    /// not seen there.
+    /// Returns the mean position of each named marker over times `from` to `to` \[s\], weighted by the samples of the rows; `None` for a marker that
+    /// is not visible there.
     ///
     /// # Errors
-    /// All names that do not exist.
+    /// Some names do not exist; the error lists all of them.
     pub fn mean(&self, names: &[String], [from, to]: [f64; 2]) -> Result<Vec<Option<[f64; 3]>>, MotionError> {
         let one = |track: &Track| {
             let rows = (0..self.time_s.len()).filter(|k| (from..=to).contains(&self.time_s[*k]));
@@ -106,7 +106,7 @@ impl Tracks {
     }
 }
 
-/// Factor to metres of a unit as programs spell it.
+/// Returns the factor to metres of a unit in the spellings that programs use.
 fn length_factor(file: &str, unit: &str) -> Result<f64, MotionError> {
     let plain = match unit.trim().to_lowercase().as_str() {
         "millimeters" | "millimetres" | "millimeter" | "millimetre" => "mm".to_string(),
@@ -152,7 +152,8 @@ fn check_size(file: &str, markers: &[Track]) -> Result<(), MotionError> {
     Ok(())
 }
 
-/// Refuses zeros in place of gaps: a marker that is exactly at the origin in some rows, with steps there that are all longer than any other of its steps.
+/// Refuses zeros in place of gaps: a marker that is exactly at the origin in some rows, with steps there that are all longer than any other of its
+/// steps.
 fn check_zeros(file: &str, markers: &[Track]) -> Result<(), MotionError> {
     for Track { name, points } in markers {
         let seen: Vec<Vec3> = points.iter().flatten().copied().map(Vec3::from).collect();
@@ -168,7 +169,7 @@ fn check_zeros(file: &str, markers: &[Track]) -> Result<(), MotionError> {
     Ok(())
 }
 
-/// Lines on markers that are not seen all the time; nothing is filled in.
+/// Lines on markers that are not always visible; gaps are not filled.
 fn gaps(markers: &[Track]) -> Vec<String> {
     let one = |m: &Track| {
         let missing = m.points.iter().filter(|p| p.is_none()).count();

@@ -1,4 +1,4 @@
-//! TRC files of OpenSim and Motion Analysis: a tab-separated table below five lines of header.
+//! TRC files of OpenSim and Motion Analysis: a tab-separated table below a header of five lines.
 //!
 //! Source: OpenSim documentation, "Marker (.trc) files"; the third line has the values of the names in the second, the fourth the names of the
 //! markers, the fifth X1, Y1, Z1, ….
@@ -9,7 +9,7 @@ use super::track::{Raw, ReadOptions, Track, twice};
 use crate::calibrate::intake::table::{self, Line};
 use crate::storage::columns::Rows;
 
-/// Columns before the first coordinate: frame and time
+/// Number of columns before the first coordinate: frame and time
 const LEAD: usize = 2;
 
 /// Whether a file begins as a TRC file.
@@ -77,7 +77,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     Ok(Raw { format: "TRC", unit: value("Units").cloned(), samples: vec![1.0; found], time_s, markers, log })
 }
 
-/// A line where the times contradict the rate of the header.
+/// Returns a line if the times contradict the rate in the header.
 fn rate_note(time_s: &[f64], rate: Option<f64>) -> Vec<String> {
     let (Some(rate), [first, .., last]) = (rate, time_s) else { return vec![] };
     let own = (time_s.len() - 1) as f64 / (last - first);

@@ -1,10 +1,10 @@
-//! A damped vibration over a slow motion: y = A e^{−δs} cos(2πfs + φ) + c₀ + c₁ g(s).
+//! A damped vibration superposed on a slow motion: y = A e^{−δs} cos(2πfs + φ) + c₀ + c₁ g(s).
 
 use crate::calibrate::Bounded;
 use std::f64::consts::TAU;
 use std::str::FromStr;
 
-/// Slow motion under the vibration.
+/// Slow motion underlying the vibration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Creep {
     None,
@@ -16,7 +16,7 @@ pub enum Creep {
 }
 
 impl Creep {
-    /// Its function of the time since the release \[s\].
+    /// Returns the creep function g at a time since the release \[s\].
     pub fn at(self, s: f64) -> Option<f64> {
         match self {
             Self::None => None,
@@ -46,12 +46,12 @@ impl FromStr for Creep {
     }
 }
 
-/// A damped vibration that was fitted to a window of a curve.
+/// A damped vibration fitted to a window of a curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingDown {
     /// Window of the rows \[s\]
     pub window_s: [f64; 2],
-    /// Time of the release \[s\], to which amplitude and phase belong
+    /// Time of the release \[s\], at which amplitude and phase are given
     pub origin_s: f64,
     pub rows: usize,
     pub frequency_hz: Bounded,
@@ -63,7 +63,7 @@ pub struct RingDown {
     pub phase: Bounded,
     /// c₀
     pub offset: Bounded,
-    /// c₁ in the unit of the curve (per second where it is linear); zero without creep
+    /// c₁ in the unit of the curve (per second if the creep is linear); zero without creep
     pub creep: Bounded,
     pub kind: Creep,
     /// Rms of the residual, in the unit of the curve
@@ -75,7 +75,7 @@ pub struct RingDown {
 }
 
 impl RingDown {
-    /// The fitted curve at a time \[s\].
+    /// Returns the fitted curve at a time \[s\].
     pub fn at(&self, time_s: f64) -> f64 {
         let s = time_s - self.origin_s;
         let (f, d) = (self.frequency_hz.value, self.decay_per_s.value);

@@ -1,7 +1,7 @@
 //! Constants of laws as inputs of a reduced model: the laws at given inputs, their derivatives, and the compliance of their pressures.
 //!
-//! The modes and weights stay, and the law at each point is that of the present constants. The compliance of a pressure field on quadratic cells is
-//! ∫ N_c N_d /κ dV, so that it follows from that of the nominal law by the ratio of the bulk moduli.
+//! Modes and weights are unchanged, and the law at each point is built with the current constants. The compliance of a pressure field on quadratic
+//! cells is ∫ N_c N_d /κ dV, so that it follows from that of the nominal law by the ratio of the bulk moduli.
 
 use super::error::ReductionError;
 use super::inputs::Input;
@@ -15,17 +15,17 @@ use crate::scene::{ParameterKey, Scene};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Constants that the inputs of a training set, after its signals.
+/// Constants that are inputs of a training, in addition to its signals.
 pub struct ConstantInputs<'a> {
     pub keys: Vec<ParameterKey>,
-    /// \[keys\] their names and ranges \[SI\]
+    /// \[keys\] their names and ranges in SI
     pub inputs: Vec<Input>,
-    /// The scene with the constants at these values \[SI\]; all else as in the scene of the training
+    /// Builds the scene with the constants at these values in SI; everything else is as in the scene of the training
     pub build: &'a dyn Fn(&[f64]) -> Result<Scene, ReductionError>,
 }
 
 impl ConstantInputs<'_> {
-    /// The scene at inputs of which the constants come after `signals` signals.
+    /// Builds the scene at inputs in which the constants follow `signals` signals.
     pub fn scene(&self, inputs: &[f64], signals: usize) -> Result<Scene, ReductionError> {
         (self.build)(&inputs[signals..])
     }
@@ -34,30 +34,30 @@ impl ConstantInputs<'_> {
 /// A law whose constants are inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VariableLaw {
-    /// Name of its table below `laws` in the scene
+    /// Name of its table under `laws` in the scene
     pub name: String,
     /// Name in the registry of laws
     pub law: String,
-    /// Values that the scene gives \[SI\]
+    /// Values given in the scene, in SI
     pub given: Values,
     pub options: BTreeMap<String, String>,
     /// Key of the constant → index of the input
     pub inputs: BTreeMap<String, usize>,
-    /// Parts of the body that consist of it
+    /// Indices of the parts of the body with this law
     pub parts: Vec<usize>,
 }
 
 impl VariableLaw {
-    /// The law at these inputs.
+    /// Builds the law at these inputs.
     ///
     /// # Errors
     ///
-    /// Those of a law file: a value outside of its bounds.
+    /// The errors of a law file, such as a value outside its bounds.
     pub fn at(&self, inputs: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
         find(&self.law)?.build(&self.values(inputs), &self.options)
     }
 
-    /// ∂/∂u of the law by the input `k`; none where the law does not depend on it.
+    /// Returns the derivative of the law with respect to input `k`; `None` if the law does not depend on it.
     pub fn derivative(&self, k: usize, inputs: &[f64]) -> Option<Box<dyn Law>> {
         let (key, _) = self.inputs.iter().find(|(_, input)| **input == k)?;
         sensitivity::derivative_of(find(&self.law).ok()?, &self.values(inputs), &self.options, key).ok()
@@ -70,10 +70,10 @@ impl VariableLaw {
     }
 }
 
-/// The compliance of the pressures of one part, at its nominal law.
+/// The compliance of the pressures of one part, for its nominal law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartCompliance {
-    /// Bulk modulus of that law \[Pa\], zero of a part without pressures
+    /// Bulk modulus of the nominal law \[Pa\], zero for a part without pressures
     pub kappa: f64,
     /// \[pressure modes × pressure modes\] \[J\]
     pub own: Vec<f64>,
@@ -81,7 +81,7 @@ pub struct PartCompliance {
     pub tests: Vec<f64>,
 }
 
-/// All constants that are inputs.
+/// All constants of laws that are inputs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Constants {
     pub laws: Vec<VariableLaw>,
@@ -90,11 +90,12 @@ pub struct Constants {
 }
 
 impl Constants {
-    /// The laws of the scene that have these constants. `signals` is the number of inputs before them.
+    /// Finds the laws of the scene that have these constants. `signals` is the number of inputs before them.
     ///
     /// # Errors
     ///
-    /// [`ReductionError::Unsupported`] of constants that nothing in the body depends on, and of those whose influence is more than a law at a point.
+    /// [`ReductionError::Unsupported`] for constants on which nothing in the body depends, and for constants that affect more than the laws at
+    /// points.
     pub fn of(of: &ConstantInputs, scene: &Scene, points: &BodyPoints, signals: usize) -> Result<Self, ReductionError> {
         let unsupported = |what: &ParameterKey, why: &str, remedy: &str| ReductionError::Unsupported {
             what: format!("the input {what}"),
@@ -136,7 +137,7 @@ impl Constants {
         Ok(Self { laws: laws.into_values().collect(), parts: vec![] })
     }
 
-    /// The compliances of all parts, for modes and tests of the pressure.
+    /// Computes the compliances of all parts for pressure modes and tests.
     pub fn set_compliances(&mut self, points: &BodyPoints, modes: &[Vec<f64>], tests: &[Vec<f64>]) {
         let of_part = |(k, part): (usize, &super::training::body_points::ElasticPoints)| {
             let pairs = |fields: &[Vec<f64>]| {
@@ -148,7 +149,7 @@ impl Constants {
         self.parts = points.parts.iter().enumerate().map(of_part).collect();
     }
 
-    /// Cards of the laws of the parts that change, at these inputs.
+    /// Returns the law cards of the parts whose law varies, at these inputs.
     pub fn cards(&self, inputs: &[f64]) -> Result<Vec<(usize, LawCard)>, LawSpecError> {
         let of_law = |law: &VariableLaw| {
             let card = LawCard::of(law.at(inputs)?.as_ref());
@@ -157,12 +158,12 @@ impl Constants {
         Ok(self.laws.iter().map(of_law).collect::<Result<Vec<_>, LawSpecError>>()?.concat())
     }
 
-    /// The first of the inputs at which a law is not defined, if there is one.
+    /// Returns the first input of a law that is undefined at these inputs, if there is one.
     pub fn undefined(&self, inputs: &[f64]) -> Option<usize> {
         self.laws.iter().find(|law| law.at(inputs).is_err()).and_then(|law| law.inputs.values().next().copied())
     }
 
-    /// The changes that give a scene these constants \[SI\], the values of the inputs from `signals` on.
+    /// Returns the changes that give a scene these constants in SI, the values of the inputs from `signals` on.
     pub fn changes(&self, signals: usize, constants: &[f64]) -> Vec<(String, toml::Value)> {
         let text = |law: &VariableLaw, key: &str, value: f64| {
             let constant = find(&law.law).ok().and_then(|entry| entry.keys.iter().find(|p| p.name == key));
@@ -186,7 +187,7 @@ impl Constants {
         self.laws.iter().any(|law| law.inputs.values().any(|k| *k == input))
     }
 
-    /// Whether they belong to a model of these sizes.
+    /// Whether the constants belong to a model of these sizes.
     pub fn is_sound(&self, inputs: usize, parts: usize, pressures: usize) -> bool {
         self.laws.iter().all(|law| {
             law.inputs.values().all(|k| *k < inputs) && law.parts.iter().all(|p| *p < parts) && !law.parts.is_empty()
@@ -198,7 +199,7 @@ impl Constants {
     }
 }
 
-/// The elastic effects with the law of this name, as parts of the body.
+/// Returns the elastic effects with the law of this name, as indices of the parts of the body.
 fn parts(scene: &Scene, law: &str) -> Vec<usize> {
     let laws = scene.spec.effects.iter().filter_map(|effect| match effect {
         EffectSpec::Elastic(solid) => Some(&solid.law),

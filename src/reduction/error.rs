@@ -4,7 +4,7 @@ use crate::material::LawSpecError;
 use crate::solve::Failure;
 use std::path::PathBuf;
 
-/// Why no reduced model can be made of a scene.
+/// Reason why no reduced model can be made from a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum ReductionError {
     #[error("{what} has no reduced form: {why}; {remedy}")]
@@ -39,7 +39,7 @@ pub enum ReductionError {
     Sampling { reached: f64, most: f64 },
 }
 
-/// Why the file of a reduced model cannot be used.
+/// Reason why the file of a reduced model cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelFileError {
     #[error("{}: cannot be read: {reason}; check the path", file.display())]

@@ -9,7 +9,7 @@ const NAME: &str = "durometer reduced model";
 const FORMAT: &str = "4";
 
 impl ReducedModel {
-    /// The bytes of its file.
+    /// Returns the content of the model's file.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut payload = Vec::new();
         ciborium::into_writer(self, &mut payload).expect("memory accepts every write");
@@ -18,7 +18,7 @@ impl ReducedModel {
         bytes
     }
 
-    /// Writes the file whole or not at all, and none that could not be read; its size in bytes.
+    /// Writes the file whole or not at all, and refuses a model that could not be read back; returns its size in bytes.
     pub fn write(&self, file: &Path) -> Result<usize, ModelFileError> {
         if let Some(fact) = self.fault() {
             return Err(ModelFileError::Faulty { file: file.into(), fact });
@@ -29,13 +29,13 @@ impl ReducedModel {
         Ok(bytes.len())
     }
 
-    /// Reads a file.
+    /// Reads a model from a file.
     pub fn read(file: &Path) -> Result<Self, ModelFileError> {
         let unreadable = |e: std::io::Error| ModelFileError::Unreadable { file: file.into(), reason: e.to_string() };
         Self::from_bytes(file, &storage::read(file, DATA_LIMIT).map_err(unreadable)?)
     }
 
-    /// The model of these bytes; `file` is for messages.
+    /// Reads a model from bytes; `file` is used in messages.
     pub fn from_bytes(file: &Path, bytes: &[u8]) -> Result<Self, ModelFileError> {
         let none = |fact: &str| ModelFileError::NotAModel { file: file.into(), fact: fact.into() };
         let damaged = |fact: String| ModelFileError::Damaged { file: file.into(), fact };

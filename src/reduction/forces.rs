@@ -19,19 +19,19 @@ pub struct Load {
     /// Name of the effect
     pub name: String,
     pub intensity: Affine,
-    /// ∂φ/∂q of the displacement coordinates, per unit of intensity
+    /// ∂φ/∂q as a function of the displacement coordinates, per unit of intensity
     pub force: Quadratic,
 }
 
-/// A cable without friction: its guides move by w = W q.
+/// A cable without friction, whose guides move by w = W q.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReducedCable {
     pub name: String,
-    /// Place of a pull point that is fixed in space \[m\]
+    /// Position of a pull point that is fixed in space \[m\]; `None` if there is none
     pub pull_point: Option<[f64; 3]>,
-    /// Places of the guides at rest \[m\]
+    /// Positions of the guides at rest \[m\]
     pub guides: Vec<[f64; 3]>,
-    /// \[3 × guides, coordinates\] W by rows
+    /// W, row by row \[3 × guides, coordinates\]
     pub motion: Vec<f64>,
     pub drive: CableDrive,
 }
@@ -41,19 +41,19 @@ pub struct ReducedCable {
 pub enum CableDrive {
     /// Tension \[N\]
     Tension(Affine),
-    /// Free length \[m\] and its growth with the tension \[m/N\]
+    /// Free length \[m\], and its increase per unit of tension \[m/N\]
     Length { free: Affine, compliance: f64 },
 }
 
 impl ReducedCable {
-    /// The geometry, whose means are the motions of the guides themselves.
+    /// Builds the geometry of the cable, with the motions of the guides themselves as means.
     pub fn cable(&self) -> Cable {
         let guide = |(k, at): (usize, &[f64; 3])| Guide { point: Vec3::from(*at), weights: vec![(k as u32, 1.0)] };
         let guides = self.guides.iter().enumerate().map(guide).collect();
         Cable::through(self.name.clone(), self.pull_point.map(Vec3::from), guides)
     }
 
-    /// Rows of W on a basis.
+    /// Returns the rows of W for a basis.
     pub fn motion(cable: &Cable, modes: &[Vec<f64>]) -> Vec<f64> {
         let columns: Vec<Vec<f64>> = modes.iter().map(|mode| cable.means().of(mode)).collect();
         let rows = columns.first().map_or(0, Vec::len);
@@ -65,7 +65,7 @@ pub(super) fn unsupported(what: String, why: &str, remedy: &str) -> ReductionErr
     ReductionError::Unsupported { what, why: why.into(), remedy: remedy.into() }
 }
 
-/// Refuses a scene with parts that have no reduced form at rest.
+/// Refuses a scene with parts that have no reduced form in statics.
 pub fn check(scene: &Scene) -> Result<(), ReductionError> {
     if scene.spans.iter().any(|span| !span.integrator.is_static()) {
         let why = "the states of a model that rests have no rates";
@@ -74,7 +74,7 @@ pub fn check(scene: &Scene) -> Result<(), ReductionError> {
     check_parts(scene, |effect| effect.role() == EnergyRole::Kinetic)
 }
 
-/// Refuses a scene with parts that have no reduced form; `takes` tells the effects by rates that have one, or that do not act.
+/// Refuses a scene with parts that have no reduced form; `takes` accepts rate-dependent effects that have one or do not act.
 pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result<(), ReductionError> {
     let leave_out = "leave it out, or run the scene in full";
     if let Some(contact) = scene.contacts.first() {
@@ -94,7 +94,7 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
     }
     for effect in &scene.system.effects {
         let own = effect.blocks();
-        // An elastic effect without a form at points is refused with its reason later
+        // An elastic effect without a form at points is refused later, with its reason
         let blocks =
             |s: &Arc<dyn Stressed>| s.constitution().map_or(&s.points().blocks as *const _, |c| c.blocks as *const _);
         let is_elastic = scene.stressed.iter().any(|s| std::ptr::eq(blocks(s), own));
@@ -117,17 +117,17 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
     }
 }
 
-/// The time at which a scene ends \[s\].
+/// Returns the time at which a scene ends \[s\].
 fn end(scene: &Scene) -> f64 {
     scene.spans.last().map_or(0.0, |span| span.end)
 }
 
-/// The effects that are loads of a model, in their order.
+/// Returns the effects that are loads of a model, in their order.
 pub fn effects_of_loads(scene: &Scene) -> impl Iterator<Item = (&dyn Effect, &dyn PolynomialLoad)> {
     scene.system.effects.iter().filter_map(|effect| Some((&**effect, effect.capabilities().polynomial?)))
 }
 
-/// The loads of a scene; `steps` are the sizes of the displacement coordinates.
+/// Returns the loads of a scene; `steps` are the magnitudes of the displacement coordinates.
 pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> Result<Vec<Load>, ReductionError> {
     let (mut out, end) = (vec![], end(scene));
     for (effect, load) in effects_of_loads(scene) {
@@ -140,7 +140,7 @@ pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> R
     Ok(out)
 }
 
-/// Forces of a load per unit of intensity, along `tests`, as polynomials of the coordinates of `modes`.
+/// Returns the forces of a load per unit of intensity along `tests`, as polynomials of the coordinates of `modes`.
 pub fn reduced_force(
     (blocks, load): (&Blocks, &dyn PolynomialLoad),
     tests: &[Vec<f64>],
@@ -159,7 +159,7 @@ pub fn reduced_force(
     Quadratic::identify(load.degree(), steps, force)
 }
 
-/// \[unknowns\] r of an effect alone.
+/// Returns the residual of a single effect \[unknowns\].
 pub(super) fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, ReductionError> {
     let blocks = effect.blocks();
     let mut r = vec![0.0; at.x.len()];
@@ -171,7 +171,7 @@ pub(super) fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, Red
     Ok(r)
 }
 
-/// The cables of a scene.
+/// Returns the cables of a scene.
 pub fn cables(scene: &Scene, modes: &[Vec<f64>], inputs: &[Input]) -> Result<Vec<ReducedCable>, ReductionError> {
     let (mut out, end) = (vec![], end(scene));
     for named in &scene.cables {

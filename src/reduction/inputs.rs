@@ -6,69 +6,70 @@ use crate::math::units::within;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// An input with the range that the training runs covered, in SI.
+/// An input with the range covered by the training runs, in SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Name of the signal, with its unit at the end
     pub name: String,
-    /// Least and largest value
+    /// Smallest and largest value
     pub range: [f64; 2],
-    /// Value of the scene at its start, where it is known
+    /// Value at the start of the scene, if known
     #[serde(default)]
     pub start: Option<f64>,
-    /// Whether searches leave it where it is, as a constant of a law or the acceleration of a weight
+    /// Whether searches leave it unchanged, such as a constant of a law or the acceleration of a weight
     #[serde(default)]
     pub held: bool,
 }
 
 impl Input {
-    /// An input that drives, of a scene that gives it no value of its own.
+    /// Builds a driving input for a scene that gives it no value.
     pub fn new(name: impl Into<String>, range: [f64; 2]) -> Self {
         Self { name: name.into(), range, start: None, held: false }
     }
 
-    /// The value at which a model begins: that of the scene, or zero, or the nearest end of the range.
+    /// Returns the value at which a model starts: that of the scene, or else zero, limited to the range.
     pub fn at_start(&self) -> f64 {
         self.start.map_or(self.unloaded(), |start| start.clamp(self.range[0], self.range[1]))
     }
 
-    /// Whether a value is within the range, but for the rounding of its unit.
+    /// Whether a value is within the range, apart from rounding in its unit.
     pub fn contains(&self, value: f64) -> bool {
         within(value, self.range.into())
     }
 
-    /// Zero, or the nearest end of the range.
+    /// Returns zero, or the end of the range nearest to zero.
     pub fn unloaded(&self) -> f64 {
         0.0_f64.clamp(self.range[0], self.range[1])
     }
 }
 
-/// Largest change of an input in a part of a change, as a share of its range, where quantities count turns: they are the same whatever the inputs before.
+/// Largest change of an input in one part of a step, relative to its range, if quantities count turns, so that the count does not depend on the
+/// previous inputs \[–\].
 pub const SHARE: f64 = 1.0 / 16.0;
-/// Least part that a change is cut into for that, of one far beyond the ranges.
+/// Smallest part into which such a change is divided, for changes far beyond the ranges \[–\].
 const CUT: f64 = 1.0 / 64.0;
 
-/// The largest part of a change of the inputs in which each of them changes by [`SHARE`] of its range at most.
+/// Returns the largest part of a change of the inputs in which each of them changes by at most [`SHARE`] of its range.
 pub fn largest_part(inputs: &[Input], from: impl Fn(usize) -> f64, to: &[f64]) -> f64 {
     let changes = to.iter().zip(inputs).enumerate();
     let shares = changes.map(|(k, (to, input))| (to - from(k)).abs() / (input.range[1] - input.range[0]));
     (SHARE / shares.fold(SHARE, f64::max)).max(CUT)
 }
 
-/// c + Σ r_k u_k of the inputs u.
+/// The affine function c + Σ r_k u_k of the inputs u.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Affine {
     pub constant: f64,
     pub rates: Vec<f64>,
 }
 
-/// Parts of the time of a scene at whose ends nothing may change but by the inputs.
+/// Number of intervals of the duration of a scene; at their ends nothing may have changed except by the inputs.
 const PARTS: u32 = 1000;
-/// Share of the size of a signal below which its change is rounding.
+/// Change of a signal relative to its size below which it is rounding \[–\].
 const ROUNDING: f64 = 1e-12;
 
 impl Affine {
-    /// The function `f` of the inputs; an error where it is not affine, or depends on time in a scene that ends at `end` \[s\].
+    /// Identifies the function `f` of the inputs; an error if it is not affine, or depends on time in a scene that ends at `end` \[s\].
     pub fn identify(what: &str, inputs: &[Input], end: f64, f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
         let at = |t: f64, u: &[f64]| {
             let inputs: Vec<Known> = u.iter().map(|&u| Known::constant(u)).collect();
@@ -107,13 +108,14 @@ impl Affine {
         self.constant + self.rates.iter().zip(inputs).map(|(r, u)| r * u).sum::<f64>()
     }
 
-    /// Whether it belongs to this number of inputs and is finite.
+    /// Whether the function has this number of inputs and is finite.
     pub fn is_sound(&self, inputs: usize) -> bool {
         self.rates.len() == inputs && self.rates.iter().chain([&self.constant]).all(|x| x.is_finite())
     }
 }
 
-/// The inputs of a scene that are its controlled signals, each with a range. Without any `others` would nothing change.
+/// Returns the inputs of a scene that are its controlled signals, each with a range. Refuses a scene without signals if there are no `others`,
+/// because nothing could change.
 pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionError> {
     let names = scene.controls.controlled();
     let unsupported = |what: String, why: &str, remedy: &str| ReductionError::Unsupported {
@@ -140,7 +142,7 @@ mod tests {
     use super::*;
     use crate::math::signal::Signal;
 
-    /// A model begins at the value of its scene, and never outside of its range; without one at zero, or at the nearest end.
+    /// A model starts at the value of its scene, but never outside its range; without a value it starts at zero, or at the nearest end of the range.
     #[test]
     fn inputs_begin_within_their_ranges() {
         let at_start = |range: [f64; 2], start: Option<f64>| Input { start, ..Input::new("pull_N", range) }.at_start();

@@ -1,19 +1,19 @@
-//! Reduced models: scenes with few unknowns, fast enough for controllers, that know how far they are from the full model.
+//! Reduced models: models of a scene with few unknowns, fast enough for controllers, that estimate their distance from the full model.
 //!
 //! | Step | File |
 //! |---|---|
 //! | Fields and forces at the points of the body | [`training::body_points`], [`training::fields_at_points`], [`training::points_at`] |
 //! | Modes of displacement and pressure | [`training::basis`] |
 //! | The points from which forces are summed | [`training::sampling`] |
-//! | Constants of laws that are inputs | [`constants`], on [`running::laws`] |
-//! | Loads, cables and quantities in the coordinates | [`forces`], [`quantities`], [`polynomial`], [`inputs`] |
+//! | Constants of laws as inputs | [`constants`], based on [`running::laws`] |
+//! | Loads, cables and quantities as functions of the coordinates | [`forces`], [`quantities`], [`polynomial`], [`inputs`] |
 //! | Adjoint solutions for the error estimate | [`training::adjoint_space`] |
-//! | All of it | [`training::train`] |
-//! | States that are wanted next | [`training::greedy`] |
+//! | The whole training | [`training::train`] |
+//! | Choice of the next training states | [`training::greedy`] |
 //! | The model, and its file | [`model`], [`mod@file`] |
 //! | Inputs for given values | [`running::inverse`] |
 //! | The full model behind it | [`training::full_model`], [`running::fallback`] |
-//! | A model that runs | [`running::twin`], on [`running::equations`], [`points`], [`running::cable`] and [`running::residual`] |
+//! | A model that runs | [`running::twin`], based on [`running::equations`], [`points`], [`running::cable`] and [`running::residual`] |
 
 use crate::scene::Scene;
 
@@ -41,7 +41,7 @@ pub use training::full_state::FullState;
 pub use training::train::{Training, errors};
 pub use training::transient::{TransientTraining, errors_in_time};
 
-/// Refuses a scene that has no reduced model of these recorded columns, as training on its runs would.
+/// Refuses a scene that has no reduced model with these recorded columns, as training on its runs would.
 pub fn check(scene: &Scene, columns: &[String]) -> Result<(), ReductionError> {
     match scene.spans.iter().all(|span| span.integrator.is_static()) {
         true => forces::check(scene)?,

@@ -1,4 +1,4 @@
-//! A reduced model: everything that its steps need, and nothing of the mesh.
+//! A reduced model: everything that its steps need, independent of the mesh.
 
 use super::constants::Constants;
 use super::error::ReductionError;
@@ -16,24 +16,24 @@ pub struct ReducedModel {
     pub title: String,
     pub inputs: Vec<Input>,
     pub sizes: Sizes,
-    /// The points from which forces are summed, law by law
+    /// The points from which forces are summed, one set per law
     pub points: Vec<StoredPoints>,
     /// \[pressure modes × pressure modes\] compliance \[J\]
     pub compliance: Vec<f64>,
     pub loads: Vec<Load>,
     pub cables: Vec<ReducedCable>,
     pub quantities: Vec<ReducedQuantity>,
-    /// Value of each quantity at rest, with all inputs at zero, or at the nearest ends of their ranges
+    /// Value of each quantity at rest, with all inputs at zero or at the ends of their ranges nearest to zero
     pub rest: Vec<f64>,
-    /// Largest change of each quantity from rest in the training states: the size that errors are judged by, wherever the origin is
+    /// Largest change of each quantity from rest in the training states: the scale for its errors, independent of its origin
     pub largest_changes: Vec<f64>,
-    /// Largest ‖q‖ of the training states, of displacements and of pressures
+    /// Largest ‖q‖ of the training states, for displacements and for pressures
     pub amplitudes: [f64; 2],
-    /// Of a model that rests
+    /// Error estimate of a static model
     pub estimate: Option<AdjointEstimate>,
-    /// Inertia, damping and steps in time, of a model that moves
+    /// Inertia, damping and time stepping of a dynamic model
     pub dynamics: Option<Dynamics>,
-    /// Of a model that moves
+    /// Error estimate of a dynamic model
     pub estimate_in_time: Option<TimeEstimate>,
     /// Constants of laws that are inputs
     #[serde(default)]
@@ -41,88 +41,88 @@ pub struct ReducedModel {
     pub origin: Origin,
 }
 
-/// Where a model comes from.
+/// Origin of a model.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Origin {
-    /// Version of the program that made it
+    /// Version of the program that made the model
     pub version: String,
     /// The scene as text
     pub scene: String,
-    /// Cells, unknowns, points of the full model
+    /// Numbers of cells, unknowns and points of the full model
     pub cells: usize,
     pub dofs: usize,
     pub points: usize,
-    /// Of the displacement modes those that determine the pressures
+    /// Number of displacement modes that are supremisers, which determine the pressures
     pub supremisers: usize,
-    /// The changes that make this scene of that of the study, as a table of paths and values
+    /// Changes by which this scene differs from that of the study, as a table of paths and values
     pub changes: String,
     /// Digest of the mesh
     pub mesh_sha256: String,
-    /// Files that the scene names; none in models of earlier versions
+    /// Files named in the scene; empty in models of earlier versions
     pub files: Vec<FileDigest>,
-    /// States that it was trained on, and held back for its error bars
+    /// Number of states used for training, and held back for the error bars
     pub training: usize,
     pub held_back: usize,
 }
 
-/// The error estimate of a model: forces that are left along the solutions of adjoint equations.
+/// The error estimate of a model: residual forces along adjoint solutions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdjointEstimate {
-    /// Points from which the forces along the tests are summed, law by law
+    /// Points from which the forces along the tests are summed, one set per law
     pub points: Vec<StoredPoints>,
     /// Loads along the tests
     pub loads: Vec<super::polynomial::Quadratic>,
-    /// Per cable: \[3 × guides, tests\] motions of the guides in the tests
+    /// For each cable: motions of the guides in the tests \[3 × guides, tests\]
     pub cables: Vec<Vec<f64>>,
     /// \[tests × pressure modes\] compliance
     pub compliance: Vec<f64>,
-    /// Centre and half width of each input, by which powers are taken
+    /// Centre and half-width of each input, which scale the powers
     pub centres: Vec<[f64; 2]>,
-    /// The adjoint solutions, for each set of taut cables that the training states have
+    /// The adjoint solutions, one set for each set of taut cables in the training states
     pub regimes: Vec<Regime>,
-    /// Per quantity: the bar is `factor` (|estimate| + `floor`)
+    /// For each quantity: the error bar is `factor` (|estimate| + `floor`)
     pub bars: Vec<Bar>,
 }
 
-/// The error estimate of a model that moves: a second model of more modes and points, which follows the first.
+/// The error estimate of a dynamic model: a second model with more modes and points, which follows the first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeEstimate {
     pub enriched: Box<ReducedModel>,
-    /// \[coordinates of the enriched model × coordinates of the model\] the modes of the model in those of the enriched one
+    /// \[coordinates of the enriched model × coordinates of the model\] the modes of the model in terms of the modes of the enriched model
     pub embedding: Vec<f64>,
-    /// Per quantity: the bar is `factor` (|estimate| + `floor`)
+    /// For each quantity: the error bar is `factor` (|estimate| + `floor`)
     pub bars: Vec<Bar>,
-    /// Runs that were held back for the bars, and steps of the longest one
+    /// Number of runs held back for the bars, and number of steps of the longest one
     pub runs: usize,
     pub steps: usize,
 }
 
-/// The adjoint solutions while the same cables are taut: polynomials of the inputs.
+/// The adjoint solutions for one set of taut cables, as polynomials of the inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Regime {
-    /// \[cables\] whether the length of the cable holds the body
+    /// \[cables\] whether the length of the cable constrains the body
     pub taut: Vec<bool>,
     /// \[terms × inputs\]
     pub exponents: Vec<Vec<u32>>,
-    /// Per quantity: \[tests × terms\] coefficients in the tests
+    /// For each quantity: coefficients of the adjoint solution in the tests \[tests × terms\]
     pub adjoints: Vec<Vec<f64>>,
 }
 
-/// How an estimate becomes an error bar.
+/// Constants by which an estimate becomes an error bar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bar {
     pub factor: f64,
-    /// \[unit of the quantity\]
+    /// Floor of the estimate, in the unit of the quantity
     pub floor: f64,
 }
 
 impl ReducedModel {
-    /// The model, if its parts fit together.
+    /// Returns the model if its parts are consistent.
     ///
     /// # Errors
     ///
-    /// [`ReductionError::Faulty`] with the reason why they do not.
+    /// [`ReductionError::Faulty`] with the reason if they are not.
     pub fn sound(self) -> Result<Self, ReductionError> {
         match self.fault() {
             None => Ok(self),
@@ -130,7 +130,7 @@ impl ReducedModel {
         }
     }
 
-    /// Reason why the parts of the model do not fit together, if they do not.
+    /// Returns the reason why the parts of the model are not consistent, if they are not.
     pub fn fault(&self) -> Option<&'static str> {
         let Self { sizes, inputs, loads, cables, .. } = self;
         let n = sizes.displacements;
@@ -183,30 +183,31 @@ impl ReducedModel {
         fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(n, inputs.len()))).or_else(|| self.fault_in_time())
     }
 
-    /// Size of a quantity that is to have this value: its change from rest there, or the largest one of the training states where that is larger.
+    /// Returns the scale of a quantity with a target value: its change from rest at that value, but at least its largest change in the training
+    /// states.
     pub fn size_at(&self, quantity: usize, value: f64) -> f64 {
         self.largest_changes[quantity].max((value - self.rest[quantity]).abs())
     }
 
-    /// Whether a search moves each input where it is not told which: those that drive, and of a model without one all of them.
+    /// Returns, for each input, whether a search moves it by default: the driving inputs, or all inputs of a model without any.
     pub fn driving(&self) -> Vec<bool> {
         let drives = |(k, input): (usize, &Input)| !input.held && !self.constants.has(k);
         let all: Vec<bool> = self.inputs.iter().enumerate().map(drives).collect();
         if all.contains(&true) { all } else { vec![true; all.len()] }
     }
 
-    /// How estimates become error bars, quantity by quantity; none without an estimate.
+    /// Returns the constants of the error bars of all quantities; `None` without an estimate.
     pub fn bars(&self) -> Option<&[Bar]> {
         let in_time = self.estimate_in_time.as_ref().map(|e| &e.bars[..]);
         in_time.or(self.estimate.as_ref().map(|e| &e.bars[..]))
     }
 
-    /// Sizes of the points of the model itself, which have no tests.
+    /// Returns the sizes of the points of the model itself, which have no tests.
     pub fn own_sizes(&self) -> Sizes {
         Sizes { tests: 0, ..self.sizes }
     }
 
-    /// Reason why the error estimate of a model that moves does not belong to it, if it does not.
+    /// Returns the reason why the error estimate of a dynamic model does not belong to it, if it does not.
     fn fault_in_time(&self) -> Option<&'static str> {
         let Some(e) = &self.estimate_in_time else {
             let both = self.dynamics.is_some() && self.estimate.is_some();
@@ -249,5 +250,5 @@ impl ReducedModel {
     }
 }
 
-/// More modes than any model has.
+/// Upper bound of the number of modes of any model.
 const MOST: usize = 1000;

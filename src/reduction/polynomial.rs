@@ -1,22 +1,22 @@
-//! Vectors of polynomials of degree two at most in the coordinates of a model, and their identification from values.
+//! Vectors of polynomials of degree at most two in the coordinates of a model, and their identification from values.
 
 use serde::{Deserialize, Serialize};
 
-/// f(q) = c + L q + q·Q q, with the arrays of the degrees that f has.
+/// f(q) = c + L q + q·Q q; only the arrays of the degrees that f has are present.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quadratic {
-    /// Coordinates q
+    /// Number of coordinates q
     pub coordinates: usize,
     /// \[outputs\]
     pub constant: Vec<f64>,
-    /// \[outputs × coordinates\], empty of degree 0
+    /// \[outputs × coordinates\], empty for degree 0
     pub linear: Vec<f64>,
-    /// \[outputs × coordinates × coordinates\] symmetric in the last two, empty below degree 2
+    /// \[outputs × coordinates × coordinates\], symmetric in the last two indices, empty below degree 2
     pub quadratic: Vec<f64>,
 }
 
 impl Quadratic {
-    /// The polynomials of this degree with the values that `f` gives at multiples of the `steps`, one for each coordinate.
+    /// Identifies the polynomials of this degree from the values of `f` at multiples of `steps`, one step for each coordinate.
     pub fn identify(degree: usize, steps: &[f64], mut f: impl FnMut(&[f64]) -> Vec<f64>) -> Self {
         let n = steps.len();
         let mut at = |places: &[(usize, f64)]| {
@@ -62,7 +62,7 @@ impl Quadratic {
         self.constant.len()
     }
 
-    /// out += factor f(q)
+    /// Adds factor · f(q) to `out`.
     pub fn add(&self, q: &[f64], factor: f64, out: &mut [f64]) {
         let n = self.coordinates;
         for (a, out) in out.iter_mut().enumerate().take(self.outputs()) {
@@ -78,7 +78,7 @@ impl Quadratic {
         }
     }
 
-    /// out\[a × stride + i\] += factor ∂f_a/∂q_i
+    /// Adds factor · ∂f_a/∂q_i to out\[a × stride + i\].
     pub fn add_derivative(&self, q: &[f64], factor: f64, stride: usize, out: &mut [f64]) {
         let n = self.coordinates;
         for a in 0..self.outputs() {
@@ -92,7 +92,7 @@ impl Quadratic {
         }
     }
 
-    /// q·c + ½ q·L q + ⅓ Σ q_a q·Q_a q, of which f is the gradient where it is one.
+    /// Returns q·c + ½ q·L q + ⅓ Σ q_a q·Q_a q, whose gradient is f if f is a gradient.
     pub fn potential(&self, q: &[f64]) -> f64 {
         let n = self.coordinates;
         let of = |a: usize| {
@@ -109,7 +109,7 @@ impl Quadratic {
         (0..self.outputs()).map(of).sum()
     }
 
-    /// Whether the arrays have the sizes that go together, of finite numbers.
+    /// Whether the arrays have consistent sizes and finite values.
     pub fn is_sound(&self, coordinates: usize, outputs: usize) -> bool {
         let sizes = |v: &Vec<f64>, n: usize| v.is_empty() || v.len() == n;
         let arrays = [&self.constant, &self.linear, &self.quadratic];
@@ -129,7 +129,7 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// ∂φ/∂q of φ = q₀²q₁ + 3q₀ + 2q₁: a polynomial of degree 2 is found from its values, to rounding of a few dozen operations.
+    /// ∂φ/∂q of φ = q₀²q₁ + 3q₀ + 2q₁: a polynomial of degree 2 is identified from its values, to rounding of a few dozen operations.
     #[test]
     fn a_gradient_of_degree_two_is_identified_with_its_derivative_and_potential() {
         let gradient = |q: &[f64]| vec![2.0 * q[0] * q[1] + 3.0, q[0] * q[0] + 2.0];

@@ -9,7 +9,7 @@ use crate::scene::{Features, Reading, Scene, Winding};
 use crate::system::{Effect, PolynomialLoad};
 use serde::{Deserialize, Serialize};
 
-/// A column with how it is read.
+/// A recorded column and the rule by which it is evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReducedQuantity {
     /// Name of the column, with its unit at the end
@@ -17,30 +17,30 @@ pub struct ReducedQuantity {
     pub reading: ReducedReading,
 }
 
-/// How a column follows from the coordinates.
+/// Rule by which a column follows from the coordinates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ReducedReading {
-    /// Tension of the cable of this index \[N\]
+    /// Tension of the cable with this index \[N\]
     Tension(usize),
-    /// Length of the cable of this index \[m\]
+    /// Length of the cable with this index \[m\]
     Length(usize),
-    /// Volume \[m³\] of the cavity whose pressure is the load of this index: V₀ less the potential
+    /// Volume \[m³\] of the cavity whose pressure is the load with this index: V₀ minus the potential
     Volume { load: usize, rest: f64 },
-    /// Intensity of the load of this index
+    /// Intensity of the load with this index
     Intensity(usize),
     /// A polynomial
     Value(Quadratic),
-    /// Angle \[deg\] by which a direction of three polynomials has turned from `rest`
+    /// Angle \[deg\] between a direction, given by three polynomials, and `rest`
     Turned { direction: Quadratic, rest: [f64; 3], axis: Option<[f64; 3]> },
 }
 
 impl ReducedReading {
-    /// Numbers that it keeps from one state to the next.
+    /// Number of values that it keeps from one state to the next.
     pub fn memory(&self) -> usize {
         if matches!(self, Self::Turned { .. }) { Winding::MEMORY } else { 0 }
     }
 
-    /// Whether the arrays have the sizes that go together.
+    /// Whether the arrays have consistent sizes.
     pub fn is_sound(&self, coordinates: usize, cables: usize, loads: usize) -> bool {
         match self {
             Self::Tension(c) | Self::Length(c) => *c < cables,
@@ -51,12 +51,12 @@ impl ReducedReading {
     }
 }
 
-/// The winding of a reading.
+/// Returns the winding that counts the turns of such an angle.
 pub fn winding(rest: [f64; 3], axis: Option<[f64; 3]>) -> Winding {
     Winding { rest: Vec3::from(rest), axis: axis.map(Vec3::from) }
 }
 
-/// Names of the columns that reduced models of a scene can give.
+/// Returns the names of the columns that reduced models of a scene can provide.
 pub fn names(scene: &Scene) -> Vec<String> {
     let read = scene.probes.iter().filter(|recorder| recorder.features().is_some()).flat_map(|r| r.columns());
     let cables = scene.cables.iter().flat_map(|c| ["tension_N", "length_m"].map(|what| format!("{}_{what}", c.name)));
@@ -65,7 +65,7 @@ pub fn names(scene: &Scene) -> Vec<String> {
     read.chain(cables).chain(cavities).collect()
 }
 
-/// All columns of a scene that can be read from the displacement coordinates; `steps` are their sizes.
+/// Returns all columns of a scene that can be evaluated from the displacement coordinates; `steps` are the magnitudes of these.
 pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: &[f64]) -> Vec<ReducedQuantity> {
     let mut out = vec![];
     let mut add = |name: String, reading| out.push(ReducedQuantity { name, reading });
@@ -90,7 +90,7 @@ pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: 
         add(format!("{}_length_m", cable.name), ReducedReading::Length(k));
     }
     for cavity in &scene.cavities {
-        // Another load may have its name
+        // Another load may have the same name
         let presses =
             |(effect, _): (&dyn Effect, &dyn PolynomialLoad)| std::ptr::eq(effect.blocks(), cavity.cavity.facets());
         let Some(load) = effects_of_loads(scene).position(presses) else { continue };
@@ -101,7 +101,7 @@ pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: 
     out
 }
 
-/// Some of the outputs of polynomials.
+/// Returns some of the outputs of polynomials.
 fn outputs(of: &Quadratic, first: usize, count: usize) -> Quadratic {
     let n = of.coordinates;
     let part = |values: &[f64], each: usize| match values {
@@ -116,7 +116,7 @@ fn outputs(of: &Quadratic, first: usize, count: usize) -> Quadratic {
     }
 }
 
-/// The quantities of these names; an error that names what there is.
+/// Returns the quantities with these names; the error for an unknown name lists the available ones.
 pub fn choose(all: Vec<ReducedQuantity>, names: &[String]) -> Result<Vec<ReducedQuantity>, ReductionError> {
     let find = |name: &String| {
         all.iter().find(|q| q.name == *name).cloned().ok_or_else(|| ReductionError::Quantity {

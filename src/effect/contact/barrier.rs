@@ -1,9 +1,8 @@
-//! The barrier of incremental potential contact, per area: b(d) = −κ (d − d̂)² ln(d/d̂) for d < d̂, and 0 beyond.
+//! The barrier of incremental potential contact, per area: b(d) = −κ (d − d̂)² ln(d/d̂) for d < d̂, and zero beyond.
 //!
-//! Source: Li et al., Incremental potential contact, ACM TOG 39 (2020), eq. 6, there without a unit; per area as in Li et al.,
-//! Convergent incremental potential contact (2023). C² at d̂, infinite at d = 0, and no step crosses d = 0: the surfaces stay
-//! apart, whatever the loads. Limits: contact is felt before it is there, at d̂ and less: answers depend on d̂, the less the
-//! smaller it is.
+//! Source: Li et al., Incremental potential contact, ACM TOG 39 (2020), eq. 6, there dimensionless; per area as in Li et al., Convergent incremental
+//! potential contact (2023). It is C² at d̂ and infinite at d = 0, and no step crosses d = 0: the surfaces stay apart under any load. Limits: contact
+//! forces act before the surfaces meet, from the distance d̂ on: results depend on d̂, and less so the smaller it is.
 
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
@@ -56,7 +55,7 @@ impl Response for Barrier {
 mod tests {
     use super::*;
 
-    /// Against central differences, whose error is h² b⁗/6 and rounding ε b/h; at d̂ all three vanish.
+    /// Compares with central differences, whose error is h² b⁗/6 and whose rounding is ε b/h; at d̂ all three vanish.
     #[test]
     fn derivatives_and_smoothness() {
         let b = Barrier { distance: 2e-4, stiffness: 3e8 };

@@ -1,4 +1,4 @@
-//! A closed surface of triangles, and what they make up: flat sides, and [`Sheets`].
+//! A closed triangle surface with the flat sides that its triangles form, and its [`Sheets`].
 
 use super::sheet_numbers::Neighbours;
 use super::sheets::Sheets;
@@ -8,15 +8,15 @@ use crate::math::tensor::{Mat3, Vec3};
 use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
-/// Angle between triangles that are parts of one flat side \[rad\]: files in single precision turn small ones by 1e-5.
+/// Largest angle between triangles of one flat side \[rad\]: in files of single precision, small triangles are rotated by 1e-5.
 const FLAT: f64 = 1e-4;
 
-/// A closed surface of triangles, and the flat sides that they make up.
+/// A closed triangle surface and the flat sides that its triangles form.
 pub struct Facets {
     pub(super) mesh: TriMesh,
-    /// \[triangles\] the first triangle of the side that it is part of
+    /// \[triangles\] the first triangle of the side to which it belongs
     pub(super) sides: Vec<u32>,
-    /// None where one contact a point is enough
+    /// `None` if one contact per point is sufficient
     pub(super) sheets: Option<Sheets>,
 }
 
@@ -44,14 +44,15 @@ impl Facets {
         Self { mesh, sides, sheets }
     }
 
-    /// A witness of y with the kinks inside rounded over `width` \[m\], unless it is 0, between its plane and those of the triangles that `belong` to it.
+    /// The witness of y where interior kinks between its plane and the planes of the triangles that `belong` to it are rounded over `width` \[m\];
+    /// unchanged if `width` is 0.
     pub(super) fn rounded(&self, y: &Vec3, nearest: Witness, width: f64, belong: impl Fn(u32) -> bool) -> Witness {
-        // Only a face has no curvature: the region of a sharp side or corner seen from inside has neither kinks nor faces.
+        // Only a face has zero curvature: seen from inside, the region of a sharp side or corner contains neither kinks nor faces.
         if !(width > 0.0 && nearest.gap < 0.0 && nearest.curvature == Mat3::zeros()) {
             return nearest;
         }
         let p = y - nearest.normal * nearest.gap;
-        // Twice as far as the planes: the foot of y on one of them may be beyond its face.
+        // Twice as far as the planes: the projection of y onto one of them may lie outside its face.
         let reach = 2.0 * (width - nearest.gap);
         let mut planes = vec![(nearest.gap, nearest.normal)];
         let near = overlapping(self.mesh.bvh(), widened((*y, *y), reach));
@@ -59,7 +60,7 @@ impl Facets {
             let [a, b, c] = self.corners(triangle);
             let normal = (b - a).cross(&(c - a)).normalize();
             let gap = normal.dot(&(y - a));
-            // Beyond a concave side the plane cuts the inside.
+            // Beyond a concave side, the plane cuts through the interior.
             let convex = normal.dot(&(p - a)) <= ON_SURFACE * (b - a).norm().max((c - a).norm());
             let known = |(_, n): &(f64, Vec3)| (n - normal).norm() < ON_SURFACE;
             if convex && gap > nearest.gap - width && !planes.iter().any(known) {
@@ -69,7 +70,7 @@ impl Facets {
         smooth_maximum(planes, width)
     }
 
-    /// Whether a triangle is behind the plane of a witness of y, all of it.
+    /// Whether a triangle lies entirely behind the plane of a witness of y.
     pub(super) fn is_behind(&self, triangle: u32, y: &Vec3, Witness { gap, normal, .. }: &Witness) -> bool {
         let corners = self.corners(triangle);
         let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
@@ -82,13 +83,13 @@ impl Facets {
     }
 }
 
-/// Unit normal of a triangle, outward.
+/// Outward unit normal of a triangle.
 fn normal(mesh: &TriMesh, t: u32) -> Vec3 {
     let [a, b, c] = mesh.indices()[t as usize].map(|k| from_parry(mesh.vertices()[k as usize]));
     (b - a).cross(&(c - a)).normalize()
 }
 
-/// The smooth maximum of the distances from planes, each with its normal.
+/// The smooth maximum of the distances from planes, each given with its normal.
 fn smooth_maximum(mut planes: Vec<(f64, Vec3)>, width: f64) -> Witness {
     planes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut sum, mut level, mut held) = (0.0, 0.0, 0);

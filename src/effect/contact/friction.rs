@@ -1,25 +1,26 @@
 //! Coulomb friction of the points of a contact: |F_t| ≤ μ N, opposite to the sliding.
 //!
-//! As in plasticity, the sliding has an elastic part, which the friction holds, and a permanent one (Simo & Laursen, Comput. Struct. 42, 1992; Wriggers,
-//! Computational Contact Mechanics, 2nd ed. 2006, ch. 5). With the elastic slip at the end of the step, if nothing of it becomes permanent,
+//! As in plasticity, sliding is split into an elastic part, which the friction holds, and a permanent part (Simo & Laursen, Comput. Struct. 42, 1992;
+//! Wriggers, Computational Contact Mechanics, 2nd ed. 2006, ch. 5). With u the elastic slip at the end of the step if no part of it became permanent,
 //!
 //! ```text
 //! u = (I − nnᵀ) (ε e + Σ_k s_k (z_k − z_k^old))      F_t = −μ N f(|u|/ε) u/|u|      e' = u/max(ε, |u|)
 //! ```
 //!
-//! with f of [`friction`](crate::system::friction). A point sticks while f < 1: under a load that stays it is displaced by less than ε, and comes back when
-//! the load is taken away. e is kept over ε, so that the force stays where ε changes with the step. It turns with the obstacle, and is zero without a normal
-//! force.
-//! s are the shares of the material in contact. Of a ball this is the spot −r n: the force acts where it is at the end of the step, with a moment about the
-//! centre, so that a ball rolls; it slides as it is turned in the mean over the step, with an error of second order in the angle of a step.
-//! ε = stick velocity · Δt in dynamics, up to a bound, and a length in statics. What sticks swings on its elastic slip: with an ε that falls with Δt the rules
-//! of integration damp that, with one that does not a body slides on at each swing.
+//! with f of [`friction`](crate::system::friction). A point sticks while f < 1: under a constant load it is displaced by less than ε, and it returns
+//! when the load is removed. e is stored relative to ε, so that the force does not change when ε changes with the step. It rotates with the obstacle,
+//! and is zero without a normal force.
 //!
-//! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
-//! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
-//! Energy: F_t·Δu of the step, with the force at its end: of what is stored elastically at most μ N ε of a point counts as dissipated in each cycle.
-//! A point that has several contacts with an obstacle by a multiplier or a penalty has an elastic slip and a friction for each.
-//! Limits: where several sides of an obstacle press on a point by a barrier, it has one elastic slip, across the sum of their forces; isotropic; no viscosity.
+//! s are the shares of the material in contact. For a ball this is the spot −r n: the force acts where the spot is at the end of the step, with a
+//! moment about the centre, so that the ball rolls; sliding is computed with the mean rotation over the step, with an error of second order in the
+//! rotation per step. ε = stick velocity · Δt in dynamics, up to a bound, and a given length in statics. A sticking point oscillates on its elastic
+//! slip: if ε decreases with Δt, time integration damps this oscillation; if it does not, a body slides further with each oscillation.
+//!
+//! N and n are those of the current state, so that friction satisfies Coulomb's law at the end of every step. The tangent is taken at fixed N and n:
+//! symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out). Energy: F_t·Δu of the step, with the force at its end;
+//! at most μ N ε of the elastically stored energy of a point counts as dissipated in each cycle. A point with several contacts with an obstacle by
+//! multipliers or a penalty has a separate elastic slip and friction for each. Limits: if several sides of an obstacle press on a point by a barrier,
+//! it has one elastic slip, perpendicular to the sum of their forces; isotropic; no viscosity.
 
 use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
@@ -31,26 +32,26 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// The law, with the smooth start of sliding.
+/// Coulomb's law with a regularised onset of sliding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coulomb {
     /// μ \[–\]
     pub coefficient: f64,
-    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]
+    /// Largest elastic slip of a point in dynamics, divided by the length of the step \[m/s\]
     pub stick_velocity: f64,
-    /// Elastic slip of a point in statics, at most \[m\]
+    /// Largest elastic slip of a point in statics \[m\]
     pub slip: f64,
-    /// Elastic slip of a point in dynamics, at most, however long the step is \[m\]
+    /// Largest elastic slip of a point in dynamics, for steps of any length \[m\]
     pub most: f64,
 }
 
 impl Coulomb {
-    /// ε of a step of `dt` \[s\], which is infinite in statics \[m\].
+    /// Returns ε \[m\] for a step of length `dt` \[s\], which is infinite in statics.
     pub fn threshold(&self, dt: f64) -> f64 {
         if dt.is_finite() { (self.stick_velocity * dt).min(self.most) } else { self.slip }
     }
 
-    /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.
+    /// Adds ∂F_t/∂N ∂N/∂x of a point under pressure, which is unsymmetric, to a block of `n` unknowns that begins with `nodes`.
     fn add_unsymmetric(
         &self,
         at: &At,
@@ -75,8 +76,8 @@ impl Coulomb {
         }
     }
 
-    /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`; `slip`: its elastic slip over ε at the
-    /// start of the step.
+    /// Adds the friction force on a point under pressure to a block of `n` unknowns that begins with `nodes`; `slip` is its elastic slip relative to
+    /// ε at the start of the step.
     pub fn add(
         &self,
         at: &At,
@@ -86,7 +87,7 @@ impl Coulomb {
         want: Want,
         out: &mut BlockValues,
     ) {
-        // Where no time has passed nothing slides, and the force is that of the elastic slip, whatever ε will be.
+        // When no time has passed nothing slides, and the force is that of the elastic slip, whatever ε will be.
         let epsilon = if at.is_start() { 1.0 } else { self.threshold(at.dt) };
         let sliding = press.across(&sliding(at, nodes, press));
         let u = press.across(&slip) * epsilon + sliding;
@@ -111,8 +112,8 @@ impl Coulomb {
         }
     }
 
-    /// The elastic slip over ε of a point at the end of a step, which had `slip` at its start: across the sum of the forces, by the sliding along the largest
-    /// one. Zero where nothing presses.
+    /// Returns the elastic slip relative to ε of a point at the end of a step, given `slip` at its start: perpendicular to the sum of the forces,
+    /// with the sliding along the largest of them. Zero if there is no normal force.
     pub fn advance<'a>(
         &self,
         at: &At,
@@ -133,12 +134,12 @@ impl Coulomb {
     }
 }
 
-/// Elastic slip over ε of this number at the start of a step, by the history of the friction.
+/// Returns the elastic slip with this index at the start of a step, relative to ε, from the history of the friction.
 pub fn elastic_slip(at: &At, number: usize) -> Vec3 {
     Vec3::from_column_slice(&at.history[HISTORY * number..][..HISTORY])
 }
 
-/// Σ_k s_k (z_k − z_k^old)
+/// Returns Σ_k s_k (z_k − z_k^old).
 fn sliding(at: &At, nodes: &[u32], press: &NormalForce) -> Vec3 {
     nodes.iter().zip(&press.sliding).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum()
 }
@@ -154,7 +155,7 @@ impl ContactFriction {
         self.pressing.contact()
     }
 
-    /// An elastic slip over ε of point `b` at the start of a step, turned with the obstacle.
+    /// An elastic slip of point `b` at the start of a step, relative to ε and rotated with the obstacle.
     fn slip(&self, at: &At, b: usize, number: usize) -> Vec3 {
         self.contact().obstacle.turn([at.x, at.old]) * elastic_slip(at, self.pressing.slips() * b + number)
     }

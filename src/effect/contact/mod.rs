@@ -1,18 +1,18 @@
 //! Contact of points of a surface with a rigid obstacle: search for near points, their distances, and the longest admissible motion.
 //!
-//! A point of the surface is x_q = X_q + Σ_a N_a u_a with an area W_q, and its distance d_q from the obstacle is that of
-//! [`shape`] in the frame of [`placement`]. The law of pressure against distance is a response: [`barrier`], [`penalty`], [`multiplier`];
-//! the resistance to sliding is [`friction`].
+//! A point of the surface is x_q = X_q + Σ_a N_a u_a with an area W_q; its distance d_q from the obstacle is computed by [`shape`] in the frame of
+//! [`placement`]. The law of pressure against distance is a response: [`barrier`], [`penalty`], [`multiplier`]; the resistance to sliding is
+//! [`friction`].
 //!
-//! For each point the last distance that was computed, and where, are kept: d changes no faster than the point moves, so most
-//! points need no query. The bounds determine how much is computed, never the result.
+//! For each point, the last computed distance and its position are stored: d changes no faster than the point moves, so that most points need no
+//! query. These bounds determine how much is computed, never the result.
 //!
 //! The longest step is found by additive continuous collision detection (Li, Kaufman & Jiang, Codimensional incremental potential
-//! contact, ACM TOG 40, 2021, §4): it needs lower bounds of distances only, and no roots.
+//! contact, ACM TOG 40, 2021, §4): it needs only lower bounds of distances, and no root finding.
 //! Contact of deformable surfaces is in [`surfaces`].
 //!
-//! Limits: points see the obstacle, the obstacle does not see what lies between them: an edge or a sphere of radius R enters
-//! a facet of size h by up to h²/8R.
+//! Limits: only the points feel the obstacle, not the surface between them: an edge or a sphere of radius R penetrates a facet of size h by up to
+//! h²/8R.
 
 pub mod barrier;
 mod facets;
@@ -35,29 +35,29 @@ use crate::system::{Blocks, CacheKey, Caches, MotionLimit};
 use placement::{Obstacle, Pair, Placed, displacement};
 use std::time::{Duration, Instant};
 
-/// Share of a gap that a step leaves \[–\].
+/// Share of a gap that must remain after a step \[–\].
 const LEFT: f64 = 0.1;
-/// Advances of one point over one step.
+/// Largest number of advances of one point in one step.
 const ADVANCES: usize = 200;
-/// Cosine of the angle between the normals of a point before and after a step below which it may have passed the obstacle \[–\].
+/// Cosine of the angle between the normals of a point before and after a step below which the point may have passed through the obstacle \[–\].
 const OPPOSITE: f64 = -0.1;
-/// Share of its motion by which a point that passes the obstacle is deeper inside than at the start and at the end \[–\].
+/// Depth, relative to its motion, by which a point that passes through the obstacle is deeper inside than at the start and at the end \[–\].
 const DEEPER: f64 = 1e-6;
-/// Roundings of a kink by which it is deeper at least: less is a point at an edge, which slides from one side to the other \[–\].
+/// Smallest such depth relative to the rounding of kinks; below it, a point slides around an edge from one side to the other \[–\].
 const AT_AN_EDGE: f64 = 4.0;
 
 /// Counts and times of the search for contact over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Points times searches
+    /// Number of points, summed over the searches
     pub points: usize,
-    /// Distances computed
+    /// Number of distances computed
     pub tested: usize,
-    /// Points within reach
+    /// Number of points within reach, summed over the searches
     pub active: usize,
-    /// Time to find the points within reach
+    /// Time spent finding the points within reach
     pub search: Duration,
-    /// Time to find the longest admissible step
+    /// Time spent finding the longest admissible steps
     pub detection: Duration,
 }
 
@@ -65,22 +65,23 @@ pub struct Counts {
 pub struct NormalForce {
     /// N \[N\]
     pub force: f64,
-    /// Unit vector, away from the obstacle
+    /// Unit vector, pointing away from the obstacle
     pub normal: Vec3,
     /// s of the nodes of the block
     pub shares: Vec<f64>,
-    /// s of the material in contact, by which friction acts: other than those of the point where this is the centre of a ball
+    /// s of the material in contact, where friction acts; differs from the shares of the point if the point is the centre of a ball
     pub spot: Vec<f64>,
-    /// s of the material in contact, by which it slides over the step
+    /// s of the material in contact, by which its sliding over the step is computed
     pub sliding: Vec<f64>,
     /// −∂N/∂d, where d is the distance along the normal \[N/m\]
     pub stiffness: f64,
-    /// Number of the elastic slip of the point by which friction resists
+    /// Index of the elastic slip of the point by which friction resists
     pub slip: usize,
 }
 
 impl NormalForce {
-    /// Of a pair whose potential falls by `first` \[N\] with the distance, which itself falls by `second` \[N/m\]; `slip` is the number of its elastic slip.
+    /// Builds the force of a pair whose potential decreases with the distance at the rate `first` \[N\], which itself decreases at the rate `second`
+    /// \[N/m\]; `slip` is the index of its elastic slip.
     fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64), slip: usize) -> Self {
         let size = pair.normal.norm();
         let (normal, shares) = (pair.normal / size, pair.shares(own));
@@ -88,7 +89,7 @@ impl NormalForce {
         Self { force: first * size, normal, spot, sliding, shares, stiffness: second * size * size, slip }
     }
 
-    /// The part of a vector across the normal.
+    /// The component of a vector perpendicular to the normal.
     fn across(&self, v: &Vec3) -> Vec3 {
         v - self.normal * self.normal.dot(v)
     }
@@ -97,27 +98,27 @@ impl NormalForce {
 /// A response that exerts normal forces on points.
 pub trait NormalForces: Send + Sync {
     fn contact(&self) -> &Contact;
-    /// There is no force beyond this distance \[m\]
+    /// Distance beyond which there is no force \[m\]
     fn reach(&self) -> f64;
-    /// Elastic slips of a point: more than one where it has several contacts, each with a friction of its own
+    /// Number of elastic slips of a point: more than one if it can have several contacts, each with separate friction
     fn slips(&self) -> usize;
-    /// The forces on point `b` at this state
+    /// Returns the forces on point `b` in this state.
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce>;
 }
 
-/// Points against one obstacle.
+/// Contact of points with one obstacle.
 pub struct Contact {
     pub name: String,
     pub points: Vec<SurfacePoint>,
     pub obstacle: Obstacle,
-    /// One block a point: its nodes, then the four of the obstacle
+    /// One block per point: its nodes, then the four nodes of the obstacle
     blocks: Blocks,
-    /// Nodes of a point
+    /// Number of nodes of a point
     own: usize,
     key: CacheKey,
 }
 
-/// Search of one contact over a run: the distances that were computed last, and the counts.
+/// Search of one contact during a run: the last computed distances, and the counts.
 #[derive(Default)]
 struct PointSearch {
     /// \[points\] position in the frame of the shape, and distance there
@@ -134,12 +135,13 @@ impl PointSearch {
 }
 
 impl Contact {
-    /// Points of one number of nodes each.
+    /// Builds a contact of points that all have the same number of nodes.
     pub fn new(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle) -> Self {
         Self::with_scalars(name, points, obstacle, None)
     }
 
-    /// Points with a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
+    /// Builds a contact with a scalar for each [contact](shape::Shape::contacts) of each point; the indices of the scalars in `State::x` start at
+    /// `first`.
     pub fn with_scalars(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
@@ -152,7 +154,7 @@ impl Contact {
         Self { name, points, obstacle, blocks, own, key: CacheKey::default() }
     }
 
-    /// Counts of the run that these caches belong to.
+    /// Counts of the run to which these caches belong.
     pub fn counts(&self, caches: &Caches) -> Counts {
         caches.get::<PointSearch>(&self.key).map_or(Counts::default(), |search| search.counts)
     }
@@ -163,26 +165,27 @@ impl Contact {
         search
     }
 
-    /// Nodes of one point.
+    /// Number of nodes of one point.
     pub fn own(&self) -> usize {
         self.own
     }
 
-    /// Where point `b` is at displacement x \[m\].
+    /// Position of point `b` at displacement x \[m\].
     pub fn position(&self, x: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&node, w)| at + displacement(x, node) * *w)
     }
 
-    /// Displacement of point `b` in the motion dx \[m\].
+    /// Displacement of point `b` due to the motion dx \[m\].
     fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| displacement(dx, node) * *w).sum()
     }
 
-    /// s of the material in contact at point `b` along the `normal`, which points away from the obstacle: by which friction acts at x, and by which it slides over
-    /// the step from `old`. Of a ball this is the spot −r n on it, and what is there of the obstacle at x; it slides as it is turned in the mean over the step, so
-    /// that it neither rises nor sinks. Of a point of a surface both are the `shares` of the point.
+    /// Returns s of the material in contact at point `b` along the `normal`, which points away from the obstacle: the shares by which friction acts
+    /// at x, and those by which the material slides over the step from `old`. For a ball these are the spot −r n on it and the material of the
+    /// obstacle there at x; sliding uses the mean rotation over the step, so that the spot neither rises nor sinks. For a point of a surface both are
+    /// the `shares` of the point.
     fn contact_shares(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> [Vec<f64>; 2] {
         let point = &self.points[b];
         if point.carrier.is_none() {
@@ -204,19 +207,19 @@ impl Contact {
         self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
     }
 
-    /// The distance of a place in space from the obstacle at displacement x \[m\], negative inside.
+    /// Returns a function for the distance of a position in space from the obstacle at displacement x \[m\], negative inside.
     pub fn distance(&self, x: &[f64]) -> impl Fn(&Vec3) -> f64 {
         let placed = self.obstacle.at(x);
         move |at| self.obstacle.shape.gap(&placed.local(at))
     }
 
-    /// The deepest point at displacement x, with its distance \[m\].
+    /// Returns the deepest point at displacement x and its distance \[m\].
     pub fn deepest(&self, x: &[f64]) -> Option<(usize, f64)> {
         let placed = self.obstacle.at(x);
         (0..self.points.len()).map(|b| (b, self.gap_from(&placed, x, b))).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Points nearer than `reach`, ascending.
+    /// Returns the points nearer than `reach`, in ascending order.
     pub fn near(&self, x: &[f64], reach: f64, caches: &mut Caches) -> Vec<u32> {
         let start = Instant::now();
         let placed = self.obstacle.at(x);
@@ -235,7 +238,7 @@ impl Contact {
         near
     }
 
-    /// A lower bound of the distance at `local`: the one that is known, if it is enough to be beyond `reach`, or the distance.
+    /// Returns a lower bound of the distance at `local`: the bound from the last known distance, if it is at least `reach`, or the computed distance.
     fn bound(&self, known: &mut (Vec3, f64), local: &Vec3, reach: f64, tested: &mut usize) -> f64 {
         let least = known.1 - (local - known.0).norm();
         if least >= reach {
@@ -246,7 +249,7 @@ impl Contact {
         known.1
     }
 
-    /// The largest share of the motion dx from x on which no point comes nearer than a tenth of its distance.
+    /// Returns the largest share of the motion dx from x during which no point comes nearer than a tenth of its initial distance.
     pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
         let start = Instant::now();
         let placed = self.obstacle.at(x);
@@ -267,7 +270,7 @@ impl Contact {
             }
             let end = limit.map_or(1.0, |l| l.share);
             let left = LEFT * gap * placed.shrink();
-            // The bound is closed in on by a geometric sequence, whose rest does not matter.
+            // The bound is approached by a geometric sequence, whose remainder does not matter.
             let share = self.advance((x, dx), b, [left, 1e-3 * left], speed, end, &mut tested);
             if share < end {
                 limit = Some(MotionLimit { share, node: self.points[b].nodes[0], gap });
@@ -278,8 +281,8 @@ impl Contact {
         limit
     }
 
-    /// A node and the distance at the end \[m\] of a point that a motion from `old` straight to `x` takes through the obstacle: at the end its
-    /// normal looks to another side, and in between the point is deeper inside than at the start and at the end.
+    /// Returns a node of a point that the straight motion from `old` to `x` takes through the obstacle, and the distance of the point at the end
+    /// \[m\]: its normal at the end points to a different side, and in between the point is deeper inside than at the start and at the end.
     ///
     /// `rounding` \[m\] is the depth over which kinks between sides of the obstacle are rounded.
     pub fn passed(&self, [old, x]: [&[f64]; 2], rounding: f64, caches: &mut Caches) -> Option<(u32, f64)> {
@@ -312,7 +315,7 @@ impl Contact {
         passed
     }
 
-    /// The share of the motion of point `b`, at most `end`, on which its distance is more than `least`, up to `close` \[m\].
+    /// Returns the share of the motion of point `b`, at most `end`, during which its distance exceeds `least`, to within `close` \[m\].
     fn advance(
         &self,
         (x, dx): (&[f64], &[f64]),

@@ -1,17 +1,17 @@
-//! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved with the equilibrium.
+//! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved together with the equilibrium.
 //!
-//! A point has as many [contacts](super::shape::Shape::contacts) with its obstacle as sides of it may meet there, each with a distance and a multiplier of its own.
-//! With a scalar y for each of them and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
-//! Mech. Eng. 92 (1991), §3, with a small yielding ε,
+//! A point has as many [contacts](super::shape::Shape::contacts) with its obstacle as sides of it may be in contact there, each with a separate
+//! distance and multiplier. With a scalar y for each contact and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods
+//! Appl. Mech. Eng. 92 (1991), §3, with a small compliance ε,
 //!
 //! ```text
 //! L = Σ_q ½ c ((1 − ε) max(0, y − d)² − y²)      r_k = −c (1 − ε) max(0, y − d) s_k m      r_y = c ((1 − ε) max(0, y − d) − y)
 //! ```
 //!
-//! is stationary where d = −ε (y − d) and λ ≥ 0, or λ = 0 and d ≥ 0. Newton's method on it is an active set: points with y > d are held.
-//! The multiplier is a force at a node, so that any uniform stress comes out. c is numerics: the answer does not depend on it.
-//! More points than a rigid body has motions, as the corners of a box on a floor, share its weight with the least sum of squares.
-//! Limits: the force has a step where the active set changes. A step that passes through a thin obstacle is not seen.
+//! is stationary where d = −ε (y − d) and λ ≥ 0, or λ = 0 and d ≥ 0. Newton's method on it is an active-set method: points with y > d are active. The
+//! multiplier is a nodal force, so that any uniform stress is reproduced. c is a numerical parameter: the result does not depend on it. If a rigid
+//! body rests on more points than it has rigid motions, as a box does on its corners, the points share the load with the least sum of squares.
+//! Limits: the force is discontinuous where the active set changes. A step that passes through a thin obstacle goes undetected.
 
 use super::friction::Coulomb;
 use super::placement::{Pair, Placed};
@@ -26,41 +26,41 @@ use crate::system::{
 use std::sync::Arc;
 use std::time::Instant;
 
-/// ε, the depth at a point that is pressed, as a share of N/c \[–\]: without it, forces of points that a rigid body presses on more than
-/// one way have no unique values, and the tangent has no inverse.
+/// ε, the penetration at an active point relative to N/c \[–\]: without it, the forces on redundant contact points of a rigid body are not unique,
+/// and the tangent is singular.
 const YIELDING: f64 = 1e-9;
 
 pub struct Multiplier {
     pub contact: Arc<Contact>,
     /// c \[N/m\]
     pub stiffness: f64,
-    /// Friction for corrections; in the equilibrium friction is an effect of its own
+    /// Friction for contact corrections; in the equilibrium, friction is a separate effect
     pub friction: Option<Coulomb>,
 }
 
-/// A contact of a point.
+/// One contact of a point.
 struct UnilateralContact {
     pair: Pair,
-    /// Of its scalar in the state
+    /// Index of its scalar in the state
     place: usize,
     /// Its scalar \[m\]
     y: f64,
-    /// y − d where it is pressed, and 0 else \[m\]
+    /// y − d if it is active, and 0 otherwise \[m\]
     held: f64,
 }
 
 impl Multiplier {
-    /// N over y − d of a point that is pressed \[N/m\]
+    /// N divided by y − d of an active point \[N/m\].
     fn pressed_stiffness(&self) -> f64 {
         (1.0 - YIELDING) * self.stiffness
     }
 
-    /// \[contacts\] of point `b` at x
+    /// Returns the contacts of point `b` at x \[contacts\].
     fn contacts(&self, x: &[f64], b: usize) -> Vec<UnilateralContact> {
         self.contacts_with(&self.contact.obstacle.at(x), x, b)
     }
 
-    /// The same with the obstacle where it is at x.
+    /// Returns the contacts of point `b` at x, with the obstacle already placed at x.
     fn contacts_with(&self, placed: &Placed, x: &[f64], b: usize) -> Vec<UnilateralContact> {
         let (at, radius) = (self.contact.position(x, b), self.contact.points[b].radius);
         let scalars = self.contact.blocks().scalars(b);
@@ -76,7 +76,7 @@ impl Multiplier {
         witnesses.iter().zip(scalars).map(contact).collect()
     }
 
-    /// The contacts at x that are such, in a step from displacement `old`.
+    /// Returns the existing contacts at x, in a step from displacement `old`.
     fn points_of(
         &self,
         [x, old]: [&[f64]; 2],
@@ -93,7 +93,7 @@ impl Multiplier {
         points
     }
 
-    /// A contact of point `b` with its obstacle, which has turned by so much.
+    /// Returns a contact of point `b` with its obstacle, which has rotated by the given rotation.
     fn point(
         &self,
         [x, old]: [&[f64]; 2],
@@ -176,7 +176,7 @@ impl ContactPoints for Multiplier {
         points
     }
 
-    /// y − d is N/c(1 − ε) where there is a force, and y = 0 where there is none and the point is not inside, or where a contact is none.
+    /// Sets y such that y − d = N/c(1 − ε) where there is a force; otherwise y = min(d, 0), which is zero unless the point is inside.
     fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
         for (b, forces) in forces.chunks(self.slips()).enumerate() {
             for (UnilateralContact { pair, place, .. }, force) in self.contacts(x, b).into_iter().zip(forces) {
@@ -212,7 +212,7 @@ impl NormalForces for Multiplier {
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let contacts = self.contacts(x, b).into_iter().enumerate();
         let press = |(number, UnilateralContact { pair, held, .. }): (usize, UnilateralContact)| {
-            // N depends on the multiplier as much as on the distance.
+            // N depends as much on the multiplier as on the distance.
             let own = &self.contact.points[b].weights;
             (held > 0.0).then(|| NormalForce::new(&pair, own, (self.pressed_stiffness() * held, 0.0), number))
         };

@@ -1,6 +1,6 @@
-//! The penalty, per area: ½ k d² where d < 0, and 0 else: a spring on the depth.
+//! The penalty, per area: ½ k d² for d < 0, and zero otherwise: a spring on the depth.
 //!
-//! Limits: surfaces enter each other by p/k, and a step that passes through a thin obstacle is not seen.
+//! Limits: surfaces penetrate each other by p/k, and a step that passes through a thin obstacle goes undetected.
 
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
@@ -11,7 +11,7 @@ use crate::system::ContactPotential;
 pub struct Penalty {
     /// k \[Pa/m\]
     pub stiffness: f64,
-    /// Over which kinks of the distance inside of a surface are rounded \[m\]
+    /// Depth over which kinks of the distance inside a surface are rounded \[m\]
     pub rounding: f64,
 }
 

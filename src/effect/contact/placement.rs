@@ -1,19 +1,19 @@
-//! Where an obstacle is: fixed in space, or in the frame of an affine body (four nodes that carry it along).
+//! Position of an obstacle: fixed in space, or in the frame of an affine body (four nodes that carry it).
 //!
 //! An affine body maps X to x = Σ_a w_a(X) p_a, with w_i = (X − C)_i/ℓ, w_0 = 1 − Σ w_i and A = ∂x/∂X; it is rigid where
-//! AᵀA = I. A point x has the place X = C + A⁻¹(x − p_0) in it. With z = (x, p_0 … p_3) and s = (1, −w_0 … −w_3):
+//! AᵀA = I. A point x has the position X = C + A⁻¹(x − p_0) in it. With z = (x, p_0 … p_3) and s = (1, −w_0 … −w_3):
 //!
 //! ```text
 //! dX = A⁻¹ Σ_k s_k dz_k        d²X = −A⁻¹(dA δX + δA dX)
 //! ```
 //!
-//! so that a function d(X) has ∂d/∂z_k = s_k m with m = A⁻ᵀ ∂d/∂X, and Σ_k s_k z_k = 0: its forces balance, and so do their moments.
+//! so that a function d(X) has ∂d/∂z_k = s_k m with m = A⁻ᵀ ∂d/∂X, and Σ_k s_k z_k = 0: its forces and their moments are in balance.
 
 use super::shape::{Shape, Witness};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::surface_file::Surface;
 
-/// Triangles around a round obstacle, and the number of places on an obstacle of few triangles.
+/// Number of triangles around a round obstacle, and number of positions on an obstacle of few triangles.
 const AROUND: u32 = 24;
 const PLACES: f64 = 2000.0;
 
@@ -28,29 +28,29 @@ pub struct AffineFrame {
 }
 
 impl AffineFrame {
-    /// \[4\] where the nodes are at rest \[m\].
+    /// Positions of the four nodes at rest \[m\].
     pub fn rest(&self) -> [Vec3; 4] {
         [0, 1, 2, 3].map(|a| self.center + if a == 0 { Vec3::zeros() } else { Vec3::ith(a - 1, self.length) })
     }
 
-    /// \[4\] where the nodes are at displacement x \[m\].
+    /// Positions of the four nodes at displacement x \[m\].
     pub fn positions(&self, x: &[f64]) -> [Vec3; 4] {
         let rest = self.rest();
         [0, 1, 2, 3].map(|a| rest[a] + displacement(x, self.nodes[a]))
     }
 
-    /// A
+    /// The gradient A for the node positions `p`.
     pub fn gradient(&self, p: &[Vec3; 4]) -> Mat3 {
         Mat3::from_columns(&[1, 2, 3].map(|i| (p[i] - p[0]) / self.length))
     }
 
-    /// A at displacement x: from displacements alone, so that a place far from the origin adds no rounding.
+    /// The gradient A at displacement x, computed from displacements alone, so that a position far from the origin adds no rounding.
     pub fn gradient_of(&self, x: &[f64]) -> Mat3 {
         let u = self.nodes.map(|node| displacement(x, node));
         Mat3::identity() + Mat3::from_columns(&[1, 2, 3].map(|i| (u[i] - u[0]) / self.length))
     }
 
-    /// w_a(X)
+    /// The weights w_a(X).
     pub fn weights(&self, place: &Vec3) -> [f64; 4] {
         let w = (place - self.center) / self.length;
         [1.0 - w.sum(), w.x, w.y, w.z]
@@ -62,17 +62,17 @@ pub(in crate::effect) fn displacement(x: &[f64], node: u32) -> Vec3 {
     Vec3::from_column_slice(&x[3 * node as usize..][..3])
 }
 
-/// A shape in space: its frame has this origin and these axes, at rest.
+/// A shape in space, with the origin and axes of its frame at rest.
 pub struct Obstacle {
     pub shape: Shape,
     pub origin: Vec3,
     /// Axes of the frame of the shape in its columns
     pub axes: Mat3,
-    /// The affine body that moves it; None if it is fixed
+    /// The affine body that moves it; `None` if it is fixed
     pub body: Option<AffineFrame>,
 }
 
-/// An obstacle at one state: the map from space into the frame of its shape.
+/// An obstacle in one state: the map from space into the frame of its shape.
 pub(super) struct Placed<'a> {
     pub obstacle: &'a Obstacle,
     p0: Vec3,
@@ -82,14 +82,14 @@ pub(super) struct Placed<'a> {
     shrink: f64,
 }
 
-/// Distance of one point, and how it changes with its own motion and that of the four nodes.
+/// Distance of one point, and its dependence on the motion of the point and of the four nodes.
 pub(super) struct Pair {
     pub gap: f64,
     /// m = ∂d/∂x
     pub normal: Vec3,
     /// A⁻ᵀ ∂²d/∂X² A⁻¹
     curvature: Mat3,
-    /// w_a, none of a fixed obstacle
+    /// w_a; `None` for a fixed obstacle
     pub carried: Option<[f64; 4]>,
     /// A⁻ᵀ ∂w_a/∂X
     turning: [Vec3; 4],
@@ -100,7 +100,7 @@ impl Obstacle {
         self.along(x, x, 0.0)
     }
 
-    /// The obstacle as it is placed at x + share dx.
+    /// The obstacle as placed at x + share dx.
     pub(super) fn along(&self, x: &[f64], dx: &[f64], share: f64) -> Placed<'_> {
         let Some(body) = &self.body else {
             return Placed { obstacle: self, p0: Vec3::zeros(), inverse: Mat3::identity(), shrink: 1.0 };
@@ -108,12 +108,12 @@ impl Obstacle {
         let mut p = body.positions(x);
         p.iter_mut().zip(body.nodes).for_each(|(p, node)| *p += displacement(dx, node) * share);
         let a = body.gradient(&p);
-        // A collapsed body has no inside: the distance 0 stops the step.
+        // A collapsed body has no interior: the distance 0 stops the step.
         let (inverse, shrink) = a.try_inverse().map_or((Mat3::identity(), 0.0), |i| (i, a.singular_values().min()));
         Placed { obstacle: self, p0: p[0], inverse, shrink }
     }
 
-    /// Places all over its surface at displacement x \[m\], all vertices among them; none of a floor.
+    /// Positions distributed over its surface at displacement x \[m\], including all vertices; empty for a floor.
     pub fn places(&self, x: &[f64]) -> Vec<Vec3> {
         let Some(Surface { points, triangles }) = self.shape.triangles(AROUND) else { return Vec::new() };
         let parts = (PLACES / triangles.len() as f64).sqrt().ceil() as usize;
@@ -132,13 +132,13 @@ impl Obstacle {
         triangles.iter().flat_map(in_triangle).map(in_space).collect()
     }
 
-    /// A A_old⁻¹: how the obstacle turns from displacement `old` to x.
+    /// A A_old⁻¹: the rotation of the obstacle from displacement `old` to x.
     pub(super) fn turn(&self, [x, old]: [&[f64]; 2]) -> Mat3 {
         let back = self.body.as_ref().and_then(|body| Some((body, body.gradient_of(old).try_inverse()?)));
         back.map_or(Mat3::identity(), |(body, back)| body.gradient_of(x) * back)
     }
 
-    /// No point of the obstacle moves further than this with dx \[m\].
+    /// Upper bound of the displacement of any point of the obstacle due to dx \[m\].
     pub(super) fn speed(&self, dx: &[f64]) -> f64 {
         let Some(body) = &self.body else { return 0.0 };
         let d = body.nodes.map(|n| displacement(dx, n));
@@ -150,7 +150,7 @@ impl Obstacle {
 }
 
 impl Placed<'_> {
-    /// X of a point in space.
+    /// Position X in the affine body of a point in space.
     pub fn place(&self, x: &Vec3) -> Vec3 {
         match &self.obstacle.body {
             None => *x,
@@ -163,12 +163,12 @@ impl Placed<'_> {
         self.obstacle.axes.tr_mul(&(self.place(x) - self.obstacle.origin))
     }
 
-    /// A distance in space is at least this share of the one in the frame.
+    /// Smallest ratio of a distance in space to the distance in the frame \[–\].
     pub fn shrink(&self) -> f64 {
         self.shrink
     }
 
-    /// The derivatives of a witness at the point x in space.
+    /// Returns the derivatives of a witness at the point x in space.
     pub fn pair(&self, x: &Vec3, witness: &Witness, offset: f64) -> Pair {
         let axes = &self.obstacle.axes;
         let back = self.inverse.transpose() * axes;
@@ -186,12 +186,12 @@ impl Placed<'_> {
 }
 
 impl Pair {
-    /// s of a point with the weights `own` of its nodes, then of the four nodes.
+    /// Returns s of a point with the weights `own` of its nodes, followed by those of the four nodes.
     pub fn shares(&self, own: &[f64]) -> Vec<f64> {
         own.iter().copied().chain(self.carried.iter().flatten().map(|w| -w)).collect()
     }
 
-    /// ∂²d/∂z_k∂z_l, of which the first `own` places are those of the point.
+    /// Returns ∂²d/∂z_k∂z_l; the first `own` indices belong to the point.
     pub fn second(&self, s: &[f64], own: usize, k: usize, l: usize) -> Mat3 {
         let mut sum = self.curvature * (s[k] * s[l]);
         if k >= own {

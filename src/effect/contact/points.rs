@@ -1,18 +1,18 @@
-//! Points of a surface that contact looks at: nodes with a share of the area, or quadrature points.
+//! Contact points of a surface: nodes with their tributary areas, or quadrature points.
 //!
-//! Nodes of tet4 facets take a third of each, which is ∫ N_a dA: a uniform pressure comes out uniform. On tet10 facets ∫ N_a dA
-//! is zero at the corners, so pressures are evaluated at the six points of a rule of degree 4 there. Corners between them might still
-//! cross an obstacle: they are guards, with a millionth of the area.
+//! On tet4 facets each node takes a third of the area, which is ∫ N_a dA: a uniform pressure is reproduced exactly. On tet10 facets ∫ N_a dA is zero
+//! at the corners, so that pressures are evaluated at the six points of a rule of degree 4. The corners in between could still cross an obstacle:
+//! they are guards, with a millionth of the area.
 
 use super::placement::AffineFrame;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use std::collections::BTreeMap;
 
-/// Share of the area of a facet that a guard has \[–\].
+/// Area of a guard relative to that of its facets \[–\].
 const GUARD: f64 = 1e-6;
 
-/// A point of a surface.
+/// A contact point of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfacePoint {
     /// X_q \[m\]
@@ -22,40 +22,40 @@ pub struct SurfacePoint {
     pub weights: Vec<f64>,
     /// W_q \[m²\]
     pub area: f64,
-    /// Facets of the mesh at the point, each with a part of its area at rest \[m²\]; a guard and a point of a rigid body have none
+    /// Facets of the mesh at the point, each with its part of the area at rest \[m²\]; empty for a guard and for a point of a rigid body
     pub sides: Vec<(u32, f64)>,
-    /// Of a ball about the point \[m\], 0 of a point of a surface
+    /// Radius of a ball about the point \[m\], 0 for a point of a surface
     pub radius: f64,
-    /// The affine body that the ball is a part of, whose four nodes are those of the point; None of a point of a surface
+    /// The affine body to which the ball belongs, whose four nodes are those of the point; `None` for a point of a surface
     pub carrier: Option<AffineFrame>,
 }
 
 impl SurfacePoint {
-    /// A point of a surface, without a ball about it or facets.
+    /// Builds a point of a surface, without a ball and without facets.
     pub fn flat(at: Vec3, nodes: Vec<u32>, weights: Vec<f64>, area: f64) -> Self {
         Self { at, nodes, weights, area, sides: Vec::new(), radius: 0.0, carrier: None }
     }
 
-    /// N_a of the material that lies at `arm` from the point in the mean of two displacements of the nodes.
+    /// Returns N_a of the material at `arm` from the point, for the mean of two displacements of the nodes.
     pub(super) fn weights_at(&self, displacements: [&[f64]; 2], arm: &Vec3) -> Vec<f64> {
         let Some(frame) = &self.carrier else { return self.weights.clone() };
-        // A collapsed body has no material elsewhere than in its centre.
+        // A collapsed body has no material except at its centre.
         let back = |x: &[f64]| frame.gradient_of(x).try_inverse().map_or(Vec3::zeros(), |back| back * arm);
         let turned = displacements.map(back).iter().sum::<Vec3>() / 2.0;
         frame.weights(&(self.at + turned)).to_vec()
     }
 }
 
-/// Where the points are.
+/// Choice of the contact points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// At the nodes, for forces at nodes
     Nodes,
-    /// Where a pressure can stand: nodes of tet4, quadrature points and guards of tet10
+    /// Where a pressure can act: nodes of tet4, quadrature points and guards of tet10
     Pressures,
 }
 
-/// Points of facets of a mesh at rest, all with one number of nodes.
+/// Builds the points of facets of a mesh at rest; all have the same number of nodes.
 pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<SurfacePoint> {
     if mesh.order == Order::Linear || sampling == Sampling::Nodes {
         return nodes(mesh, facets);
@@ -82,8 +82,8 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Surface
     out
 }
 
-/// Every node with a part of the areas of its facets, ∫ N_a dA of flat ones: a third each on tet4; none at a corner and a third at a mid-edge on tet10. So the
-/// nodes on which a uniform pressure has a force have all of the area.
+/// Builds every node with its part of the area of its facets, ∫ N_a dA for flat facets: a third each on tet4; on tet10 zero at a corner and a third
+/// at a mid-edge node. The nodes on which a uniform pressure exerts a force thus have the whole area.
 fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
     let mut sides = BTreeMap::<u32, Vec<(u32, f64)>>::new();
     let rule = quadrature::tri(4);

@@ -1,4 +1,4 @@
-//! Contact by a pressure that the distance decides: Π = Σ_q W_q φ(d_q), p_q = −φ′(d_q).
+//! Contact by a pressure that is a function of the distance: Π = Σ_q W_q φ(d_q), p_q = −φ′(d_q).
 //!
 //! r_k = Σ_q W_q φ′ s_k m, K_kl = Σ_q W_q (φ″ s_k s_l m mᵀ + φ′ ∂²d/∂z_k∂z_l) with s, m of [`super::placement`].
 
@@ -16,13 +16,13 @@ use std::sync::Arc;
 
 /// Law of the pressure against the distance.
 pub trait Response: ContactPotential {
-    /// Witnesses of a point at y in the frame of the shape, with a ball of this radius about it, each with the number of its elastic slip
+    /// Returns the witnesses of a point at y in the frame of the shape, with a ball of this radius about it, each with the index of its elastic slip.
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<(usize, Witness)>;
-    /// Elastic slips of a point
+    /// Number of elastic slips of a point.
     fn slips(&self, shape: &Shape) -> usize;
-    /// Whether no point may pass the obstacle, so that motions have a limit.
+    /// Whether no point may pass through the obstacle, so that motions are limited.
     fn limits_motion(&self) -> bool;
-    /// Depth inside of the obstacle over which the kink between two of its sides is rounded \[m\].
+    /// Depth inside the obstacle over which the kink between two of its sides is rounded \[m\].
     fn rounding(&self) -> f64 {
         0.0
     }
@@ -31,12 +31,12 @@ pub trait Response: ContactPotential {
 pub struct Pressed<R> {
     pub contact: Arc<Contact>,
     pub response: R,
-    /// Friction for corrections; in the equilibrium friction is an effect of its own
+    /// Friction for contact corrections; in the equilibrium, friction is a separate effect
     pub friction: Option<Coulomb>,
 }
 
 impl<R: Response> Pressed<R> {
-    /// The pairs of point `b` at displacement x, each with the number of its elastic slip, and with φ, φ′, φ″ times W.
+    /// Returns the pairs of point `b` at displacement x, each with the index of its elastic slip, and with φ, φ′, φ″ times W.
     fn pairs(&self, x: &[f64], b: usize) -> Result<Vec<(usize, Pair, [f64; 3])>, EvalError> {
         let point = &self.contact.points[b];
         let at = self.contact.position(x, b);
@@ -76,7 +76,7 @@ impl<R: Response> Effect for Pressed<R> {
 
     fn capabilities(&self) -> Capabilities<'_> {
         Capabilities {
-            // A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
+            // A pressure on a round or sharp side rotates as a point slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
             semidefinite: true,
             active: Some(self),
             contact_points: Some(self),
@@ -168,7 +168,7 @@ impl<R: Response> NormalForces for Pressed<R> {
 }
 
 impl Pair {
-    /// Adds the derivatives of a function of the distance with the slopes φ′ and φ″ to a block of `n` unknowns.
+    /// Adds the residual and tangent of a function of the distance with the derivatives φ′ and φ″ to a block of `n` unknowns.
     pub(super) fn add(&self, own: &[f64], (first, second): (f64, f64), n: usize, want: Want, out: &mut BlockValues) {
         let s = self.shares(own);
         for (k, share) in s.iter().enumerate() {

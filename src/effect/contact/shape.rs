@@ -1,19 +1,19 @@
-//! Shapes of obstacles and their distance d(y) with ∂d/∂y = n and ∂²d/∂y².
+//! Shapes of obstacles, and their distance d(y) with ∂d/∂y = n and ∂²d/∂y².
 //!
-//! With p the point of the obstacle that is nearest to y, n = ±(y − p)/|y − p|, and ∂²d/∂y² = ±(I − nnᵀ − T)/|y − p| with T the
-//! projector on the directions in which p moves along with y: both of a face, the one of an edge, none at a corner; a curved
-//! side of radius R has R + d in place of d. Projections, hierarchies of boxes and the side of a surface are those of parry3d.
-//! Inside of a shape d has kinks where faces are equally near, so below each convex edge and corner. Of a triangle surface
+//! With p the point of the obstacle nearest to y, n = ±(y − p)/|y − p|, and ∂²d/∂y² = ±(I − nnᵀ − T)/|y − p| with T the projector onto the directions
+//! in which p moves with y: two for a face, one for an edge, none for a corner; for a curved side of radius R, R + d replaces d. Projections,
+//! bounding volume hierarchies and inside tests of a surface are those of parry3d. Inside a shape, d has kinks where faces are equally near, hence
+//! below each convex edge and corner. For a triangle surface
 //! [`Shape::rounded`] replaces d = max d_i, d_i the distances from the planes of the faces, within `width` of such a kink by
 //!
 //! ```text
 //! max_λ Σ λ_i d_i + ½ width (1 − Σ λ_i²),   λ_i ≥ 0, Σ λ_i = 1
 //! ```
 //!
-//! (Nesterov, *Math. Program.* 103 (2005), §4), which has continuous derivatives: λ is the projection of d/width on the simplex, n = Σ λ_i n_i.
-//! Without it a point that sticks to a corner by friction has no equilibrium: on every face friction would push it over to the next.
+//! (Nesterov, *Math. Program.* 103 (2005), §4), which has continuous derivatives: λ is the projection of d/width onto the simplex, n = Σ λ_i n_i.
+//! Without it, a point that sticks to a corner by friction has no equilibrium: on each face, friction would push it over to the next.
 //!
-//! A triangle surface is closed and outward.
+//! A triangle surface must be closed and oriented outward.
 
 pub use super::facets::Facets;
 pub use super::witness::Witness;
@@ -30,20 +30,20 @@ use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{Ball, Cuboid, Cylinder, HalfSpace, Shape as _};
 use std::collections::BTreeMap;
 
-/// A shape in its own frame.
+/// The shape of an obstacle, in its own frame.
 pub enum Shape {
-    /// Below z = 0
+    /// The half-space z < 0
     Floor(HalfSpace),
-    /// About the origin
+    /// Centred at the origin
     Sphere(Ball),
-    /// About the origin, along the axes
+    /// Centred at the origin, aligned with the axes
     Box(Cuboid),
-    /// About the origin, along y
+    /// Centred at the origin, along y
     Cylinder(Cylinder),
     Surface(Box<Facets>),
 }
 
-/// Why a surface cannot be an obstacle.
+/// Reason why a surface cannot be an obstacle.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     #[error(
@@ -77,14 +77,14 @@ impl Shape {
         Self::Cylinder(Cylinder::new(half_height, radius))
     }
 
-    /// Closed, with triangles that look outward.
+    /// Builds a shape from a closed surface with outward triangles.
     pub fn surface(surface: &Surface) -> Result<Self, ShapeError> {
         check(surface)?;
         let points = surface.points.iter().map(to_parry).collect();
         Ok(Self::Surface(Box::new(Facets::new(points, surface.triangles.clone()))))
     }
 
-    /// The box about the shape, \[least, most\] of each coordinate; a floor has none.
+    /// The bounding box of the shape, the smallest and largest value of each coordinate; `None` for a floor.
     pub fn bounds(&self) -> Option<[Vec3; 2]> {
         let bounds: Aabb = match self {
             Self::Floor(_) => return None,
@@ -96,7 +96,7 @@ impl Shape {
         Some([from_parry(bounds.mins), from_parry(bounds.maxs)])
     }
 
-    /// Mass \[kg\], centre of mass \[m\], and inertia about it \[kg m²\], with the density \[kg/m³\]; a floor has none.
+    /// Returns the mass \[kg\], the centre of mass \[m\] and the inertia about it \[kg m²\] for a density \[kg/m³\]; zero for a floor.
     pub fn mass(&self, density: f64) -> (f64, Vec3, Mat3) {
         let properties = match self {
             Self::Floor(s) => s.mass_properties(density),
@@ -104,7 +104,7 @@ impl Shape {
             Self::Box(s) => s.mass_properties(density),
             Self::Cylinder(s) => s.mass_properties(density),
             Self::Surface(s) => {
-                // parry loses the principal axes of bodies that are small in its units
+                // parry loses the principal axes of bodies that are small in its units.
                 let points: Vec<Vec3> = s.mesh.vertices().iter().copied().map(from_parry).collect();
                 let VolumeMoments { volume, center, second } = VolumeMoments::within(&points, s.mesh.indices());
                 let inertia = (Mat3::identity() * second.trace() - second) * density;
@@ -116,7 +116,7 @@ impl Shape {
         (properties.mass(), from_parry(properties.local_com), inertia)
     }
 
-    /// The boundary as triangles, round ones in `parts` around; a floor has none.
+    /// Returns the boundary as triangles, with `parts` around round shapes; `None` for a floor.
     pub fn triangles(&self, parts: u32) -> Option<Surface> {
         let (points, triangles) = match self {
             Self::Floor(_) => return None,
@@ -128,7 +128,7 @@ impl Shape {
         Some(Surface { points: points.into_iter().map(from_parry).collect(), triangles })
     }
 
-    /// The nearest point of the boundary, and whether y is inside.
+    /// Returns the nearest point of the boundary, and whether y is inside.
     fn project(&self, y: &Vec3) -> (Vec3, bool) {
         let projection = match self {
             Self::Floor(s) => s.project_local_point(to_parry(y), false),
@@ -152,7 +152,7 @@ impl Shape {
         }
     }
 
-    /// The nearest point as a witness.
+    /// Returns the witness of the nearest point.
     pub fn nearest(&self, y: &Vec3) -> Witness {
         match self {
             Self::Floor(_) => Witness { gap: y.z, normal: Vec3::z(), curvature: Mat3::zeros() },
@@ -178,7 +178,7 @@ impl Shape {
                 if across.norm() < s.radius {
                     return sharp(y, &p, inside, flat, || Vec3::ith(1, p.y.signum()));
                 }
-                // The rim: p turns with y by R/ρ of the displacement of y.
+                // At the rim, p rotates with y by R/ρ of the displacement of y.
                 let around = Vec3::y().cross(&radial);
                 sharp(y, &p, inside, around * around.transpose() * (s.radius / across.norm()), || radial)
             }
@@ -191,7 +191,7 @@ impl Shape {
         }
     }
 
-    /// The most contacts that a point can have: more than one with a surface that has sharp concave edges.
+    /// Largest number of contacts that a point can have: more than one with a surface that has sharp concave edges.
     pub fn sheets(&self) -> usize {
         match self {
             Self::Surface(s) => s.sheets.as_ref().map_or(1, Sheets::count),
@@ -199,7 +199,8 @@ impl Shape {
         }
     }
 
-    /// The contacts of a point, each with its number below [`Self::sheets`]. The kinks inside of a surface are rounded over `width` \[m\], unless it is 0.
+    /// Returns the contacts of a point, each with its index below [`Self::sheets`]. Kinks inside a surface are rounded over `width` \[m\], unless it
+    /// is 0.
     pub fn contacts(&self, y: &Vec3, width: f64) -> Vec<(usize, Witness)> {
         let sheets = match self {
             Self::Surface(s) => s.sheets.as_ref().map(|sheets| (s, sheets)),
@@ -213,7 +214,8 @@ impl Shape {
         contacts
     }
 
-    /// The nearest point as a witness, of a surface with the kinks inside rounded over `width` \[m\], unless it is 0: d grows by less than half of it there.
+    /// Returns the witness of the nearest point; for a surface, kinks inside are rounded over `width` \[m\], unless it is 0, which increases d by
+    /// less than half of it.
     pub fn rounded(&self, y: &Vec3, width: f64) -> Witness {
         let nearest = self.nearest(y);
         match self {
@@ -222,8 +224,8 @@ impl Shape {
         }
     }
 
-    /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each flat side, by its nearest triangle, in the
-    /// order of these.
+    /// Returns all witnesses nearer than `reach` to a point outside, for sums that are smooth; for a surface one per flat side, for its nearest
+    /// triangle, in the order of the sides.
     pub fn within(&self, y: &Vec3, reach: f64) -> Vec<Witness> {
         let Self::Surface(s) = self else {
             let nearest = self.nearest(y);
@@ -243,7 +245,7 @@ impl Shape {
     }
 }
 
-/// Every edge has two triangles, which pass it in opposite directions, and the volume inside is positive.
+/// Checks that every edge has two triangles, which traverse it in opposite directions, and that the volume inside is positive.
 fn check(surface: &Surface) -> Result<(), ShapeError> {
     let mut edges = BTreeMap::<(u32, u32), Vec<(u32, bool)>>::new();
     let mut volume = 0.0;

@@ -1,26 +1,28 @@
-//! On which sheet each triangle of a closed surface is: two triangles that meet in a sharp concave edge are on different ones.
+//! Assigns the triangles of a closed surface to sheets: two triangles that meet at a sharp concave edge are on different sheets.
 //!
-//! Triangles are joined over all other edges, the flattest first, unless this would join both sides of a sharp concave edge: where a sheet ends elsewhere, it
-//! does so at the sharpest edges of the way around. A side in which a concave edge ends, as the front of a block with a groove, has edges with both sides of it, and
-//! is joined with neither: one sheet would have the edges of the groove on both sides, and a point only the nearer one of these.
+//! Triangles are joined over all other edges, the flattest first, unless this would join both sides of a sharp concave edge: a sheet that has to end
+//! elsewhere thus ends at the sharpest of the possible edges. A side at which a concave edge ends, such as the front of a block with a groove, has
+//! edges with both sides of the concave edge and is joined to neither: otherwise one sheet would border both sides of the groove, and a point would
+//! be in contact only with the nearer one.
 //!
-//! What is joined gets its number one after the other, that with the most concave edges first: the least one that nothing has from which it is apart. As long as there are few
-//! sheets, opposite walls of a slot are on different ones too, since a ball may press on both.
+//! The joined groups are numbered one by one, the group with the most concave edges first: each gets the lowest number not used by a group from which
+//! it must be separate. As long as there are few sheets, opposite walls of a slot are also on different sheets, because a ball may be in contact with
+//! both.
 
 use crate::math::boxes::from_parry;
 use crate::math::tensor::Vec3;
 use parry3d_f64::shape::TriMesh;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Angle between the sides of a concave edge from which on it is no facet of a smooth hollow \[rad\].
+/// Smallest angle between the sides of a concave edge that is not a facet edge of a smooth hollow \[rad\].
 const HOLLOW: f64 = 0.35;
 
-/// Sheets up to which sides that meet one and the same side, as the walls of a slot, are on different ones \[–\].
+/// Number of sheets up to which two sides that adjoin the same side, such as the walls of a slot, are on different sheets \[–\].
 const FEW: usize = 4;
-/// Difference of angles that is rounding \[rad\].
+/// Difference between angles that counts as rounding \[rad\].
 const SAME: f64 = 1e-6;
 
-/// The triangle on the left of each edge, as it passes the edge.
+/// The triangle to the left of each directed edge.
 pub(super) type Neighbours = BTreeMap<(u32, u32), u32>;
 
 /// An edge between two triangles.
@@ -39,18 +41,18 @@ impl Edge {
 
 /// Groups of triangles, each named after one of them.
 struct Groups {
-    /// \[triangles\] another one of the same group, itself where the group is named after it
+    /// \[triangles\] another triangle of the same group; the triangle itself if the group is named after it
     of: Vec<usize>,
-    /// \[names\] groups that it meets in a sharp concave edge
+    /// \[names\] groups that it meets at a sharp concave edge
     met: Vec<BTreeSet<usize>>,
-    /// \[names\] groups next to it over an edge that is not smooth
+    /// \[names\] groups that adjoin it over an edge that is not smooth
     next: Vec<BTreeSet<usize>>,
-    /// \[names\] groups that are on other sheets
+    /// \[names\] groups that must be on other sheets
     apart: Vec<BTreeSet<usize>>,
 }
 
 impl Groups {
-    /// Each triangle alone.
+    /// Each triangle as a separate group.
     fn new(n: usize, cuts: &[Edge], joints: &[Edge]) -> Self {
         let links = |edges: &mut dyn Iterator<Item = &Edge>| {
             let mut of = vec![BTreeSet::new(); n];
@@ -73,7 +75,7 @@ impl Groups {
         t
     }
 
-    /// Makes the groups on both sides of an edge one, unless they are apart, or are to be.
+    /// Merges the groups on both sides of an edge, unless they are or have to be separate.
     fn join(&mut self, edge: &Edge) {
         let [mut one, mut other] = edge.triangles.map(|t| self.name(t));
         if one == other || self.apart[one].contains(&other) {
@@ -85,7 +87,7 @@ impl Groups {
             self.apart[other].insert(one);
             return;
         }
-        // The one with the fewer others goes into the other one.
+        // The group with fewer links is merged into the other.
         let others = |name: usize| self.met[name].len() + self.next[name].len() + self.apart[name].len();
         if (others(one), other) > (others(other), one) {
             std::mem::swap(&mut one, &mut other);
@@ -103,13 +105,13 @@ impl Groups {
     }
 }
 
-/// Groups and sheets of the triangles.
+/// Groups and sheets of all triangles.
 pub(super) struct SheetNumbers {
-    /// \[triangles\] name of the group
+    /// \[triangles\] name of its group
     pub groups: Vec<usize>,
-    /// \[triangles\] whether the group has a sharp concave edge
+    /// \[triangles\] whether its group has a sharp concave edge
     pub concave: Vec<bool>,
-    /// \[triangles\] number of the sheet, from 0
+    /// \[triangles\] index of its sheet
     pub sheets: Vec<usize>,
     pub count: usize,
 }
@@ -152,7 +154,7 @@ fn edges(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<Edge>
     neighbours.iter().filter_map(edge).collect()
 }
 
-/// Whether the edge between two triangles that has the vertex `on` is sharp and concave.
+/// Whether the edge between two triangles, of which `on` is a vertex, is sharp and concave.
 pub(super) fn is_sharp_and_concave(mesh: &TriMesh, normals: &[Vec3], [one, other]: [usize; 2], on: u32) -> bool {
     let vertex = |k: u32| from_parry(mesh.vertices()[k as usize]);
     let beyond: Vec3 = mesh.indices()[other].iter().map(|&k| vertex(k) - vertex(on)).sum();

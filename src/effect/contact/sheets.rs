@@ -1,20 +1,20 @@
-//! Sheets of a surface of triangles: in a concave edge a point meets two sides at once, so each of them is on a sheet of its own, and a point has one contact
-//! with each sheet.
+//! Sheets of a triangle surface. At a concave edge a point can be in contact with two sides at once; each side is therefore on a separate sheet, and
+//! a point has one contact with each sheet.
 //!
-//! Beyond its concave edges a sheet goes on inside of the solid, in the planes of its sides: there its distance is as smooth as that of a floor, whether
-//! the point is in front of the other side or behind it. How far, is half of the way through the solid, and of the width of the triangle at the edge, so that nothing comes
-//! out elsewhere. A point sees it if it is not behind the other side of the edge.
+//! Beyond its concave edges a sheet continues inside the solid, in the planes of its sides: its distance there is as smooth as that of a floor,
+//! whether the point is in front of the other side or behind it. It extends by half of the distance through the solid, and at most half of the width
+//! of the triangle at the edge, so that it does not emerge elsewhere. A point sees this extension if it is not behind the other side of the edge.
 //!
-//! Elsewhere a sheet may end at an edge beyond which the surface goes on as another one. A point y outside has the contact of the sheet that is nearest to it, and
-//! those of others whose own nearest point q
+//! Elsewhere a sheet may end at an edge beyond which the surface continues as another sheet. A point y outside has a contact with the sheet nearest
+//! to it, and with other sheets whose nearest point q
 //!
-//! - is not behind q's side of the sheet, as what is seen through the solid is;
-//! - is, at an end of the sheet, nearest to y among all places of the surface near it, and not where another sheet has this contact.
+//! - is not hidden: y is not behind the side of the sheet at q, as it would be if q were seen through the solid;
+//! - if it is at an end of the sheet, is locally the nearest point of the whole surface to y, and no other sheet has this contact.
 //!
-//! A point inside has the contacts of the nearest point of the surface, each with its own distance from the same sides.
+//! A point inside has the contacts of the nearest point of the surface, each with its distance from the same sides.
 //!
-//! Limits: of two places of one sheet, as of one of many posts on a floor, a point meets the nearer one; an edge that is concave by less than 20 degrees is a facet of a
-//! smooth hollow, where a point meets the nearest side.
+//! Limits: if a sheet is near a point in two places, such as two of many posts on a floor, the point is in contact only with the nearer one; an edge
+//! that is concave by less than 20 degrees counts as a facet edge of a smooth hollow, where a point is in contact with the nearest side.
 
 use super::sheet_numbers::{Neighbours, SheetNumbers, is_sharp_and_concave};
 use super::witness::{ON_SURFACE, Witness, on_triangle};
@@ -25,54 +25,56 @@ use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh, TriMeshFlags, TrianglePointLocation};
 use std::collections::BTreeMap;
 
-/// Share of the way through the solid, and of the width of the triangle at the edge, by which a sheet goes on beyond a concave edge \[–\].
+/// Length by which a sheet extends beyond a concave edge, relative to the distance through the solid and to the width of the triangle at the edge
+/// \[–\].
 const BEYOND: f64 = 0.5;
-/// How much a vertex is held back from moving along its concave edge, against keeping in the planes of its sides \[–\].
+/// Weight of holding a vertex back from moving along its concave edge, relative to keeping it in the planes of its sides \[–\].
 const HELD: f64 = 1e-3;
-/// Share of the size of a surface by which a ray starts inside of it \[–\].
+/// Distance inside a surface at which a ray starts, relative to the size of the surface \[–\].
 const INSIDE: f64 = 1e-6;
-/// Sine of the angle behind the other side of a concave edge within which a point sees beyond the edge, where that side is curved \[–\]: half of what makes an edge sharp.
+/// Sine of the angle behind the other side of a concave edge within which a point sees beyond the edge if that side is curved \[–\]: half of the
+/// angle that makes an edge sharp.
 const BEHIND: f64 = 0.17;
 /// Share of the distance from a point within which its nearest point on a sheet is compared with the rest of the surface \[–\].
 const NEAR: f64 = 0.1;
-/// Share of a distance below which another one is not less than it \[–\].
+/// Relative difference below which a distance does not count as smaller than another \[–\].
 const LESS: f64 = 1e-6;
 
 /// All sheets of a surface.
 pub struct Sheets {
     all: Vec<Sheet>,
-    /// \[triangles of the surface\] the sheet
+    /// \[triangles of the surface\] index of the sheet
     numbers: Vec<usize>,
-    /// Distance below which two points are one \[m\]
+    /// Distance below which two points coincide \[m\]
     rounding: f64,
 }
 
 /// One sheet.
 struct Sheet {
-    /// Its triangles of the surface, then those beyond concave edges
+    /// Its triangles of the surface, followed by those beyond concave edges
     mesh: TriMesh,
-    /// Triangles of the surface
+    /// Number of its triangles that belong to the surface
     own: usize,
     /// \[triangles beyond concave edges\] the normal of the other side, a point of the edge, and its direction
     across: Vec<[Vec3; 3]>,
-    /// \[triangles\] how the sheet ends at each edge, then at each corner
+    /// \[triangles\] how the sheet ends at each edge, and then at each corner
     ends: Vec<[End; 6]>,
 }
 
 /// How a sheet ends at an edge or at a corner.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum End {
-    /// Not at all
+    /// It does not end there
     None,
     /// Inside of the solid
     Beyond,
-    /// Where the surface goes on as another sheet, which has the contacts there
+    /// The surface continues as another sheet, which has the contacts there
     Other,
-    /// Where the surface goes on as another sheet, and contacts there are those of this one
+    /// The surface continues as another sheet, but this one has the contacts there
     Own,
 }
 
-/// The nearest point of a sheet.
+/// The nearest point of a sheet to a given point.
 struct Seen {
     at: Vec3,
     distance: f64,
@@ -82,7 +84,7 @@ struct Seen {
 }
 
 impl Sheets {
-    /// None of a surface without sharp concave edges.
+    /// Builds the sheets; `None` for a surface without sharp concave edges.
     pub(super) fn of(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Option<Self> {
         let numbers = SheetNumbers::of(mesh, normals, neighbours);
         if numbers.count == 1 {
@@ -98,12 +100,12 @@ impl Sheets {
         self.all.len()
     }
 
-    /// The sheet of a triangle of the surface.
+    /// The index of the sheet of a triangle of the surface.
     pub(super) fn of_triangle(&self, t: u32) -> usize {
         self.numbers[t as usize]
     }
 
-    /// The contacts of a point y with the `surface`: each with its sheet, at most one of each.
+    /// Returns the contacts of a point y with the `surface`, at most one per sheet, each with its sheet.
     pub(super) fn contacts(&self, surface: &TriMesh, y: &Vec3) -> Vec<(usize, Witness)> {
         let (nearest, (triangle, location)) = surface.project_local_point_and_get_location(to_parry(y), false);
         let outside = if nearest.is_inside { from_parry(nearest.point) } else { *y };
@@ -112,7 +114,7 @@ impl Sheets {
         let nearest_ones = (0..seen.len()).filter(|&k| (seen[k].distance - distance).abs() <= self.rounding);
         let owner = nearest_ones.min_by_key(|&k| seen[k].end == End::Other);
         let contact = |(k, own): (usize, &Seen)| {
-            // Beyond the edges of a very rough surface a sheet may come out of it, nearer than all else.
+            // Beyond the edges of a very rough surface, a sheet may emerge from it and be nearer than everything else.
             if owner.is_none() && k == self.of_triangle(triangle) {
                 let sides = [true, nearest.is_inside];
                 return Some((
@@ -127,7 +129,7 @@ impl Sheets {
         seen.iter().enumerate().filter_map(contact).collect()
     }
 
-    /// Whether a sheet that is not the nearest one has a contact of its own with a point y outside; `lower` are the sheets before it.
+    /// Whether a sheet other than the nearest has a separate contact with a point y outside; `lower` are the sheets with lower indices.
     fn is_contact(&self, surface: &TriMesh, y: &Vec3, lower: &[Seen], (sheet, own): (&Sheet, &Seen)) -> bool {
         if own.witness.gap < -self.rounding || sheet.is_hidden(own, y, self.rounding) {
             return false;
@@ -147,7 +149,7 @@ impl Sheets {
 }
 
 impl Sheet {
-    /// Sheet `k`.
+    /// Builds sheet `k`.
     fn new(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours, numbers: &SheetNumbers, k: usize) -> Self {
         let mut points: Vec<Vector> = mesh.vertices().to_vec();
         let vertex = |v: u32| from_parry(mesh.vertices()[v as usize]);
@@ -175,7 +177,7 @@ impl Sheet {
             let of_edge = [normals[beyond_of((i, j))], vertex(i), (vertex(j) - vertex(i)).normalize()];
             across.extend([of_edge, of_edge]);
         }
-        // Of a side with a concave edge and one without the former has the contacts, of two others the lower sheet.
+        // If only one of the two sides has a concave edge, it has the contacts; otherwise the sheet with the lower index.
         let is_own = |(i, j): (u32, u32)| {
             let rank = |t: u32| (!numbers.concave[t as usize], numbers.sheets[t as usize]);
             rank(neighbours[&(i, j)]) < rank(neighbours[&(j, i)])
@@ -185,8 +187,8 @@ impl Sheet {
         Self { mesh, own, across, ends }
     }
 
-    /// The nearest point of y, which is not inside. Where it is one of the whole surface, within `nearest` of y, y is in front of it: in the plane of a side,
-    /// beyond the end of its sheet, the triangles of this one alone have y on either side.
+    /// Returns the nearest point to y, which is not inside. If it is also nearest on the whole surface, to within `nearest` of y, then y is in front
+    /// of it: in the plane of a side, beyond the end of the sheet, the triangles of the sheet alone may put y on either side.
     fn see(&self, y: &Vec3, nearest: f64) -> Seen {
         let (projection, (triangle, location)) = self.mesh.project_local_point_and_get_location(to_parry(y), false);
         let (at, end) = (from_parry(projection.point), self.end(triangle as usize, location));
@@ -196,7 +198,7 @@ impl Sheet {
         Seen { at, distance, end, triangle, witness }
     }
 
-    /// The distance of another point y from the same plane, or from the same edge or corner.
+    /// Returns the distance of another point y from the same plane, edge or corner.
     fn witness(&self, Seen { at, triangle, witness, .. }: &Seen, y: &Vec3) -> Witness {
         if witness.curvature == Mat3::zeros() {
             return Witness { gap: witness.normal.dot(&(y - at)), ..*witness };
@@ -206,7 +208,7 @@ impl Sheet {
         on_triangle(&triangle, y, &from_parry(projection.point), [true, false], location)
     }
 
-    /// Whether y, which is outside, is behind the other side of the concave edge beyond which its nearest point is.
+    /// Whether y, which is outside, is behind the other side of the concave edge beyond which its nearest point lies.
     fn is_hidden(&self, seen: &Seen, y: &Vec3, rounding: f64) -> bool {
         let Some([normal, on_edge, along]) = (seen.triangle as usize).checked_sub(self.own).map(|t| &self.across[t])
         else {
@@ -226,13 +228,13 @@ impl Sheet {
     }
 }
 
-/// The edges of a triangle as it passes them.
+/// The directed edges of a triangle.
 fn sides([a, b, c]: &[u32; 3]) -> [(u32, u32); 3] {
     [(*a, *b), (*b, *c), (*c, *a)]
 }
 
-/// \[triangles\] how a sheet ends at the edges and at the corners of its triangles, of which the first `own` are of the surface; `is_own` tells of an edge of it where
-/// another sheet goes on whether contacts there are those of this one.
+/// Returns how a sheet ends at the edges and corners of its triangles \[triangles\], the first `own` of which belong to the surface; `is_own` tells,
+/// for an edge beyond which another sheet continues, whether this sheet has the contacts there.
 fn ends(triangles: &[[u32; 3]], own: usize, is_own: impl Fn((u32, u32)) -> bool) -> Vec<[End; 6]> {
     let mut of_edges = BTreeMap::<(u32, u32), Vec<usize>>::new();
     for (t, corners) in triangles.iter().enumerate() {
@@ -260,9 +262,10 @@ fn ends(triangles: &[[u32; 3]], own: usize, is_own: impl Fn((u32, u32)) -> bool)
     edges.iter().zip(triangles).map(all).collect()
 }
 
-/// Where the vertices of concave edges move, as the sheet goes on beyond these.
+/// Motion of the vertices of concave edges by which the sheet continues beyond them.
 struct Beyond {
-    /// (group, vertex) → the part of its planes and of its concave edges in the motion of least squares, and how far it moves \[m\]
+    /// (group, vertex) → matrix and right-hand side of the least-squares problem for the motion, from the planes and concave edges, and the length of
+    /// the motion \[m\]
     of: BTreeMap<(usize, u32), (Mat3, Vec3, f64)>,
 }
 
@@ -298,7 +301,7 @@ impl Beyond {
         Self { of }
     }
 
-    /// The motion \[m\]: in the planes of the sides as well as it goes, and one length away from each concave edge.
+    /// Returns the motion \[m\]: as far as possible in the planes of the sides, and by the length away from each concave edge.
     fn motion(&self, key: (usize, u32)) -> Vec3 {
         let (square, right, length) = &self.of[&key];
         let motion = square.cholesky().expect("HELD makes it definite").solve(right);

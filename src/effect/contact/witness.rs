@@ -1,13 +1,13 @@
-//! Distance of a point from an obstacle with its derivatives, by the nearest point of a curved side, of an edge, or of a triangle.
+//! Distance of a point from an obstacle and its derivatives, from the nearest point of a curved side, an edge or a triangle.
 
 use crate::math::boxes::from_parry;
 use crate::math::tensor::{Mat3, Vec3};
 use parry3d_f64::shape::{Triangle, TrianglePointLocation};
 
-/// Share of the size of a triangle below which the distance from it is rounding \[–\].
+/// Distance from a triangle that counts as rounding, relative to the size of the triangle \[–\].
 pub(super) const ON_SURFACE: f64 = 1e-9;
 
-/// Distance of a point from an obstacle, and how it changes.
+/// Distance of a point from an obstacle, and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Witness {
     /// d \[m\], negative inside
@@ -26,7 +26,7 @@ pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>
     Witness { gap, normal, curvature }
 }
 
-/// The witness of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
+/// The witness of a nearest point p that moves with y by the matrix `free`; `face` is the normal if y lies on the boundary.
 pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
     let sign = if inside { -1.0 } else { 1.0 };
     let away = y - p;
@@ -39,7 +39,8 @@ pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn(
     Witness { gap: sign * distance, normal, curvature }
 }
 
-/// The witness of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
+/// The witness of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle determines which; otherwise y is
+/// outside.
 pub(super) fn on_triangle(
     t: &Triangle,
     y: &Vec3,
@@ -60,7 +61,7 @@ pub(super) fn on_triangle(
         TrianglePointLocation::OnEdge(..) => line(a, c),
         _ => Mat3::identity() - plane * plane.transpose(),
     };
-    // y − p has no direction of its own where it departs from the normal by the rounding of p: flat neighbours share their sides and corners.
+    // The direction of y − p is undefined if it differs from the normal only by the rounding of p: flat neighbours share their sides and corners.
     let away = y - p;
     let near = (away - plane * plane.dot(&away)).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
     let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));

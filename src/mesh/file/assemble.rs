@@ -1,4 +1,4 @@
-//! From what a file holds to a checked [`TetMesh`]: units, orientation, boundary, regions.
+//! Assembly of the content of a file into a checked [`TetMesh`]: units, orientation, boundary, regions.
 
 use super::mid_nodes::Numbers;
 use super::solid::{Solid, triangles};
@@ -11,37 +11,37 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Number of a node that is no longer there.
+/// Index of a node that has been removed.
 const GONE: u32 = u32::MAX;
 
 /// Names and counts of the element kinds of a file, for messages.
 pub(super) type Kinds = BTreeMap<&'static str, usize>;
 
-/// Handling of the cells and nodes of a file that a mesh cannot have as they are.
+/// Options for cells and nodes of a file that a mesh cannot contain as they are.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Reading {
     /// Metres per unit of the file
     pub unit_m: f64,
-    /// Hexahedra, wedges and pyramids become tetrahedra
+    /// Whether to split hexahedra, wedges and pyramids into tetrahedra
     pub split: bool,
-    /// Nodes within this distance become one \[m\]
+    /// Distance within which nodes are merged \[m\]; `None` to merge none
     pub merge: Option<f64>,
 }
 
-/// Changes that reading made to the content of a file.
+/// Changes made to the content of a file when it was read.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Changes {
-    /// Nodes that belong to no cell and were dropped
+    /// Number of nodes that belonged to no cell and were dropped
     pub dropped_nodes: usize,
-    /// Nodes that became one with another
+    /// Number of nodes that were merged with another
     pub merged_nodes: usize,
-    /// Cells that were split into tetrahedra
+    /// Number of cells that were split into tetrahedra
     pub split_cells: usize,
-    /// Sentences on what of the file was not read
+    /// Sentences on parts of the file that were not read
     pub notes: Vec<String>,
 }
 
-/// A cell as a reader found it: its kind, where its nodes begin, and its number in the file.
+/// A cell as a reader found it: its kind, the position of its first node, and its number in the file.
 #[derive(Clone, Copy)]
 pub(super) struct RawCell {
     solid: Solid,
@@ -49,21 +49,21 @@ pub(super) struct RawCell {
     tag: u64,
 }
 
-/// A triangle or quadrilateral of the file by its corners.
+/// A triangle or quadrilateral of the file, given by its corners.
 pub(super) struct RawFacet {
     pub corners: Vec<u32>,
     pub tag: u64,
-    /// Shared by the facets of one entity
+    /// Names of the regions, shared by the facets of one entity
     pub regions: Arc<[String]>,
 }
 
-/// A mesh as a reader found it. Tags are the numbers of the file, for messages.
+/// A mesh as a reader found it. Tags are the numbers used in the file, for messages.
 #[derive(Default)]
 pub(super) struct RawMesh {
     pub file: PathBuf,
     pub points: Vec<Vec3>,
     pub node_tags: Vec<u64>,
-    /// \[points\] a node that may belong to no cell: it lies on a lower-dimensional entity of the geometry
+    /// \[points\] whether the node may belong to no cell, because it lies on a lower-dimensional entity of the geometry
     pub may_be_free: Vec<bool>,
     pub cells: Vec<RawCell>,
     /// Nodes of all cells, tet10 in VTK's order, as indices into `points`
@@ -73,13 +73,13 @@ pub(super) struct RawMesh {
     pub facets: Vec<RawFacet>,
     /// Indices into `points`
     pub node_regions: BTreeMap<String, Vec<u32>>,
-    /// Names of node sets: facets and cells of the same name are other sets. One without nodes of its own has those of the facets.
+    /// Names of node sets; facets and cells of the same name form separate sets. A set without nodes of its own has the nodes of the facets.
     pub node_sets: BTreeSet<String>,
-    /// Volumetric kinds that are refused
+    /// Kinds of volume elements that are refused
     pub other_volumes: Kinds,
-    /// Kinds that are passed over
+    /// Kinds of elements that are skipped
     pub other: Kinds,
-    /// Sentences on what of the file is not read
+    /// Sentences on parts of the file that are not read
     pub notes: Vec<String>,
 }
 
@@ -102,7 +102,7 @@ impl RawMesh {
         self.cells[c].solid
     }
 
-    /// Checks everything, converts to metres and completes the boundary.
+    /// Checks the mesh, converts it to metres and completes the boundary.
     pub fn finish(mut self, how: &Reading) -> Result<(TetMesh, Changes), MeshError> {
         let order = self.order(how)?;
         if let Some(i) = self.points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
@@ -129,14 +129,14 @@ impl RawMesh {
         Ok((mesh, changes))
     }
 
-    /// Number of cells by kind, and of everything else in the file.
+    /// Returns the number of cells by kind, and of all other elements in the file.
     pub fn kinds(&self) -> Kinds {
         let mut kinds = self.other_volumes.clone();
         self.cells.iter().for_each(|cell| *kinds.entry(cell.solid.name()).or_default() += 1);
         kinds
     }
 
-    /// The order of the cells; refuses everything that is not tetrahedra of one order, or becomes that.
+    /// Returns the order of the cells; refuses everything except tetrahedra of one order and cells that will be split into such.
     fn order(&self, how: &Reading) -> Result<Order, MeshError> {
         let has = |solid| self.cells.iter().any(|cell| cell.solid == solid);
         let solids = [Solid::Pyramid, Solid::Wedge, Solid::Hexahedron].into_iter().any(has);
@@ -161,7 +161,8 @@ impl RawMesh {
         }
     }
 
-    /// Replaces nodes within a distance \[units of the file\] of an earlier one by it; returns their number. A cell that loses a corner is refused.
+    /// Replaces nodes within a distance \[units of the file\] of an earlier node by that node; returns their number. A cell that loses a corner is
+    /// refused.
     fn merge(&mut self, distance: f64) -> Result<usize, MeshError> {
         let mut number: Vec<u32> = (0..self.points.len() as u32).collect();
         let pairs = validate::closer_than(&self.points, distance);
@@ -176,13 +177,13 @@ impl RawMesh {
         }
         let lists = self.facets.iter_mut().map(|f| &mut f.corners).chain(self.node_regions.values_mut());
         lists.chain([&mut self.cell_nodes]).flatten().for_each(|i| *i = number[*i as usize]);
-        // A node that was replaced is in no cell, and does not count as one that the file left over.
+        // A replaced node is in no cell, but does not count as unused in the file.
         pairs.iter().for_each(|&(_, second)| self.may_be_free[second] = true);
         Ok(pairs.len())
     }
 
-    /// Divides all cells that are no tetrahedra, with their regions; returns their number. Kinds whose cells are all numbered the other way
-    /// round are turned.
+    /// Splits all cells that are not tetrahedra, with their regions; returns their number. Kinds whose cells are all numbered with the opposite
+    /// orientation are reversed.
     fn split(&mut self) -> usize {
         let divided = |solid: Solid| !matches!(solid, Solid::Tet4 | Solid::Tet10);
         let count = self.cells.iter().filter(|c| divided(c.solid)).count();
@@ -216,14 +217,14 @@ impl RawMesh {
         count
     }
 
-    /// Six times the signed volume of a tetrahedron.
+    /// Returns six times the signed volume of a tetrahedron.
     pub fn volume(&self, nodes: &[u32; 4]) -> f64 {
         let [a, b, c, d] = nodes.map(|i| self.points[i as usize]);
         (b - a).cross(&(c - a)).dot(&(d - a))
     }
 
-    /// Keeps the nodes of the cells, renumbered in file order. Returns the number of the others, without those on a lower-dimensional entity
-    /// (centres of arcs, points that only carry a size).
+    /// Keeps only the nodes of cells, renumbered in file order. Returns the number of the others, except those on a lower-dimensional entity (centres
+    /// of arcs, points that only carry a size).
     fn drop_unused(&mut self) -> usize {
         let mut used = vec![false; self.points.len()];
         self.cell_nodes.iter().for_each(|&i| used[i as usize] = true);
@@ -231,7 +232,7 @@ impl RawMesh {
         let mut number = vec![GONE; used.len()];
         let kept: Vec<usize> = (0..used.len()).filter(|&i| used[i]).collect();
         kept.iter().enumerate().for_each(|(new, &old)| number[old] = new as u32);
-        // A facet with a dropped node is no face of a cell: its corner stays GONE and is found out later.
+        // A facet with a dropped node is not a face of a cell: its corner remains GONE and is detected later.
         let lists = self.facets.iter_mut().map(|f| &mut f.corners).chain(self.node_regions.values_mut());
         lists.chain([&mut self.cell_nodes]).flatten().for_each(|i| *i = number[*i as usize]);
         self.node_regions.values_mut().for_each(|list| list.retain(|&i| i != GONE));
@@ -240,8 +241,8 @@ impl RawMesh {
         dropped
     }
 
-    /// Makes all volumes positive: a file with the opposite convention is reoriented as a whole, a single inverted cell is an
-    /// error, and so is one without volume or a curved one that folds over.
+    /// Makes all volumes positive: a file with the opposite convention is reoriented as a whole; a single inverted cell, a cell without volume and a
+    /// folded curved cell are errors.
     fn orient(&self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let count = mesh.cell_count();
         let volumes: Vec<f64> = (0..count).map(|c| mesh.cell_volume(c)).collect();
@@ -262,7 +263,7 @@ impl RawMesh {
                 swaps.iter().for_each(|&(a, b)| cell.swap(a, b));
             }
         } else if negative > 0 {
-            // The minority is what is wrong.
+            // The minority is taken to be wrong.
             let wrong = if 2 * negative <= count { -1.0 } else { 1.0 };
             let c = volumes.iter().position(|v| v.signum() == wrong).expect("both signs occur");
             let wrong_count = negative.min(count - negative);
@@ -280,12 +281,12 @@ impl RawMesh {
         Ok(())
     }
 
-    /// The numbers of the file, once the nodes and cells are those of the mesh.
+    /// Returns the numbers of nodes and cells in the file, once they are those of the mesh.
     fn numbers(&self) -> Numbers<'_, impl Fn(usize) -> u64> {
         Numbers { file: &self.file, nodes: &self.node_tags, cell: |c| self.cells[c].tag }
     }
 
-    /// Facets and regions: the triangles of the file that are faces of cells, then the rest of the boundary.
+    /// Builds facets and regions: first the triangles of the file that are faces of cells, then the rest of the boundary.
     fn regions(mut self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let faces =
             Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cells[c].tag })?;
@@ -316,7 +317,7 @@ impl RawMesh {
             mesh.regions.entry(name).or_default().facets = ascending(facets);
         }
         for (name, nodes) in std::mem::take(&mut self.node_regions) {
-            // A set of the reference points of another program holds no node of a cell.
+            // A set of reference points of another program contains no node of a cell.
             if !nodes.is_empty() {
                 mesh.regions.entry(name).or_default().nodes = ascending(nodes);
             }

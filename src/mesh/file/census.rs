@@ -1,4 +1,4 @@
-//! Content of a mesh file before anything is done to it: counts, bounds, and the defects that reading would refuse or mend.
+//! Content of a mesh file as it is: counts, bounds, and the defects that reading would refuse or repair.
 
 use super::format::Reader;
 use super::read::raw;
@@ -10,35 +10,35 @@ use crate::mesh::geometry;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Counts and defects of a mesh file. Lengths in the unit of the file.
+/// Counts and defects of a mesh file. Lengths are in the unit of the file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Census {
     pub nodes: usize,
-    /// Volume cells by kind
+    /// Number of volume cells of each kind
     pub cells: BTreeMap<&'static str, usize>,
-    /// Elements without a volume, by kind
+    /// Number of elements without volume of each kind
     pub others: BTreeMap<&'static str, usize>,
-    /// Corners of the bounding box of the nodes of cells
+    /// Corners of the bounding box of the nodes that belong to cells
     pub bounds: (Vec3, Vec3),
-    /// Nodes that belong to no cell
+    /// Number of nodes that belong to no cell
     pub unused_nodes: usize,
-    /// Nodes at the place of another one
+    /// Number of nodes at the position of another node
     pub doubled_nodes: usize,
-    /// Cells whose volume has the sign that is rarer among their kind
+    /// Number of cells whose volume has the rarer sign among their kind
     pub inverted_cells: usize,
-    /// Some cells are hexahedra, wedges or pyramids
+    /// Whether some cells are hexahedra, wedges or pyramids
     pub divisible: bool,
-    /// The tetrahedra have ten nodes
+    /// Whether the tetrahedra have ten nodes
     pub quadratic: bool,
 }
 
-/// Looks at a file; `name` is for messages, `path` has the content.
+/// Examines a file; `name` is used in messages, `path` contains the data.
 pub fn census(name: &Path, path: &Path, reader: Reader) -> Result<Census, MeshError> {
     let raw = raw(name, path, reader)?;
     let mut used = vec![false; raw.points.len()];
     raw.cell_nodes.iter().for_each(|&i| used[i as usize] = true);
     if raw.cells.is_empty() {
-        // A surface, of which the body is made
+        // A surface, from which the body is to be meshed
         used.fill(true);
     }
     let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
@@ -75,7 +75,7 @@ pub fn census(name: &Path, path: &Path, reader: Reader) -> Result<Census, MeshEr
 mod tests {
     use super::*;
 
-    /// A surface has its bounds, and no node of it is superfluous.
+    /// A surface has bounds, and none of its nodes counts as unused.
     #[test]
     fn a_surface_has_bounds() {
         let folder = tempfile::tempdir().expect("a temporary folder");

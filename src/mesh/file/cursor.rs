@@ -1,4 +1,4 @@
-//! Reads words, lines and binary numbers from bytes and knows the place of whatever goes wrong.
+//! Reads words, lines and binary numbers from bytes, and reports the position of errors.
 
 use crate::mesh::error::{MeshError, Place, Spot};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ pub(super) struct Cursor<'a> {
     file: PathBuf,
     data: &'a [u8],
     pos: usize,
-    /// Places are byte offsets, not lines
+    /// Whether positions are byte offsets, not lines
     pub binary: bool,
     pub big_endian: bool,
 }
@@ -35,7 +35,7 @@ impl<'a> Cursor<'a> {
         MeshError::Truncated { place: self.place(), wanted: wanted.into() }
     }
 
-    /// The next word between white space, if the file goes on.
+    /// Returns the next word between white space; `None` at the end of the file.
     pub fn word(&mut self) -> Option<&'a str> {
         let skip = self.data[self.pos..].iter().position(|b| !b.is_ascii_whitespace())?;
         self.pos += skip;
@@ -45,13 +45,13 @@ impl<'a> Cursor<'a> {
         Some(std::str::from_utf8(&rest[..len]).unwrap_or("(bytes that are no text)"))
     }
 
-    /// The next word as a number.
+    /// Reads the next word as a number.
     pub fn parse<T: FromStr>(&mut self, wanted: &str) -> Result<T, MeshError> {
         let word = self.word().ok_or_else(|| self.truncated(wanted))?;
         word.parse().map_err(|_| self.syntax(wanted, word))
     }
 
-    /// The rest of the line, without its end.
+    /// Returns the rest of the line, without the line break.
     pub fn line(&mut self) -> Option<&'a str> {
         if self.pos == self.data.len() {
             return None;
@@ -62,7 +62,7 @@ impl<'a> Cursor<'a> {
         Some(std::str::from_utf8(&rest[..len]).unwrap_or("(bytes that are no text)").trim_end_matches('\r'))
     }
 
-    /// The value that `read` makes of the words of the next line, all of them and none of another.
+    /// Returns the value that `read` makes from the words of the next line, which must be used up exactly.
     pub fn whole_line<T>(
         &mut self,
         wanted: &str,
@@ -80,7 +80,7 @@ impl<'a> Cursor<'a> {
         Err(self.syntax(wanted, String::from_utf8_lossy(line).trim()))
     }
 
-    /// `N` bytes, in the machine's order.
+    /// Reads `N` bytes, converted to the byte order of the machine.
     fn bytes<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N], MeshError> {
         let rest = &self.data[self.pos..];
         let mut bytes: [u8; N] = rest.get(..N).ok_or_else(|| self.truncated(wanted))?.try_into().expect("N bytes");
@@ -91,27 +91,27 @@ impl<'a> Cursor<'a> {
         Ok(bytes)
     }
 
-    /// A byte of a binary file.
+    /// Reads a byte of a binary file.
     pub fn byte(&mut self, wanted: &str) -> Result<i8, MeshError> {
         Ok(i8::from_ne_bytes(self.bytes(wanted)?))
     }
 
-    /// A 2-byte integer of a binary file.
+    /// Reads a 2-byte integer of a binary file.
     pub fn short(&mut self, wanted: &str) -> Result<i16, MeshError> {
         Ok(i16::from_ne_bytes(self.bytes(wanted)?))
     }
 
-    /// A 4-byte integer, or a word of a text file.
+    /// Reads a 4-byte integer, or a word of a text file.
     pub fn int(&mut self, wanted: &str) -> Result<i64, MeshError> {
         if self.binary { Ok(i32::from_ne_bytes(self.bytes(wanted)?).into()) } else { self.parse(wanted) }
     }
 
-    /// An 8-byte integer, or a word of a text file.
+    /// Reads an 8-byte integer, or a word of a text file.
     pub fn long(&mut self, wanted: &str) -> Result<i64, MeshError> {
         if self.binary { Ok(i64::from_ne_bytes(self.bytes(wanted)?)) } else { self.parse(wanted) }
     }
 
-    /// An 8-byte float, or a word of a text file.
+    /// Reads an 8-byte float, or a word of a text file.
     pub fn double(&mut self, wanted: &str) -> Result<f64, MeshError> {
         if self.binary {
             return Ok(f64::from_ne_bytes(self.bytes(wanted)?));
@@ -121,13 +121,13 @@ impl<'a> Cursor<'a> {
         number.ok_or_else(|| self.syntax(wanted, word))
     }
 
-    /// A 4-byte float, or a word of a text file.
+    /// Reads a 4-byte float, or a word of a text file.
     pub fn float(&mut self, wanted: &str) -> Result<f64, MeshError> {
         if self.binary { Ok(f32::from_ne_bytes(self.bytes(wanted)?).into()) } else { self.parse(wanted) }
     }
 
-    /// A count whose entries need at least `bytes_each` bytes each; one that cannot fit into the rest of the file is
-    /// refused here, before memory is taken for it.
+    /// Checks a count whose entries need at least `bytes_each` bytes each; a count that cannot fit into the rest of the file is refused before memory
+    /// is allocated.
     pub fn count(&self, value: i64, bytes_each: usize, wanted: &str) -> Result<usize, MeshError> {
         let count = usize::try_from(value).map_err(|_| self.syntax(wanted, &value.to_string()))?;
         let fits = count.checked_mul(bytes_each).is_some_and(|need| need <= self.data.len() - self.pos);
@@ -141,7 +141,7 @@ impl<'a> Cursor<'a> {
         found.is_some()
     }
 
-    /// The next word, without moving.
+    /// Returns the next word without moving.
     pub fn peek(&mut self) -> Option<&'a str> {
         let pos = self.pos;
         let word = self.word();
@@ -150,7 +150,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Whether C on Windows writes a number that is not finite so: `-nan(ind)`, `1.#QNAN`, `-1.#INF`.
+/// Whether a word is one of the forms in which C on Windows writes values that are not finite: `-nan(ind)`, `1.#QNAN`, `-1.#INF`.
 fn is_no_number(word: &str) -> bool {
     let word = word.trim_start_matches('-');
     word.starts_with("1.#") || word.starts_with("nan(") && word.ends_with(')')

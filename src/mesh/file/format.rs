@@ -1,16 +1,16 @@
 //! Recognition of mesh, surface and CAD files by their content.
 //!
-//! The name decides only between formats that have no mark of their own.
+//! The file name decides only between formats without a signature.
 
 use crate::mesh::error::MeshError;
 use crate::storage::{self, DATA_LIMIT, is_packed};
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes from the beginning of a file that recognition looks at.
+/// Number of bytes at the beginning of a file that are used for recognition.
 const HEAD: u64 = 4096;
 
-/// A format of files, as users call it, and the reader it needs.
+/// A file format with its usual name, and the reader that it needs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Format {
     pub name: &'static str,
@@ -20,20 +20,20 @@ pub struct Format {
 /// The part of the program that reads a format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reader {
-    /// A volume mesh, gmsh's MSH 2.2 or 4.1
+    /// A volume mesh in gmsh's MSH 2.2 or 4.1
     Msh,
-    /// A volume mesh, legacy VTK
+    /// A volume mesh in legacy VTK
     Vtk,
-    /// A volume mesh that meshio reads under this name, or `gmsh`; the mesher converts it
+    /// A volume mesh that the mesher converts: it is read by meshio under this name, or by `gmsh`
     Mesher(&'static str),
-    /// A triangle surface, whose volume is meshed; with its name in meshio
+    /// A triangle surface whose interior is meshed; with its name in meshio
     Surface(&'static str),
-    /// Solids with curved faces, whose volume is meshed; with its name in gmsh
+    /// Solids with curved faces that are meshed; with its name in gmsh
     Cad(&'static str),
 }
 
 impl Reader {
-    /// The kind and the name by which the mesher knows a shape to be meshed; a volume mesh counts by its surface.
+    /// Returns the kind and the name under which the mesher knows a shape to be meshed; a volume mesh is represented by its surface.
     pub fn shape(self) -> (&'static str, &'static str) {
         match self {
             Self::Cad(name) => ("cad", name),
@@ -43,18 +43,18 @@ impl Reader {
         }
     }
 
-    /// Whether files of this format state their unit of length, by which they are converted to millimetres.
+    /// Whether files of this format state their unit of length, from which they are converted to millimetres.
     pub fn states_its_unit(self) -> bool {
         matches!(self, Self::Cad(name) if name != "brep")
     }
 
-    /// Whether files of this format hold volume cells, not a shape that is yet to be meshed.
+    /// Whether files of this format contain volume cells, not a shape that has yet to be meshed.
     pub fn is_volume(self) -> bool {
         !matches!(self, Self::Surface(_) | Self::Cad(_))
     }
 }
 
-/// Endings of names for formats without a mark: (ending, name, reader).
+/// File name extensions of formats without a signature: (extension, name, reader).
 const ENDINGS: &[(&str, &str, Reader)] = &[
     ("stl", "STL", Reader::Surface("stl")),
     ("obj", "OBJ", Reader::Surface("obj")),
@@ -94,14 +94,14 @@ const ENDINGS: &[(&str, &str, Reader)] = &[
     ("wkt", "WKT", Reader::Mesher("wkt")),
 ];
 
-/// The content of a file, unpacked if it is gzipped and without the mark of UTF-8.
+/// Returns the content of a file, decompressed if it is gzipped, and without a UTF-8 byte order mark.
 pub fn content(file: &Path) -> Result<Vec<u8>, MeshError> {
     let data = storage::read(file, DATA_LIMIT).map_err(|e| unreadable(file, &e))?;
     let data = if is_packed(&data) { storage::unpacked(&data).map_err(|e| unreadable(file, &e))? } else { data };
     Ok(without_mark(data))
 }
 
-/// The first bytes of the content of a file.
+/// Returns the first bytes of the content of a file.
 fn head(file: &Path) -> Result<Vec<u8>, MeshError> {
     let open = || storage::open(file).map_err(|e| unreadable(file, &e));
     let mut data = Vec::new();
@@ -125,7 +125,7 @@ fn without_mark(mut data: Vec<u8>) -> Vec<u8> {
     data
 }
 
-/// The format of a file; one that is not known, or in UTF-16, is refused.
+/// Returns the format of a file; refuses unknown formats and UTF-16.
 pub fn recognise(file: &Path) -> Result<Format, MeshError> {
     let data = head(file)?;
     let refuse = |fact: String, remedy: &str| Err(MeshError::Format { file: file.into(), fact, remedy: remedy.into() });
@@ -144,7 +144,7 @@ pub fn recognise(file: &Path) -> Result<Format, MeshError> {
     }
     match ENDINGS.iter().find(|e| e.0 == ending(file)) {
         Some(&(_, name @ "Abaqus input", reader)) if keyword(&text).is_some() => Ok(Format { name, reader }),
-        // These say what they are at their beginning; other content under their name is something else.
+        // These formats have a signature; other content under their name is something else.
         Some((_, name @ ("STEP" | "Abaqus input"), _)) => {
             refuse(format!("the content is not that of a file of {name}"), "check the path, or write it again")
         }
@@ -156,20 +156,20 @@ pub fn recognise(file: &Path) -> Result<Format, MeshError> {
     }
 }
 
-/// Whether a name is that of a mesh, surface or CAD file, whatever its content is.
+/// Whether a name is that of a mesh, surface or CAD file, whatever its content.
 pub fn has_name(file: &Path) -> bool {
     let end = ending(file);
     ["msh", "vtk", "vtu", "xdmf", "xmf"].contains(&end.as_str()) || ENDINGS.iter().any(|e| e.0 == end)
 }
 
-/// The ending of a name in lower case, without `.gz`.
+/// Returns the extension of a name in lower case, without `.gz`.
 fn ending(file: &Path) -> String {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().to_lowercase());
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     name.rsplit_once('.').map_or_else(String::new, |(_, end)| end.into())
 }
 
-/// The format that the beginning of a file states.
+/// Returns the format whose signature is at the beginning of a file.
 fn marked(text: &str) -> Option<Format> {
     let begin = text.trim_start();
     let format = |name, reader| Some(Format { name, reader });
@@ -211,13 +211,13 @@ fn marked(text: &str) -> Option<Format> {
     }
 }
 
-/// Whether a keyword with which Abaqus input often begins comes first.
+/// Whether the text starts with a keyword with which Abaqus input files often begin.
 fn is_abaqus(text: &str) -> bool {
     let words = ["heading", "node", "part", "preprint", "parameter", "include", "assembly", "element", "system"];
     keyword(text).is_some_and(|line| words.iter().any(|w| line.to_ascii_lowercase().starts_with(w)))
 }
 
-/// A keyword of Abaqus after comments and blank lines, without its star.
+/// Returns the first Abaqus keyword after comments and blank lines, without its star.
 fn keyword(text: &str) -> Option<&str> {
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("**"));
     lines.next()?.strip_prefix('*').filter(|line| line.starts_with(|c: char| c.is_ascii_alphabetic()))

@@ -1,6 +1,6 @@
 //! Reads VTU files (XML unstructured grids of VTK) with their data, and PVD collections of them.
 //!
-//! Arrays may be text, base64, or appended, raw or as base64, and compressed by zlib. Shown are tetrahedra with 4 or 10 nodes, and triangles.
+//! Arrays may be text, base64 or appended (raw or base64), and may be compressed by zlib. Tetrahedra with 4 or 10 nodes and triangles are read.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::error::MeshError;
@@ -30,17 +30,18 @@ pub enum GridCells {
     Triangles(Vec<[u32; 3]>),
 }
 
-/// A grid of a file.
+/// A grid read from a file.
 #[derive(Clone, Debug)]
 pub struct Grid {
     pub points: Vec<Vec3>,
     pub cells: GridCells,
     pub data: Vec<GridData>,
-    /// Sentences on arrays that are not among the data
+    /// Sentences on arrays that are left out of the data
     pub left_out: Vec<String>,
 }
 
-/// The times of a collection \[s\] with their files, in its order: a run by arc length goes back in time. Several parts of one time are refused.
+/// Returns the times of a collection \[s\] with their files, in the order of the collection: with the arc-length method the time may decrease.
+/// Several parts at one time are refused.
 pub fn read_collection(path: &Path) -> Result<Vec<(f64, PathBuf)>, MeshError> {
     let text = text(path)?;
     let document = parsed(path, &text)?;
@@ -69,7 +70,7 @@ pub fn read_collection(path: &Path) -> Result<Vec<(f64, PathBuf)>, MeshError> {
     }
 }
 
-/// A grid with its data; `unit_m` is the length of one unit of its points in metres.
+/// Reads a grid with its data; `unit_m` is the length of one unit of its points in metres.
 pub fn read_grid(path: &Path, unit_m: f64) -> Result<Grid, MeshError> {
     let bytes = storage::read(path, DATA_LIMIT)
         .map_err(|e| MeshError::Unreadable { file: path.into(), reason: e.to_string() })?;
@@ -125,7 +126,7 @@ fn parsed<'a>(path: &Path, text: &'a str) -> Result<Document<'a>, MeshError> {
         .map_err(|e| refuse(path, &format!("it is not well-formed XML: {e}"), "write it again"))
 }
 
-/// The text of a file without the raw bytes that are appended to it, which are no XML; and those bytes.
+/// Returns the text of a file without the appended raw bytes, which are not XML, and those bytes.
 fn without_raw(bytes: &[u8]) -> (Vec<u8>, Option<&[u8]>) {
     let find = |what: &[u8], from: usize| bytes[from..].windows(what.len()).position(|w| w == what).map(|k| k + from);
     let Some(tag) = find(b"<AppendedData", 0) else { return (bytes.to_vec(), None) };
@@ -140,19 +141,19 @@ fn without_raw(bytes: &[u8]) -> (Vec<u8>, Option<&[u8]>) {
     ([&bytes[..=start], &bytes[end..]].concat(), Some(&bytes[start + 1..end]))
 }
 
-/// An array of a part; one that cannot be read has no values.
+/// An array of a part; it has no values if it cannot be read.
 struct Array {
     name: String,
     components: usize,
     values: Option<Vec<f64>>,
 }
 
-/// How the arrays of a file are written.
+/// Encoding of the arrays of a file.
 struct File<'a> {
     wide: bool,
     packed: bool,
     raw: Option<&'a [u8]>,
-    /// Appended text in base64
+    /// Appended base64 text
     appended: Option<&'a str>,
 }
 
@@ -164,7 +165,7 @@ impl<'a> File<'a> {
             return Err(refuse(path, &fact, "save it as an unstructured grid (.vtu)"));
         }
         let mut arrays = root.descendants().filter(|node| node.has_tag_name("DataArray"));
-        // Text has no order of bytes
+        // Text has no byte order
         let is_binary = arrays.any(|array| array.attribute("format") != Some("ascii"));
         if is_binary && root.attribute("byte_order") == Some("BigEndian") {
             return Err(refuse(path, "its numbers are big endian", "write it on a little-endian machine, or as text"));
@@ -182,7 +183,7 @@ impl<'a> File<'a> {
         Ok(Self { wide: root.attribute("header_type") == Some("UInt64"), packed: compressor.is_some(), raw, appended })
     }
 
-    /// The arrays of a part.
+    /// Returns the arrays of a part.
     fn arrays(&self, part: &Node) -> Vec<Array> {
         let arrays = part.children().filter(|n| n.has_tag_name("DataArray"));
         let of = |n: Node| Array {
@@ -209,7 +210,7 @@ impl<'a> File<'a> {
         numbers(kind, &bytes)
     }
 
-    /// The bytes of an array behind their header: one length, or the lengths of compressed blocks.
+    /// Returns the bytes of an array without their header, which is one length, or the lengths of compressed blocks.
     fn content(&self, bytes: &[u8]) -> Option<Vec<u8>> {
         let width = if self.wide { 8 } else { 4 };
         let length = |k: usize| -> Option<usize> {
@@ -233,7 +234,7 @@ impl<'a> File<'a> {
     }
 }
 
-/// Pieces of base64, one after the other, each with its padding; none where another sign is among them.
+/// Decodes consecutive pieces of base64, each with its padding; `None` if there are invalid characters.
 fn decoded(text: &str) -> Option<Vec<u8>> {
     let mut out = Vec::new();
     let mut rest = text.as_bytes();
@@ -310,7 +311,7 @@ mod tests {
     use crate::mesh::file::vtu::{Data, write_pvd, write_vtu};
     use crate::mesh::made::structured::block;
 
-    /// The numbers for ParaView are read back bit for bit.
+    /// The values written for ParaView are read back bit for bit.
     #[test]
     fn what_was_written_is_read_back() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -334,7 +335,7 @@ mod tests {
         assert_eq!(read_collection(&path).expect("readable"), [(0.5, folder.path().join("a.vtu"))]);
     }
 
-    /// One part of a body is not the whole of it; one part at several times is.
+    /// Several parts at one time are refused, because one part is not the whole body; one part at several times is accepted.
     #[test]
     fn a_time_with_several_parts_is_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");

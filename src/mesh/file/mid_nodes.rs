@@ -1,4 +1,4 @@
-//! Mid-nodes of quadratic cells: each at the edge that it belongs to, and the same in both cells of a face.
+//! Mid-nodes of quadratic cells: each must belong to the right edge, and be the same in both cells of a face.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -7,7 +7,7 @@ use crate::mesh::error::MeshError;
 use crate::mesh::surface::boundary::{Faces, sorted};
 use std::path::Path;
 
-/// Names of nodes and cells in a file, for messages.
+/// Numbers of nodes and cells in a file, for messages.
 pub(super) struct Numbers<'a, F: Fn(usize) -> u64> {
     pub file: &'a Path,
     pub nodes: &'a [u64],
@@ -15,7 +15,7 @@ pub(super) struct Numbers<'a, F: Fn(usize) -> u64> {
 }
 
 impl<F: Fn(usize) -> u64> Numbers<'_, F> {
-    /// Refuses the mid-nodes of another program's order, which are at other edges of their cells in most of them.
+    /// Refuses mid-nodes in the order of another program, in which most cells have mid-nodes at wrong edges.
     pub fn check_order(&self, mesh: &TetMesh) -> Result<(), MeshError> {
         let found: Vec<(usize, [usize; 2])> =
             (0..mesh.cell_count()).filter_map(|c| Some((c, exchanged(mesh, c)?))).collect();
@@ -26,7 +26,8 @@ impl<F: Fn(usize) -> u64> Numbers<'_, F> {
         Err(MeshError::MidNodeOrder { file: self.file.into(), cell: (self.cell)(c), node, edge, at, count, cells })
     }
 
-    /// Refuses a face whose two cells name different mid-nodes. Cells that have an edge in common and no face may: it is on the two sides of a slit.
+    /// Refuses a face whose two cells have different mid-nodes. Cells that share an edge but no face may differ: the edge is then on the two sides of
+    /// a slit.
     pub fn check_faces(&self, mesh: &TetMesh, faces: &Faces) -> Result<(), MeshError> {
         for (c, face) in (0..mesh.cell_count()).flat_map(|c| CELL_FACES.iter().map(move |face| (c, face))) {
             let first = faces.0[&sorted([0, 1, 2].map(|k| mesh.cell(c)[face[k]]))].0 as usize;
@@ -47,15 +48,16 @@ impl<F: Fn(usize) -> u64> Numbers<'_, F> {
     }
 }
 
-/// The mid-node of the edge of a cell with these ends.
+/// Returns the mid-node of the edge of a cell with these ends.
 fn middle_of(mesh: &TetMesh, c: usize, ends: [u32; 2]) -> u32 {
     let nodes = mesh.cell(c);
     let e = CELL_EDGES.iter().position(|edge| edge.iter().all(|&k| ends.contains(&nodes[k])));
     nodes[4 + e.expect("both cells have the corners of the face")]
 }
 
-/// Two edges of a cell whose mid-nodes lie nearer to the middles of these edges, by the sum of squares, when they are exchanged; that of the first
-/// lies nearer to the middle of the second. A motion common to both does not matter: in a thin curved wall it is larger than their distance.
+/// Returns two edges of a cell whose mid-nodes are closer to the midpoints of these edges, in the sum of squares, if they are exchanged, and the
+/// first of which is closer to the midpoint of the second edge. A common motion of both does not matter: in a thin curved wall it is larger than
+/// their distance.
 fn exchanged(mesh: &TetMesh, c: usize) -> Option<[usize; 2]> {
     let at = |k: usize| mesh.points[mesh.cell(c)[k] as usize];
     let middles: [Vec3; 6] = CELL_EDGES.map(|[a, b]| (at(a) + at(b)) / 2.0);

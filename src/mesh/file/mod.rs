@@ -1,4 +1,4 @@
-//! Files of meshes, surfaces and fields: recognised by their content, checked, and written.
+//! Files of meshes, surfaces and fields: recognition by their content, checks, and writing.
 
 pub(super) mod assemble;
 pub mod census;

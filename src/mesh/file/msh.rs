@@ -1,9 +1,10 @@
 //! Gmsh MSH 4.1, text and binary; 2.2 is read by `msh2` from the same sections.
 //!
-//! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may belong to several.
-//! Those of points and curves hold nodes. Files that the mesher has converted name node sets in a section of their own, and notes on what was left out. Elements read: triangles and quadrilaterals, tetrahedra of order 1 and 2 (gmsh's last two
-//! mid-nodes are VTK's swapped), hexahedra, prisms and pyramids of order 1. A node that belongs to no cell does not count as dropped when
-//! gmsh keeps it on a point, curve or surface of the geometry (centres of arcs).
+//! Regions are the physical groups; an unnamed group is called `volume_3` or `surface_3` after its tag, and an entity may belong to several groups.
+//! Groups of points and curves contain nodes. Files converted by the mesher list node sets in a separate section, and notes on omitted content.
+//! Elements read: triangles and quadrilaterals, tetrahedra of order 1 and 2 (gmsh's last two mid-nodes are VTK's swapped), hexahedra, prisms and
+//! pyramids of order 1. A node that belongs to no cell does not count as dropped if gmsh keeps it on a point, curve or surface of the geometry
+//! (centres of arcs).
 
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
@@ -24,7 +25,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// Names of the groups an entity belongs to.
+    /// Names of the groups to which an entity belongs.
     fn regions(&self, dim: usize, entity: i64) -> Vec<String> {
         let name = |tag: &i64| group_name(&self.names, dim, *tag);
         self.of_entity.get(&(dim, entity)).into_iter().flatten().map(name).collect()
@@ -101,7 +102,7 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
     }
 }
 
-/// Begins the data of a section, in a binary file right after the end of the line.
+/// Starts the data of a section, which in a binary file follows directly after the end of the line.
 fn begin(at: &mut Cursor, format: Option<Head>) {
     if format.is_some_and(|head| head.binary) {
         at.line();
@@ -109,15 +110,15 @@ fn begin(at: &mut Cursor, format: Option<Head>) {
     }
 }
 
-/// Form of the sections of a file.
+/// Format of the sections of a file.
 #[derive(Clone, Copy)]
 struct Head {
     binary: bool,
-    /// Version 2, without entities
+    /// Whether the version is 2, without entities
     old: bool,
 }
 
-/// Returns the form of the file and sets the byte order.
+/// Returns the format of the file and sets the byte order.
 fn read_format(at: &mut Cursor, file: &Path) -> Result<Head, MeshError> {
     let version = at.word().ok_or_else(|| at.truncated("the version"))?.to_string();
     let old = version.starts_with("2.");
@@ -154,21 +155,21 @@ fn read_names(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// A count, then so many names or texts in quotes, each after its number on a line of its own.
+/// Reads a count, then this number of quoted names or texts, each on its own line after its number.
 fn read_list(at: &mut Cursor, wanted: &str) -> Result<Vec<String>, MeshError> {
     let count: usize = at.parse(wanted)?;
     let one = |_| at.parse::<usize>(wanted).and_then(|_| read_name(at));
     (0..count).map(one).collect()
 }
 
-/// A name in quotes, up to the end of its line.
+/// Reads a quoted name, up to the end of its line.
 fn read_name(at: &mut Cursor) -> Result<String, MeshError> {
     let line = at.line().ok_or_else(|| at.truncated("a name"))?.trim();
     let name = line.strip_prefix('"').and_then(|s| s.strip_suffix('"'));
     Ok(name.ok_or_else(|| at.syntax("a name in quotes", line))?.to_string())
 }
 
-/// Entities, or their parts in the partitions of a mesh, each with the physical groups that it belongs to.
+/// Reads entities, or their parts in the partitions of a mesh, with the physical groups to which they belong.
 fn read_entities(at: &mut Cursor, partitioned: bool, groups: &mut Groups) -> Result<(), MeshError> {
     if partitioned {
         at.long("the number of partitions")?;
@@ -204,14 +205,14 @@ fn read_entities(at: &mut Cursor, partitioned: bool, groups: &mut Groups) -> Res
     Ok(())
 }
 
-/// A count and so many 4-byte integers.
+/// Reads a count and this number of 4-byte integers.
 fn list(at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
     let value = at.long(wanted)?;
     let count = at.count(value, 1, wanted)?;
     (0..count).map(|_| at.int(wanted)).collect()
 }
 
-/// Nodes; `index` becomes the map from tags to positions.
+/// Reads nodes; `index` becomes the map from tags to positions.
 fn read_nodes(at: &mut Cursor, raw: &mut RawMesh, index: &mut FxHashMap<u64, u32>) -> Result<(), MeshError> {
     let value = at.long("the number of node blocks")?;
     let blocks = at.count(value, 7, "the number of node blocks")?;

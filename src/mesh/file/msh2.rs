@@ -1,6 +1,6 @@
 //! Nodes and elements of gmsh's MSH 2.2, text and binary.
 //!
-//! An element that belongs to several physical groups is in the file several times; it is read once, with all its regions.
+//! An element that belongs to several physical groups occurs several times in the file; it is read once, with all its regions.
 
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
@@ -17,7 +17,7 @@ struct Element {
     regions: Vec<String>,
 }
 
-/// Nodes; `index` becomes the map from tags to positions.
+/// Reads nodes; `index` becomes the map from tags to positions.
 pub(super) fn read_nodes(
     at: &mut Cursor,
     binary: bool,
@@ -43,7 +43,7 @@ pub(super) fn read_nodes(
     Ok(())
 }
 
-/// Elements with the names of their groups.
+/// Reads elements with the names of their groups.
 pub(super) fn read_elements(
     at: &mut Cursor,
     binary: bool,
@@ -66,7 +66,7 @@ pub(super) fn read_elements(
             let mut key = element.nodes[..kind(&raw.file, element.number)?.1].to_vec();
             key.sort_unstable();
             match known.get(&(element.number, key.clone())) {
-                // Only another group makes it the same element; a cell that is there twice is an error that is found later.
+                // It is the same element only if its group is different; a cell that occurs twice is an error that is detected later.
                 Some(&same) if !element.regions.is_empty() && !elements[same].regions.contains(&element.regions[0]) => {
                     elements[same].regions.extend(element.regions);
                     check_groups(&raw.file, &format!("element {}", element.tag), elements[same].regions.len())?;
@@ -85,7 +85,7 @@ pub(super) fn read_elements(
     Ok(())
 }
 
-/// Head of a block of a binary file.
+/// Header of a block of a binary file.
 #[derive(Clone, Copy)]
 struct Block {
     number: i64,
@@ -96,7 +96,7 @@ struct Block {
 fn block(at: &mut Cursor) -> Result<Block, MeshError> {
     let number = at.int("the type of elements")?;
     let (count, tags) = (at.int("the number of elements of a block")?, at.int("the number of tags of an element")?);
-    // An element has at least a number and a node; the bytes below are a lower bound.
+    // An element has at least a number and a node: a lower bound of its bytes.
     let count = at.count(count, 8, "the elements of a block")?;
     if count == 0 {
         return Err(at.syntax("a block with elements", "0"));
@@ -104,7 +104,7 @@ fn block(at: &mut Cursor) -> Result<Block, MeshError> {
     Ok(Block { number, count, tags: at.count(tags, 1, "the tags of an element")? })
 }
 
-/// The next element, whose kind is given before it in a text file and in the head of its block in a binary one.
+/// Reads the next element, whose kind precedes it in a text file and is given in the header of its block in a binary file.
 fn element(
     at: &mut Cursor,
     block: Option<Block>,
@@ -137,7 +137,7 @@ fn element(
     Ok(Element { number, tag, nodes: found, regions })
 }
 
-/// Begins the data of a section, in a binary file right after the end of the line.
+/// Starts the data of a section, which in a binary file follows directly after the end of the line.
 fn begin(at: &mut Cursor, binary: bool) {
     if binary {
         at.line();

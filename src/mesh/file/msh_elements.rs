@@ -1,4 +1,4 @@
-//! Elements that a gmsh file may hold, in its numbering of kinds and nodes.
+//! Elements that a gmsh file may contain, in its numbering of kinds and nodes.
 
 use super::assemble::{RawFacet, RawMesh};
 use super::solid::Solid;
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A kind of element: (gmsh's number, nodes, dimension, name).
+/// A kind of element: (gmsh's number, number of nodes, dimension, name).
 pub(super) type Kind = (i64, usize, usize, &'static str);
 
 /// Kinds of elements that gmsh may write.
@@ -36,7 +36,7 @@ pub(super) const KINDS: &[Kind] = &[
     (19, 13, 3, "13-node pyramids"),
 ];
 
-/// The kind with this number.
+/// Returns the kind with this number.
 pub(in crate::mesh) fn kind(file: &Path, number: i64) -> Result<&'static Kind, MeshError> {
     KINDS.iter().find(|k| k.0 == number).ok_or_else(|| MeshError::Format {
         file: file.into(),
@@ -48,10 +48,11 @@ pub(in crate::mesh) fn kind(file: &Path, number: i64) -> Result<&'static Kind, M
 /// Names of physical groups by (dimension, tag).
 pub(in crate::mesh) type Names = BTreeMap<(usize, i64), String>;
 
-/// Most physical groups of one element or entity. An element is an entry in the list of each of its groups: memory is the product of both numbers.
+/// Largest number of physical groups of one element or entity. An element is listed in each of its groups, so that memory is the product of both
+/// numbers.
 const MOST_GROUPS: usize = 256;
 
-/// Refuses an element or entity in too many groups.
+/// Refuses an element or entity that is in too many groups.
 pub(super) fn check_groups(file: &Path, owner: &str, groups: usize) -> Result<(), MeshError> {
     if groups <= MOST_GROUPS {
         return Ok(());
@@ -60,13 +61,13 @@ pub(super) fn check_groups(file: &Path, owner: &str, groups: usize) -> Result<()
     Err(MeshError::Format { file: file.into(), fact, remedy: "save it in fewer".into() })
 }
 
-/// Name of a physical group, after its tag if it has none.
+/// Returns the name of a physical group, made from its tag if it has none.
 pub(super) fn group_name(names: &Names, dim: usize, tag: i64) -> String {
     let plain = || format!("{}_{tag}", ["point", "curve", "surface", "volume"][dim.min(3)]);
     names.get(&(dim, tag)).cloned().unwrap_or_else(plain)
 }
 
-/// Adds an element of a kind with its nodes and regions.
+/// Adds an element of this kind with its nodes and regions.
 pub(super) fn add_element(raw: &mut RawMesh, kind: &Kind, found: &mut [u32; 27], tag: u64, regions: &Arc<[String]>) {
     let &(number, nodes, dim, name) = kind;
     let solid = match number {

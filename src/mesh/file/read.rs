@@ -20,12 +20,12 @@ pub fn read(path: &Path, unit_m: f64) -> Result<TetMesh, MeshError> {
     }
 }
 
-/// Reads the content of one file, in gmsh's or VTK's format, under the name of another: the one it was converted from.
+/// Reads the content of one file, in gmsh's or VTK's format, under the name of the file from which it was converted.
 pub fn read_as(name: &Path, path: &Path, reader: Reader, how: &Reading) -> Result<(TetMesh, Changes), MeshError> {
     raw(name, path, reader)?.finish(how)
 }
 
-/// The content of a mesh file, unchecked.
+/// Reads the content of a mesh file without checks.
 pub(super) fn raw(name: &Path, path: &Path, reader: Reader) -> Result<RawMesh, MeshError> {
     let data = content(path)?;
     match reader {

@@ -1,10 +1,10 @@
 //! Kinds of volume cells in files, and the division of hexahedra, wedges and pyramids into tetrahedra.
 //!
-//! A cell is divided from the node with the smallest number: its faces that do not hold this node are cut into triangles, quadrilaterals by the
-//! diagonal through their smallest node, and each triangle is joined with it. Cells that share a quadrilateral so cut it along the same
-//! diagonal (Dompierre, Labbé, Vallet & Camarero, "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
+//! A cell is divided from the node with the smallest number: its faces that do not contain this node are cut into triangles, quadrilaterals along the
+//! diagonal through their smallest node, and each triangle is joined with it. Cells that share a quadrilateral thus cut it along the same diagonal
+//! (Dompierre, Labbé, Vallet & Camarero, "How to subdivide pyramids, prisms and hexahedra into tetrahedra", 1999).
 
-/// A kind of volume cell that a file may hold.
+/// A kind of volume cell that a file may contain.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Solid {
     Tet4,
@@ -15,7 +15,7 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// Name for messages.
+    /// Name of the kind in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tet4 => "4-node tetrahedra",
@@ -37,7 +37,7 @@ impl Solid {
         }
     }
 
-    /// Faces by their corners, in the order of nodes that VTK, gmsh and Abaqus share.
+    /// Faces by their corners, in the node order shared by VTK, gmsh and Abaqus.
     pub fn faces(self) -> &'static [&'static [usize]] {
         match self {
             Self::Tet4 | Self::Tet10 => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]],
@@ -49,17 +49,19 @@ impl Solid {
         }
     }
 
-    /// The tetrahedra of a cell with these nodes: two of a pyramid, three of a wedge, six of a hexahedron. Positive where the cell is.
+    /// Divides a cell with these nodes into tetrahedra: two for a pyramid, three for a wedge, six for a hexahedron. Their orientation is that of the
+    /// cell.
     pub fn divide(self, nodes: &[u32]) -> Vec<[u32; 4]> {
         let first = *nodes.iter().min().expect("a cell has nodes");
         let corners = self.faces().iter().map(|face| face.iter().map(|&k| nodes[k]).collect::<Vec<_>>());
         let opposite = corners.filter(|face| !face.contains(&first));
-        // Faces are outward: seen from the first node their corners run clockwise
+        // Faces are oriented outward: seen from the first node their corners run clockwise
         opposite.flat_map(|face| triangles(&face)).map(|[a, b, c]| [a, c, b, first]).collect()
     }
 }
 
-/// A triangle, or the two of a quadrilateral, cut by the diagonal through its smallest node; the sense stays.
+/// Returns a triangle itself, or the two triangles of a quadrilateral, cut along the diagonal through its smallest node; the orientation is
+/// preserved.
 pub fn triangles(face: &[u32]) -> Vec<[u32; 3]> {
     let [a, b, c, ..] = *face else { return vec![] };
     let Some(&d) = face.get(3) else { return vec![[a, b, c]] };
@@ -85,7 +87,7 @@ mod tests {
         [0., 1., 1.],
     ];
 
-    /// Every numbering of the nodes gives positive tetrahedra that fill the cell and have no face twice on one side.
+    /// Any numbering of the nodes gives tetrahedra of positive volume that fill the cell, with no face twice on one side.
     #[test]
     fn every_numbering_fills_the_cell_with_positive_tetrahedra() {
         for (solid, points, volume, count) in [
@@ -116,7 +118,7 @@ mod tests {
                     }
                 }
                 assert!((sum - volume).abs() < 1e-12);
-                // The outer faces are those of the rule for quadrilaterals, which knows the face alone.
+                // The outer faces are those of the rule for quadrilaterals, which depends on the face alone.
                 let mut outer: Vec<Vec<u32>> = faces.into_iter().filter(|f| f.1 == 1).map(|f| f.0).collect();
                 let cut = |face: &&[usize]| triangles(&face.iter().map(|&k| numbers[k]).collect::<Vec<_>>());
                 let mut wanted: Vec<Vec<u32>> = solid.faces().iter().flat_map(cut).map(|t| t.to_vec()).collect();

@@ -1,6 +1,6 @@
-//! Reads a triangulated surface: STL (binary or ASCII) and OBJ (convex faces with more corners become fans).
+//! Reads a triangulated surface: STL (binary or ASCII) and OBJ (convex faces with more than three corners become fans).
 //!
-//! Vertices of an STL at the same place become one; no other cleaning is done, and the surface need not be closed.
+//! Vertices of an STL at the same position are merged; there is no other cleaning, and the surface need not be closed.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::error::MeshError;
@@ -22,7 +22,7 @@ impl Surface {
         bounds(self.points.iter().copied())
     }
 
-    /// \[vertices\] a third of the area of the triangles around each \[m²\].
+    /// Returns a third of the area of the triangles around each vertex \[m²\].
     pub fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.points.len()];
         for corners in &self.triangles {
@@ -34,7 +34,7 @@ impl Surface {
     }
 }
 
-/// `unit_m` is the length of one unit of the file in metres.
+/// Reads a surface; `unit_m` is the length of one unit of the file in metres.
 pub fn read_surface(path: &Path, unit_m: f64) -> Result<Surface, MeshError> {
     let unreadable = |e: std::io::Error| MeshError::Unreadable { file: path.into(), reason: e.to_string() };
     let data = storage::read(path, DATA_LIMIT).map_err(unreadable)?;
@@ -58,18 +58,18 @@ pub fn read_surface(path: &Path, unit_m: f64) -> Result<Surface, MeshError> {
     Ok(surface)
 }
 
-/// Binary files have 84 + 50 n bytes, independently of their header, or some more where it is no text.
+/// Reads an STL. Binary files have 84 + 50 n bytes, whatever their header, or some more if the file is not text.
 fn stl(data: &[u8]) -> Result<Surface, String> {
     let count = data.get(80..84).map(|b| u32::from_le_bytes(b.try_into().expect("four bytes")) as usize);
     let is_text = data.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    // Padding, and no triangle that the header does not count
+    // Padding, not a triangle that the header does not count
     let is_padding = |rest: &[u8]| rest.len() < 50 || rest.iter().all(|byte| *byte == 0);
     let is_binary =
         |n: &usize| data.len() == 84 + 50 * n || !is_text && data.get(84 + 50 * n..).is_some_and(is_padding);
     let corners: Vec<[f32; 3]> = match count.filter(is_binary) {
         Some(n) => {
             let number = |b: &[u8]| f32::from_le_bytes(b.try_into().expect("four bytes"));
-            // After the normal come three corners, then two bytes
+            // The normal is followed by three corners and two bytes
             let triangle = |t: &[u8]| [12, 24, 36].map(|at| [0, 4, 8].map(|k| number(&t[at + k..at + k + 4])));
             data[84..84 + 50 * n].chunks_exact(50).flat_map(triangle).collect()
         }
@@ -89,7 +89,7 @@ fn stl(data: &[u8]) -> Result<Surface, String> {
     let (mut known, mut out) = (HashMap::new(), Surface::default());
     let index: Vec<u32> = (corners.iter())
         .map(|p| {
-            // + 0: the two zeros are one place
+            // + 0: the two zeros are the same position
             *known.entry(p.map(|v| (v + 0.0).to_bits())).or_insert_with(|| {
                 out.points.push(Vec3::from(p.map(f64::from)));
                 out.points.len() as u32 - 1
@@ -129,13 +129,13 @@ fn obj(text: &str) -> Result<Surface, String> {
     Ok(out)
 }
 
-/// Whether a triangle of a fan is turned over, so that the fan is not the face.
+/// Whether a triangle of a fan is reversed, so that the fan does not represent the face.
 fn turns(points: &[Vec3], fan: &[[u32; 3]]) -> bool {
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|k| points[k as usize]);
         (b - a).cross(&(c - a))
     };
-    // Not their sum, which is zero where a face crosses itself in the middle
+    // Not their sum, which is zero for a face that crosses itself in the middle
     let largest = fan.iter().map(area).max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()));
     largest.is_some_and(|largest| fan.iter().any(|t| area(t).dot(&largest) < 0.0))
 }
@@ -144,7 +144,7 @@ fn turns(points: &[Vec3], fan: &[[u32; 3]]) -> bool {
 mod tests {
     use super::*;
 
-    /// A face in the shape of an L, from whose first corner the others are seen or not.
+    /// An L-shaped face whose first corner sees the other corners, or does not.
     #[test]
     fn a_fan_is_the_face_or_is_refused() {
         let corners = ["0 0", "2 0", "2 1", "1 1", "1 2", "0 2"];
@@ -157,7 +157,7 @@ mod tests {
         assert!(why.contains("line 5 is concave or crosses itself"), "{why}");
     }
 
-    /// A unit square of two triangles in every format has two triangles, four vertices, the area 1.
+    /// A unit square of two triangles has two triangles, four vertices and the area 1 in every format.
     #[test]
     fn the_formats_agree() {
         let corners =

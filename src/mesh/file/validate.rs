@@ -1,4 +1,4 @@
-//! Search for defects of a mesh: nodes at one place, cells that fold over.
+//! Detection of mesh defects: coincident nodes, folded cells.
 
 use crate::math::statistics::smaller;
 use crate::math::tensor::{Mat3, Vec3};
@@ -6,19 +6,19 @@ use crate::mesh::element::CELL_NODES;
 use crate::mesh::{Order, TetMesh, geometry};
 use std::collections::HashMap;
 
-/// Two different nodes closer than this fraction of the bounding box's diagonal are duplicates.
+/// Distance relative to the diagonal of the bounding box below which two nodes are duplicates \[–\].
 const DUPLICATE: f64 = 1e-9;
 
-/// Nodes at the place of an earlier one, with the earliest one there. \[pairs in ascending order of the second\]
+/// Returns the nodes at the position of an earlier one, with the earliest one there \[pairs in ascending order of the second\].
 pub(super) fn doubled(points: &[Vec3]) -> Vec<(usize, usize)> {
     let (low, high) = geometry::bounds(points.iter().copied());
     closer_than(points, DUPLICATE * (high - low).norm())
 }
 
-/// Nodes within a distance of an earlier one, with that one. \[pairs in ascending order of the second\]
+/// Returns the nodes within a distance of an earlier one, with that one \[pairs in ascending order of the second\].
 pub(super) fn closer_than(points: &[Vec3], distance: f64) -> Vec<(usize, usize)> {
     let low = geometry::bounds(points.iter().copied()).0;
-    // Grid of 4 distances: a neighbour is in this box or the one next to it on the nearer side. Where all nodes are at one place, any size does.
+    // Grid of four times the distance: a neighbour is in this box or the adjacent one on the nearer side. If all nodes coincide, any size will do.
     let size = if distance > 0.0 { 4.0 * distance } else { 1.0 };
     let mut grid: HashMap<[i64; 3], Vec<usize>> = HashMap::with_capacity(points.len());
     let mut pairs = Vec::new();
@@ -36,8 +36,8 @@ pub(super) fn closer_than(points: &[Vec3], distance: f64) -> Vec<(usize, usize)>
     pairs
 }
 
-/// Lower bound of det ∂X/∂ξ over cell `c` \[m³\]: exact on tet4; on tet10 bounded by Bernstein coefficients, which are
-/// tightened by subdivision until the sign is certain (Johnen, Remacle & Geuzaine, J. Comput. Phys. 233, 2013).
+/// Returns a lower bound of det ∂X/∂ξ over cell `c` \[m³\]: exact on tet4; on tet10 from Bernstein coefficients, tightened by subdivision until the
+/// sign is certain (Johnen, Remacle & Geuzaine, J. Comput. Phys. 233, 2013).
 pub fn min_det(mesh: &TetMesh, c: usize) -> f64 {
     match mesh.order {
         Order::Linear => mesh.jacobian(c, [0.0; 3]).determinant(),
@@ -45,7 +45,7 @@ pub fn min_det(mesh: &TetMesh, c: usize) -> f64 {
     }
 }
 
-/// Bound over a sub-tetrahedron with the Jacobians `j` at its corners; ∂X/∂ξ is linear on tet10.
+/// Returns the bound over a sub-tetrahedron with the Jacobians `j` at its corners; ∂X/∂ξ is linear on tet10.
 fn min_det_in(j: &[Mat3; 4], depth: usize) -> f64 {
     let corners = j.iter().map(Mat3::determinant).fold(f64::INFINITY, smaller);
     let bound = min_bernstein(j);
@@ -55,7 +55,7 @@ fn min_det_in(j: &[Mat3; 4], depth: usize) -> f64 {
     split(j, |a, b| (a + b) * 0.5).iter().map(|sub| min_det_in(sub, depth - 1)).fold(f64::INFINITY, smaller)
 }
 
-/// Smallest of the 20 Bernstein coefficients of the cubic det(Σ λ_i J_i).
+/// Returns the smallest of the 20 Bernstein coefficients of the cubic det(Σ λ_i J_i).
 fn min_bernstein(j: &[Mat3; 4]) -> f64 {
     let mixed = |a: usize, b: usize, c: usize| j[a].column(0).cross(&j[b].column(1)).dot(&j[c].column(2));
     let mut least = f64::INFINITY;
@@ -112,7 +112,7 @@ mod tests {
             regions: Default::default(),
         };
         assert!((min_det(&mesh(&points), 0) - 1.0).abs() < 1e-14);
-        // The mid-node of edge (0,1) at x: dX/dξ at corner 0 is 4x − 1, which vanishes at x = 1/4.
+        // With the mid-node of edge (0,1) at x, dX/dξ at corner 0 is 4x − 1, which vanishes at x = 1/4.
         points[4].x = 0.251;
         assert!(min_det(&mesh(&points), 0) > 0.0);
         points[4].x = 0.249;

@@ -1,8 +1,8 @@
 //! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
 //!
-//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_VOXEL (11), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
-//! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
-//! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`, and other data are passed over.
+//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_VOXEL (11), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines
+//! and surface cells are skipped, but their nodes need not belong to a tetrahedron. Every integer array of CELL_DATA with 2 to 64 different values on
+//! the cells (gmsh's `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`; other data are skipped.
 
 use super::assemble::RawMesh;
 use super::cursor::Cursor;
@@ -40,7 +40,7 @@ const KINDS: &[(i64, usize, &str)] = &[
     (27, 3, "13-node pyramids"),
 ];
 
-/// A region per value of a data array, up to this many values.
+/// Largest number of different values of a data array for which each value becomes a region.
 const MOST_VALUES: usize = 64;
 
 /// Parses the bytes of a legacy VTK file (`file` is for messages).
@@ -78,7 +78,7 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
             "POINTS" => grid.points(&mut at)?,
             "CELLS" => grid.cells(&mut at)?,
             "CELL_TYPES" => grid.types = grid.numbers(&mut at, "the cell types")?,
-            // Point data, and whatever else follows, is not needed; cell data only for regions.
+            // Point data and anything that follows are not needed; cell data only for regions.
             "CELL_DATA" => {
                 grid.data(&mut at)?;
                 break;
@@ -106,18 +106,18 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
 struct Grid {
     binary: bool,
     positions: Vec<Vec3>,
-    /// \[cells + 1\] begin of every cell in `nodes`
+    /// \[cells + 1\] start of every cell in `nodes`
     offsets: Vec<usize>,
     nodes: Vec<i64>,
     types: Vec<i64>,
-    /// Integers of CELL_DATA by name
+    /// Integer arrays of CELL_DATA by name
     tags: BTreeMap<String, Vec<i64>>,
-    /// Sentences on what is not read
+    /// Sentences on parts that are not read
     notes: Vec<String>,
 }
 
 impl Grid {
-    /// `count` values of VTK's `kind`, which follow on the next line, each read by `one`.
+    /// Reads `count` values of VTK's `kind`, which start on the next line, each by `one`.
     fn block<T>(
         &self,
         at: &mut Cursor,
@@ -135,7 +135,7 @@ impl Grid {
         values
     }
 
-    /// Numbers of any kind.
+    /// Reads numbers of any kind.
     fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
         self.block(at, kind, count, wanted, |at, number| match number {
             Number::Float(4) if at.binary => at.float(wanted),
@@ -145,7 +145,7 @@ impl Grid {
         })
     }
 
-    /// Integers: a float is none.
+    /// Reads integers; a float is an error.
     fn integers(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<i64>, MeshError> {
         if let Some(Number::Float(_)) = Number::of(kind) {
             return Err(at.syntax("a data type of integers", kind));
@@ -153,7 +153,7 @@ impl Grid {
         self.block(at, kind, count, wanted, |at, number| integer(at, number, wanted))
     }
 
-    /// A count on this line, then so many 4-byte integers.
+    /// Reads a count on this line, then this number of 4-byte integers.
     fn numbers(&self, at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
         let count = at.parse(wanted)?;
         self.integers(at, "int", count, wanted)
@@ -167,7 +167,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Up to version 4: `CELLS n size`, then n times (count, nodes…). From 5.0: `CELLS n+1 size`, OFFSETS, CONNECTIVITY.
+    /// Reads cells. Up to version 4: `CELLS n size`, then n times (count, nodes…). From 5.0: `CELLS n+1 size`, OFFSETS, CONNECTIVITY.
     fn cells(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
         let count: usize = at.parse("the number of cells")?;
         let size: usize = at.parse("the size of the cell list")?;
@@ -201,7 +201,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Cell data, as far as it is understood: it only names regions, so that anything strange ends it with a note. A file that ends within it is refused.
+    /// Reads cell data as far as they are understood. They only name regions, so that reading stops with a note at anything unknown. A file that ends
+    /// within them is refused.
     fn data(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
         match self.attributes(at) {
             Err(MeshError::Syntax { found, .. }) if at.peek().is_some() => {
@@ -250,26 +251,26 @@ impl Grid {
         Ok(())
     }
 
-    /// Data that make no region: a name, a type, and so many values for each of the cells.
+    /// Skips data that define no region: a name, a type, and `components` values for each of the cells.
     fn pass_over(&self, at: &mut Cursor, components: usize, cells: usize) -> Result<(), MeshError> {
         at.word();
         let kind = at.word().unwrap_or_default();
         self.skip(at, kind, [components, cells])
     }
 
-    /// Passes over an array of so many components and tuples, of numbers, bits or strings.
+    /// Skips an array with this number of components and tuples, of numbers, bits or strings.
     fn skip(&self, at: &mut Cursor, kind: &str, [components, tuples]: [usize; 2]) -> Result<(), MeshError> {
         let (count, wanted) = (components.saturating_mul(tuples), "an array");
         match kind {
             "string" => self.skip_strings(at, count, wanted),
-            // Eight in a byte
+            // Eight per byte
             "bit" if self.binary => self.values(at, "unsigned_char", count.div_ceil(8), wanted).map(drop),
             "bit" => self.values(at, "unsigned_char", count, wanted).map(drop),
             _ => self.values(at, kind, count, wanted).map(drop),
         }
     }
 
-    /// Strings: one a line of a text file; of a binary one each after its length, whose first two bits say in how many bytes it is.
+    /// Skips strings: one per line in a text file; in a binary file each follows its length, whose first two bits give its number of bytes.
     fn skip_strings(&self, at: &mut Cursor, count: usize, wanted: &str) -> Result<(), MeshError> {
         at.line();
         at.count(count as i64, 1, wanted)?;
@@ -289,7 +290,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Colours are bytes of a binary file, and shares of one in a text.
+    /// Colours are bytes in a binary file, and fractions of one in a text file.
     fn kind_of_colours(&self) -> &'static str {
         if self.binary { "unsigned_char" } else { "float" }
     }
@@ -306,7 +307,7 @@ impl Grid {
         self.tag(at, (name, kind), [components, count], Some(count))
     }
 
-    /// `FIELD name n`, then n times `name components tuples type` and values; kept if they belong to the cells.
+    /// Reads `FIELD name n`, then n times `name components tuples type` and values; arrays are kept if they belong to the cells.
     fn arrays(&mut self, at: &mut Cursor, cells: Option<usize>) -> Result<(), MeshError> {
         let count: usize = at.parse("the number of arrays")?;
         for _ in 0..count {
@@ -323,7 +324,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Values of an array of so many components and tuples; kept if they are one integer for each of the cells.
+    /// Reads the values of an array with this number of components and tuples; they are kept if they are one integer per cell.
     fn tag(
         &mut self,
         at: &mut Cursor,
@@ -377,7 +378,7 @@ impl Grid {
             }
             let mut nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
             if number == 11 {
-                // The rows of a voxel run in one direction, those of a hexahedron around
+                // The two rows of a voxel have the same direction, the nodes of a hexahedron run around each face
                 nodes.swap(2, 3);
                 nodes.swap(6, 7);
             }
@@ -395,13 +396,13 @@ impl Grid {
     }
 }
 
-/// METADATA (names of components) runs to the next empty line.
+/// Skips METADATA (names of components), which end at the next empty line.
 fn skip_metadata(at: &mut Cursor) {
     at.line();
     while at.line().is_some_and(|line| !line.trim().is_empty()) {}
 }
 
-/// Numbers of a binary file with the bytes of each.
+/// Kinds of numbers in a binary file, with their number of bytes.
 #[derive(Clone, Copy)]
 enum Number {
     Signed(usize),
@@ -410,7 +411,7 @@ enum Number {
 }
 
 impl Number {
-    /// Numbers of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size is in memory.
+    /// Returns the kind of number of VTK's data types (`vtktypeint64`: version 5). VTK writes `vtkIdType` as an `int`, whatever its size in memory.
     fn of(kind: &str) -> Option<Self> {
         match kind {
             "char" => Some(Self::Signed(1)),
@@ -433,7 +434,7 @@ impl Number {
     }
 }
 
-/// An integer of a binary file, or a word of a text file.
+/// Reads an integer of a binary file, or a word of a text file.
 fn integer(at: &mut Cursor, number: Number, wanted: &str) -> Result<i64, MeshError> {
     let value = match number.width() {
         1 if at.binary => at.byte(wanted).map(i64::from),
@@ -445,7 +446,7 @@ fn integer(at: &mut Cursor, number: Number, wanted: &str) -> Result<i64, MeshErr
         Number::Unsigned(8) if at.binary && value < 0 => {
             Err(at.syntax("an integer below 2^63", &(value as u64).to_string()))
         }
-        // The bits beyond its own are those of a sign
+        // The bits beyond its width come from sign extension
         Number::Unsigned(width @ 1..8) if at.binary => Ok(value & ((1 << (8 * width)) - 1)),
         _ => Ok(value),
     }

@@ -8,7 +8,7 @@ use base64::Engine;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Values at the nodes or in the cells.
+/// Values at the nodes or in the cells of a mesh.
 pub struct Data<'a> {
     pub name: &'a str,
     /// 1 scalar, 3 vector, 9 tensor (row by row)
@@ -17,8 +17,8 @@ pub struct Data<'a> {
     pub values: &'a [f64],
 }
 
-/// Writes the mesh in its reference position with data at the nodes and in the cells. Regions of cells other than `body`
-/// become cell data of 0 and 1. The file appears whole or not at all.
+/// Writes the mesh in its reference configuration with data at the nodes and in the cells. Regions of cells other than `body` become cell data of 0
+/// and 1. The file is written whole or not at all.
 pub fn write_vtu(path: &Path, mesh: &TetMesh, nodes: &[Data], cells: &[Data]) -> Result<(), MeshError> {
     let (points, count) = (mesh.points.len(), mesh.cell_count());
     let mut out = String::from("<?xml version=\"1.0\"?>\n");
@@ -68,7 +68,7 @@ pub fn write_surface(path: &Path, surface: &Surface, vertices: &[Data]) -> Resul
     replace(path, &out)
 }
 
-/// Writes a PVD collection: one VTU file per time \[s\], named relative to the collection.
+/// Writes a PVD collection: one VTU file per time \[s\], with names relative to the collection.
 pub fn write_pvd(path: &Path, steps: &[(f64, String)]) -> Result<(), MeshError> {
     let mut out =
         String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n");
@@ -93,7 +93,7 @@ fn bytes(values: impl Iterator<Item = f64>) -> Vec<u8> {
     values.flat_map(f64::to_le_bytes).collect()
 }
 
-/// One inline array: base64 of the number of bytes \[u64\] and the bytes.
+/// Writes one inline array: the number of bytes \[u64\] and the bytes, in base64.
 fn array(out: &mut String, kind: &str, name: &str, components: usize, data: &[u8]) {
     let name = escape(name);
     write!(out, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">")

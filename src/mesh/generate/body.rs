@@ -13,7 +13,7 @@ use std::path::Path;
 pub struct ParametricBody {
     #[serde(skip)]
     pub name: String,
-    /// Counts up when the geometry changes for the same parameters
+    /// Incremented when the geometry changes for the same parameters
     pub version: u32,
     pub summary: String,
     #[serde(default)]
@@ -22,12 +22,12 @@ pub struct ParametricBody {
     pub regions: BTreeMap<String, BodyPart>,
     #[serde(default)]
     pub paths: BTreeMap<String, BodyPart>,
-    /// Features that a graded size can refer to
+    /// Features to which a graded size can refer
     #[serde(default)]
     pub features: BTreeMap<String, BodyPart>,
 }
 
-/// A parameter: a length if its default carries a unit, else a plain number.
+/// A parameter: a length if its default has a unit, otherwise a plain number.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 pub struct BodyParameter {
     pub default: String,
@@ -42,7 +42,7 @@ pub struct BodyPart {
 }
 
 impl BodyParameter {
-    /// Length or plain number.
+    /// Returns the dimension of the parameter: length or none.
     pub fn dimension(&self) -> Dimension {
         if self.default.trim().ends_with('m') { Dimension::LENGTH } else { Dimension::NONE }
     }
@@ -66,7 +66,7 @@ impl ParametricBody {
         Ok(body)
     }
 
-    /// Reads a parameter as a scene gives it: `"7.5 mm"`, `"4"` → SI value.
+    /// Reads a parameter as given in a scene: `"7.5 mm"`, `"4"` → SI value.
     pub fn parse(&self, name: &str, text: &str) -> Result<f64, GenerateError> {
         let parameter = self.parameter(name)?;
         let fact = |e: units::UnitError| GenerateError::Parameter {
@@ -77,13 +77,13 @@ impl ParametricBody {
         units::parse(text, parameter.dimension()).map_err(fact)
     }
 
-    /// The declaration of a parameter.
+    /// Returns the declaration of a parameter.
     pub fn parameter(&self, name: &str) -> Result<&BodyParameter, GenerateError> {
         let what = format!("parameter of {}", self.name);
         self.parameters.get(name).ok_or_else(|| unknown(&what, name, self.parameters.keys()))
     }
 
-    /// All parameters: defaults with `given` \[SI\] on top.
+    /// Returns all parameters: the defaults, overridden by the `given` values in SI.
     pub fn resolve(&self, given: &BTreeMap<String, f64>) -> Result<BTreeMap<String, f64>, GenerateError> {
         let mut all = BTreeMap::new();
         for (name, parameter) in &self.parameters {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 pub enum GenerateError {
     #[error(transparent)]
     Catalogue(#[from] CatalogueError),
-    /// The folder of bodies is that of the program itself.
+    /// The folder of bodies belongs to the program itself.
     #[error(
         "{}: a mesh is not kept with the files of the program; set DUROMETER_HOME to the folder of a project, or leave --keep out",
         folder.display()
@@ -25,7 +25,7 @@ pub enum GenerateError {
     Request { fact: String, remedy: String },
     #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
     Io { file: PathBuf, reason: String },
-    /// A mesh file refers to files that cannot be taken.
+    /// A mesh file refers to files that cannot be used.
     #[error("{}: {fact}; {remedy}", file.display())]
     Refers { file: PathBuf, fact: String, remedy: String },
     #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: {}", host::setup())]
@@ -36,7 +36,7 @@ pub enum GenerateError {
     Failed {
         fact: String,
         remedy: String,
-        /// Cells of the mesh that came nearest, where only their number was missed
+        /// Number of cells of the mesh that came closest, if only the number of cells was missed
         nearest: Option<usize>,
         lines: Vec<String>,
     },

@@ -1,25 +1,26 @@
-//! Digest of what the CAD of a body is made from: the files of its folder, and those of the modules next to it that it imports.
+//! Digest of the sources of a body's CAD: the files of its folder, and those of the adjacent modules that it imports.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// The mesher itself, whose changes count in another way, and the folder of made meshes.
+/// The mesher itself, whose changes are tracked separately, and the folder of generated meshes.
 const NO_GEOMETRY: [&str; 2] = ["meshgen", "cache"];
 
-/// Module, name in its folder and SHA-256 of a file → where it is.
+/// (Module, name in its folder, SHA-256) of a file → its path.
 type Files = BTreeMap<(String, String, String), PathBuf>;
 
-/// SHA-256 of the files in the folder of a body and of the modules that their Python imports from `meshes`; none of a body without Python.
+/// Returns the SHA-256 of the files in the folder of a body and of the modules that its Python code imports from `meshes`; `None` for a body without
+/// Python code.
 ///
-/// A table or a profile that the Python reads counts where it lies in one of these folders.
+/// A table or profile read by the Python code is included if it lies in one of these folders.
 pub(super) fn geometry_sha256(home: &Path, body: &str) -> Option<String> {
     let all = files(home, body);
     let has_python = all.values().any(|file| is_python(file));
     has_python.then(|| sha256(format!("{:?}", all.keys().collect::<BTreeSet<_>>())))
 }
 
-/// The files that `geometry_sha256` is the digest of.
+/// Returns the files that enter the digest `geometry_sha256`.
 pub fn geometry_files(home: &Path, body: &str) -> impl Iterator<Item = PathBuf> {
     files(home, body).into_values()
 }
@@ -38,10 +39,10 @@ fn files(home: &Path, body: &str) -> Files {
         let single = meshes.join(format!("{module}.py"));
         files.extend(single.is_file().then_some(single));
         for file in files {
-            // The same wherever the home is
+            // Independent of the location of the home
             let inside = file.strip_prefix(&folder).or(file.strip_prefix(&meshes)).expect("below the meshes");
             let name = inside.to_string_lossy().replace('\\', "/");
-            // Those that cannot be read are left to the mesher
+            // Files that cannot be read are left to the mesher
             let Ok(bytes) = storage::read(&file, DATA_LIMIT) else { continue };
             if is_python(&file) {
                 open.extend(imported(&String::from_utf8_lossy(&bytes)));
@@ -56,7 +57,7 @@ fn is_python(file: &Path) -> bool {
     file.extension().is_some_and(|end| end == "py")
 }
 
-/// The files below a folder that a geometry can depend on.
+/// Collects the files below a folder on which a geometry can depend.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -70,15 +71,15 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Whether this is the name of a committed mesh or of its manifest: 16 hex digits and an ending.
+/// Whether this is the name of a committed mesh or of its manifest: 16 hex digits and an extension.
 pub(super) fn is_made(name: &str) -> bool {
     let (stem, ending) = name.split_once('.').unwrap_or((name, ""));
     let is_name = stem.len() == 16 && stem.bytes().all(|b| b.is_ascii_hexdigit());
     is_name && ["msh.gz", "json"].contains(&ending)
 }
 
-/// The first names of the modules that a Python file imports: `finger` of `from finger.geometry import build`. A line of a text may look like an import,
-/// and is never a path.
+/// Returns the top-level names of the modules that a Python file imports: `finger` for `from finger.geometry import build`. A line of a string may
+/// look like an import, but the result is never used as a path.
 fn imported(text: &str) -> impl Iterator<Item = String> {
     let modules = text.lines().filter_map(|line| {
         let line = line.trim_start();
@@ -139,7 +140,7 @@ mod tests {
             assert_eq!(is_one, counts, "{name}");
             before = now;
         }
-        // The digest is the same in a copy elsewhere, such as the one in a bundle
+        // The digest is the same for a copy elsewhere, such as the one in a bundle
         let copy = tempfile::tempdir().expect("a temporary folder");
         for file in geometry_files(home.path(), "rib") {
             let to = copy.path().join(file.strip_prefix(home.path()).expect("below the home"));
@@ -149,7 +150,7 @@ mod tests {
         assert_eq!(geometry_sha256(copy.path(), "rib"), before);
     }
 
-    /// A change of the files of a body leaves its committed meshes aside: they have to be made and kept anew with it.
+    /// A change of the files of a body invalidates its committed meshes: they must be generated and committed again with it.
     #[test]
     fn committed_meshes_are_of_the_geometry_next_to_them() {
         let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));

@@ -1,29 +1,29 @@
-//! The Python that runs the mesher, on every system.
+//! The Python interpreter that runs the mesher, on every system.
 
 use crate::catalogue::host;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// DUROMETER_PYTHON, else the Python that has loaded this program as a package, else that of an environment if it is set up, else that of the
-/// system.
+/// Returns DUROMETER_PYTHON, or else the Python that has loaded this program as a package, or else that of an environment if it is set up, or else
+/// that of the system.
 pub fn of(environment: &Path) -> PathBuf {
     let given =
         std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from).or_else(|| host::python().map(Path::to_path_buf));
     given.unwrap_or_else(|| Some(in_environment(environment)).filter(|own| own.exists()).unwrap_or_else(of_system))
 }
 
-/// The Python of an environment of `venv`.
+/// Returns the Python of a `venv` environment.
 pub fn in_environment(environment: &Path) -> PathBuf {
     environment.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" })
 }
 
-/// The first Python that the folders of the path hold: of Windows, the launcher `py` comes first, which starts the newest one.
+/// Returns the first Python in the folders of the path; on Windows the launcher `py` comes first, which starts the newest version.
 pub fn of_system() -> PathBuf {
     let names: &[&str] = if cfg!(windows) { &["py.exe", "python.exe", "python3.exe"] } else { &["python3", "python"] };
     first_of(names, std::env::var_os("PATH").unwrap_or_default()).unwrap_or_else(|| names[0].into())
 }
 
-/// The first of these programs in the folders of `path`. A program without content is a place holder of the Windows Store, which opens a window.
+/// Returns the first of these programs in the folders of `path`. An empty program is a placeholder of the Windows Store, which would open a window.
 fn first_of(names: &[&str], path: OsString) -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&path).filter(|folder| folder.is_absolute()).collect();
     let is_program = |file: &PathBuf| file.metadata().is_ok_and(|found| found.is_file() && found.len() > 0);

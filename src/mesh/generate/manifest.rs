@@ -1,4 +1,4 @@
-//! The manifest that the mesher writes for a mesh. Lengths in metres.
+//! The manifest that the mesher writes for a mesh. Lengths are in metres.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// The manifest stored next to every generated mesh.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Manifest {
-    /// The request as the mesher read it
+    /// Request as the mesher read it
     pub request: serde_json::Value,
     pub cells: usize,
     pub nodes: usize,
@@ -19,40 +19,41 @@ pub struct Manifest {
     #[serde(default)]
     pub quality: BTreeMap<String, Option<f64>>,
     pub volume_m3: f64,
-    /// None when the input was a mesh already
+    /// `None` if the input was already a mesh
     pub volume_cad_m3: Option<f64>,
-    /// volume / CAD volume − 1
+    /// Mesh volume / CAD volume − 1
     pub volume_error: Option<f64>,
-    /// Volumes in the CAD of the regions of cells that are a part of it \[m³\]
+    /// Volumes in the CAD of those regions of cells that are only a part of it \[m³\]
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub volumes_cad_m3: BTreeMap<String, f64>,
     /// Largest distance of the CAD's sharp edges from the mesh \[m\]
     #[serde(default)]
     pub edge_error_m: Option<f64>,
-    /// Edges of curved cells on the boundary and between solids that left the CAD, because cells would be folded; none where the mesher has no such edges
+    /// Number of edges of curved cells, on the boundary and between solids, that deviate from the CAD because cells would be folded; `None` if the
+    /// mesher does not record them
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightened_edges: Option<usize>,
-    /// Largest distance by which they left it \[m\]; none in meshes of earlier versions
+    /// Largest distance of these edges from the CAD \[m\]; `None` in meshes of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub straightened_m: Option<f64>,
-    /// `cable`, …
+    /// Cables of the geometry by name: `cable`, …
     #[serde(default)]
     pub paths: BTreeMap<String, CablePath>,
-    /// Repairs of a surface file, in words
+    /// Repairs of a surface file, in sentences
     #[serde(default)]
     pub repairs: Vec<String>,
-    /// Faces of the CAD that bound no solid, or that no facet is of, in words
+    /// Faces of the CAD that bound no solid, or have no facet, in sentences
     #[serde(default)]
     pub dropped: Vec<String>,
-    /// Versions of the packages that made it
+    /// Versions of the packages with which it was made
     #[serde(default)]
     pub versions: BTreeMap<String, Option<String>>,
     #[serde(default)]
     pub wall_s: Option<f64>,
-    /// SHA-256 of the files that created the CAD of a body; none of a file, and of meshes of earlier versions, which are made anew
+    /// SHA-256 of the files from which the CAD of a body is made; `None` for a file, and for meshes of earlier versions, which are made again
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub geometry_sha256: Option<String>,
-    /// Other entries of the mesher
+    /// Other entries written by the mesher
     #[serde(flatten)]
     pub notes: BTreeMap<String, serde_json::Value>,
 }
@@ -64,7 +65,7 @@ pub struct RegionCount {
     pub count: usize,
 }
 
-/// A cable as part of the geometry \[m\]: guide points from the fixed end on, and the point outside it is pulled from.
+/// A cable as part of the geometry \[m\]: guide points from the fixed end on, and the outer point from which it is pulled.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct CablePath {
     pub guides: Vec<[f64; 3]>,

@@ -1,7 +1,7 @@
-//! Meshes on demand: found by the hash of their request, or made by the mesher and kept.
+//! Meshes on demand: found by the hash of their request, or made by the mesher and stored.
 //!
-//! The mesher is a Python package, `meshes/meshgen`; it is never linked: one JSON request goes in on stdin, one JSON
-//! manifest comes out on stdout, progress lines on stderr. Committed meshes `meshes/<body>/<hash>.msh.gz` need no Python.
+//! The mesher is a Python package, `meshes/meshgen`; it is never linked: it receives one JSON request on stdin, and returns one JSON manifest on
+//! stdout and progress lines on stderr. Committed meshes `meshes/<body>/<hash>.msh.gz` need no Python.
 
 pub mod body;
 mod error;

@@ -1,4 +1,4 @@
-//! The process behind the mesher: calling it, setting up its environment, and finding what is missing.
+//! The process of the mesher: calling it, setting up its environment, and finding missing requirements.
 
 use super::error::GenerateError;
 use super::interpreter;
@@ -13,17 +13,17 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Lines of stderr that an error keeps.
+/// Number of lines of stderr that an error contains.
 const KEPT: usize = 12;
 
-/// Most bytes of an answer that are kept.
+/// Largest number of bytes of an answer that are kept.
 const ANSWER: u64 = 256 << 20;
 
-/// Remedies where the mesher takes too long: a conversion has neither a size nor a key for its time.
+/// Remedies if the mesher takes too long: a conversion has neither a size nor a key for its time limit.
 const MESHING_LATE: &str = "ask for fewer cells or a larger size, try the other generator, or raise mesh.time_limit";
 const CONVERSION_LATE: &str = "give a smaller mesh, or write it as .msh or legacy .vtk, which need no conversion";
 
-/// Remedies where the mesher ends without an answer: a file on which a library crashes cannot be read.
+/// Remedies if the mesher ends without an answer: a file on which a library crashes cannot be read.
 const MESHING_ENDED: &str = "try another size or seed";
 const CONVERSION_ENDED: &str =
     "the file cannot be read: write it in another format, such as MSH 4.1 or VTU, with cells of order 1 or 2";
@@ -43,13 +43,13 @@ pub struct Check {
     pub what: String,
     pub ok: bool,
     pub detail: String,
-    /// The exact command that helps
+    /// Exact command that resolves the problem
     pub remedy: Option<String>,
-    /// Not needed for meshes by gmsh (CGAL)
+    /// Whether meshes by gmsh do not need it (CGAL)
     pub optional: bool,
 }
 
-/// `{"error", "hint", "nearest"}` of the mesher.
+/// Refusal by the mesher: `{"error", "hint", "nearest"}`.
 #[derive(Deserialize)]
 struct Refusal {
     error: String,
@@ -64,11 +64,11 @@ struct Output {
     stdout: String,
     /// The last lines of stderr
     lines: Vec<String>,
-    /// It was ended because it took too long
+    /// Whether it was ended because it took too long
     late: bool,
 }
 
-/// Runs a command to its end, or ends it after `limit`; every line of stderr goes to `progress` as it comes.
+/// Runs a command to its end, or ends it after `limit`; every line of stderr is passed to `progress` as it arrives.
 fn run(
     command: &mut Command,
     input: &str,
@@ -76,7 +76,7 @@ fn run(
     progress: &mut dyn FnMut(&str),
 ) -> std::io::Result<Output> {
     let start = Instant::now();
-    // From a file: a process that dies before it has read all must not take this one with it (SIGPIPE).
+    // From a file: a process that dies before it has read all of it must not end this process (SIGPIPE).
     let mut stdin = tempfile::tempfile()?;
     stdin.write_all(input.as_bytes())?;
     stdin.rewind()?;
@@ -88,7 +88,7 @@ fn run(
     let stderr = child.stderr.take().expect("piped");
     let reader = std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        // More than any answer: what comes after is read and dropped, so that the mesher does not wait
+        // More than any valid answer: the rest is read and dropped, so that the mesher does not block
         stdout.by_ref().take(ANSWER).read_to_end(&mut bytes).ok();
         std::io::copy(&mut stdout, &mut std::io::sink()).ok();
         String::from_utf8_lossy(&bytes).into_owned()
@@ -99,7 +99,7 @@ fn run(
         said.all(|line| send.send(String::from_utf8_lossy(&line).trim_end().to_string()).is_ok())
     });
     let (mut lines, mut late) = (VecDeque::new(), false);
-    // No limit is a wait of more than a hundred years.
+    // Without a limit, wait for more than a hundred years.
     let limit = limit.unwrap_or(Duration::from_secs(u32::MAX.into()));
     loop {
         let line = match receive.recv_timeout(limit.saturating_sub(start.elapsed())) {
@@ -119,12 +119,12 @@ fn run(
     }
     drop(running);
     let status = child.wait()?;
-    // A process that the ended one has started may hold its stdout open.
+    // A process started by the ended one may keep its stdout open.
     let stdout = if late { String::new() } else { reader.join().expect("reading does not panic") };
     Ok(Output { status, stdout, lines: lines.into(), late })
 }
 
-/// The mesher: its folder and the Python that runs it.
+/// The mesher: its folder, and the Python that runs it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mesher<'a> {
     pub home: &'a Home,
@@ -132,7 +132,7 @@ pub struct Mesher<'a> {
 }
 
 impl Mesher<'_> {
-    /// `python -m meshgen` with the folder of the bodies on its path.
+    /// Returns the command `python -m meshgen` with the folder of the bodies in its path.
     fn meshgen(&self) -> Command {
         let mut command = Command::new(self.python);
         command.args(["-m", "meshgen"]).current_dir(&self.home.path);
@@ -143,8 +143,8 @@ impl Mesher<'_> {
         command
     }
 
-    /// Creates the environment of the mesher, or takes the one of the Python that this program is a package of, and installs its pinned packages.
-    /// `progress` gets pip's lines.
+    /// Creates the environment of the mesher, or uses that of the Python of which this program is a package, and installs its pinned packages.
+    /// `progress` receives pip's output line by line.
     pub fn setup_environment(&self, progress: &mut dyn FnMut(&str)) -> Result<(), GenerateError> {
         let folder = &self.home.environment;
         let own = host::python().map_or_else(|| interpreter::in_environment(folder), Path::to_path_buf);
@@ -174,9 +174,9 @@ impl Mesher<'_> {
         Ok(())
     }
 
-    /// Requirements of the mesher and whether they are met, with the command that installs a missing one.
+    /// Returns the requirements of the mesher and whether they are met, with the command that installs a missing one.
     pub fn diagnose(&self) -> Vec<Check> {
-        // Setting up an environment of its own changes nothing for a Python that is named
+        // If DUROMETER_PYTHON is set, setting up a separate environment would have no effect
         let given = std::env::var_os("DUROMETER_PYTHON").is_some_and(|given| Path::new(&given) == self.python);
         let requirements = self.home.path.join("meshes/meshgen/requirements.txt");
         let setup = || {
@@ -231,7 +231,7 @@ impl Mesher<'_> {
             Err(e) => vec![check("mesher", false, e.to_string(), setup())],
         };
         let own = venv.exists() || given;
-        // A python that has all packages needs no environment
+        // A Python that has all packages needs no environment
         let has_all = packages.iter().all(|c| c.ok || c.optional);
         let detail = match (given, own || !has_all) {
             (true, _) => format!("not needed: DUROMETER_PYTHON names {}", self.python.display()),
@@ -243,7 +243,7 @@ impl Mesher<'_> {
         checks
     }
 
-    /// One request to the mesher, which is ended after `limit_s`; returns the manifest as JSON.
+    /// Sends one request to the mesher, which is ended after `limit_s`; returns the manifest as JSON.
     pub(super) fn call(
         &self,
         request: &serde_json::Value,
@@ -275,7 +275,7 @@ impl Mesher<'_> {
             (_, Ok(Refusal { error, hint, nearest })) => {
                 Err(GenerateError::Failed { fact: error, remedy: hint, nearest, lines })
             }
-            // Python itself refuses before the mesher runs: too old, or no such module.
+            // Python itself fails before the mesher runs: too old, or no such module.
             (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
                 Err(missing(lines.last().cloned().unwrap_or_default()))
             }
@@ -284,7 +284,7 @@ impl Mesher<'_> {
     }
 }
 
-/// The report of the mesher on its packages.
+/// The mesher's report on its packages.
 #[derive(Deserialize)]
 struct Examination {
     versions: BTreeMap<String, Option<String>>,
@@ -302,7 +302,7 @@ struct PackageError {
 }
 
 impl Examination {
-    /// Its lines; setup: the command that installs a package.
+    /// Returns the lines of the report; `setup` returns the command that installs a package.
     fn checks(self, setup: impl Fn() -> Option<String>) -> Vec<Check> {
         let one = |(what, version): (String, Option<String>)| {
             let optional = what == "cgal";

@@ -1,4 +1,4 @@
-//! The files that a mesh file refers to: its mesh depends on the content of all of them.
+//! The files to which a mesh file refers: its mesh depends on the content of all of them.
 
 use super::error::GenerateError;
 use crate::mesh::file::format::content;
@@ -7,12 +7,12 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Most files that include each other; the mesher has the same limit.
+/// Largest depth of nested includes; the mesher has the same limit.
 const MOST_LEVELS: usize = 16;
-/// Most files that are included, each as often as it is; the mesher has the same limit.
+/// Largest number of included files, counted with repetition; the mesher has the same limit.
 const MOST_FILES: usize = 1000;
 
-/// SHA-256, after `begin`, of the content of a mesh file and of the files that it refers to.
+/// Returns the SHA-256 of `begin` followed by the content of a mesh file and of the files to which it refers.
 pub fn digest(begin: &str, path: &Path, format: &str) -> Result<String, GenerateError> {
     let read = |file: &Path| storage::read(file, DATA_LIMIT).map_err(|e| GenerateError::io(file, &e));
     let mut hash = Sha256::new();
@@ -24,13 +24,13 @@ pub fn digest(begin: &str, path: &Path, format: &str) -> Result<String, Generate
     Ok(storage::hexadecimal(&hash.finalize()))
 }
 
-/// The files that a mesh file refers to.
+/// Returns the files to which a mesh file refers.
 fn files(path: &Path, format: &str) -> Result<Vec<PathBuf>, GenerateError> {
     let folder = folder(path, format)?;
     Ok(names(path, format)?.iter().map(|name| folder.join(name)).collect())
 }
 
-/// The folder that names in a mesh file start from. Readers of XML look next to the file that a link leads to.
+/// Returns the folder to which names in a mesh file are relative. XML readers search next to the target of a symbolic link.
 pub fn folder(path: &Path, format: &str) -> Result<PathBuf, GenerateError> {
     let path = match format {
         "xdmf" | "dolfin-xml" => path.canonicalize().map_err(|e| GenerateError::io(path, &e))?,
@@ -39,10 +39,11 @@ pub fn folder(path: &Path, format: &str) -> Result<PathBuf, GenerateError> {
     Ok(path.parent().unwrap_or(Path::new("")).to_path_buf())
 }
 
-/// The files that a mesh file refers to, and those of the same name that its format spreads the mesh over, each once, as they are named in its folder.
+/// Returns the files to which a mesh file refers, and those over which its format distributes the mesh by their names, each once, named relative to
+/// its folder.
 ///
 /// # Errors
-/// A file that is missing or no regular one, files that include each other in a cycle, and more of them than a mesh can need.
+/// A file that is missing or not a regular file, files that include each other in a cycle, or more files than a mesh can need.
 pub fn names(path: &Path, format: &str) -> Result<Vec<PathBuf>, GenerateError> {
     let folder = folder(path, format)?;
     let found = match format {
@@ -70,7 +71,7 @@ fn refused(path: &Path, fact: String, remedy: &str) -> GenerateError {
     GenerateError::Refers { file: path.into(), fact, remedy: remedy.into() }
 }
 
-/// Bytes of a file that `path` refers to; one that is no regular file is refused before it is opened.
+/// Returns the size in bytes of a file to which `path` refers; a file that is not regular is refused before it is opened.
 fn size(path: &Path, folder: &Path, name: &Path) -> Result<u64, GenerateError> {
     let fact = |what: &str| format!("it refers to {}, which {what}", name.display());
     match std::fs::metadata(folder.join(name)) {
@@ -80,13 +81,13 @@ fn size(path: &Path, folder: &Path, name: &Path) -> Result<u64, GenerateError> {
     }
 }
 
-/// The walk through an Abaqus input file and those that it includes, in the order in which the mesher reads them.
+/// Traversal of an Abaqus input file and the files that it includes, in the order in which the mesher reads them.
 struct Includes<'a> {
     main: &'a Path,
     folder: &'a Path,
-    /// Files that each file includes
+    /// Files included by each file
     known: BTreeMap<PathBuf, Vec<PathBuf>>,
-    /// The file that is read, after those that include it
+    /// The file being read, preceded by those that include it
     open: Vec<PathBuf>,
     files: usize,
     bytes: u64,
@@ -125,15 +126,16 @@ impl Includes<'_> {
     }
 }
 
-/// Whether the mesher leaves a letter out at the ends of words.
+/// Whether the mesher strips this character at the ends of words.
 fn is_blank(letter: char) -> bool {
     letter.is_whitespace() || ('\x1c'..='\x1f').contains(&letter)
 }
 
-/// Keywords that may name a file: whole lines of input, or their own data lines.
+/// Keywords that may name a file: one with whole lines of input, or with their data lines.
 const WITH_INPUT: [&str; 6] = ["include", "node", "element", "nset", "elset", "surface"];
 
-/// The names in keywords `*INCLUDE, INPUT=name`, `*NODE, INPUT=name` and the like. A keyword goes on in the next line after a comma at its end.
+/// Returns the names in keywords `*INCLUDE, INPUT=name`, `*NODE, INPUT=name` and similar. A keyword line that ends with a comma continues on the next
+/// line.
 fn included(text: &str) -> Vec<PathBuf> {
     let (mut keyword, mut names) = (String::new(), vec![]);
     for line in text.split(['\n', '\r']).map(|line| line.trim_matches(is_blank)) {
@@ -150,8 +152,8 @@ fn included(text: &str) -> Vec<PathBuf> {
     names
 }
 
-/// The file that a keyword names, which may be written as on Windows; the mesher reads it in the same way. Keyword and option may be abbreviated, and blanks in
-/// them do not count; the mesher refuses what is too short to be clear.
+/// Returns the file that a keyword names, possibly as a Windows path; the mesher interprets it in the same way. Keyword and option may be abbreviated
+/// and contain blanks; the mesher refuses ambiguous abbreviations.
 fn input(keyword: &str) -> Option<PathBuf> {
     let mut words = keyword[1..].split(',').map(|word| word.trim_matches(is_blank));
     let means = |word: &str, short: &str| {
@@ -165,7 +167,7 @@ fn input(keyword: &str) -> Option<PathBuf> {
     Some(name.trim_matches(is_blank).trim_matches('"').replace('\\', "/").into())
 }
 
-/// The files with the data of an XDMF file: `name.h5:/path` or a name alone.
+/// Returns the files with the data of an XDMF file: `name.h5:/path`, or a plain name.
 fn data_items(path: &Path) -> Result<Vec<PathBuf>, GenerateError> {
     let bytes = content(path)?;
     let text = String::from_utf8_lossy(&bytes);
@@ -187,7 +189,7 @@ fn data_items(path: &Path) -> Result<Vec<PathBuf>, GenerateError> {
     Ok(names)
 }
 
-/// The files `<name>_<function>.xml` of a DOLFIN mesh, which hold data of its cells.
+/// Returns the files `<name>_<function>.xml` of a DOLFIN mesh, which contain data of its cells.
 fn mesh_functions(path: &Path, folder: &Path) -> Vec<PathBuf> {
     let begin = format!("{}_", path.file_stem().unwrap_or_default().to_string_lossy());
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -201,7 +203,7 @@ fn mesh_functions(path: &Path, folder: &Path) -> Vec<PathBuf> {
 mod tests {
     use super::*;
 
-    /// A folder with files of these names and texts.
+    /// Creates a folder with files of these names and contents.
     fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a temporary folder");
         for (name, text) in files {
@@ -212,7 +214,7 @@ mod tests {
         folder
     }
 
-    /// Asserts that each of the files counts.
+    /// Asserts that each of the files affects the digest.
     fn all_count(format: &str, files: &[(&str, &str)]) {
         let folder = folder(files);
         let digest = || digest("", &folder.path().join(files[0].0), format).unwrap_or_else(|e| panic!("{e}"));

@@ -1,4 +1,4 @@
-//! The request to the mesher (geometry and size), and its hash, which names the answer.
+//! The request to the mesher (geometry and size), and its hash, which names the resulting mesh.
 
 use super::GenerateError;
 use super::body::ParametricBody;
@@ -11,54 +11,54 @@ use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Counts up when the conversion of mesh files changes.
+/// Incremented when the conversion of mesh files changes.
 const CONVERTER: u32 = 7;
 
-/// A mesh to be made. Lengths in metres.
+/// A mesh to be made. Lengths are in metres.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeshRequest {
     pub source: Source,
     #[serde(default)]
     pub generator: Generator,
-    /// None only where CGAL's criteria give the size
+    /// `None` only if CGAL's criteria determine the size
     pub size: Option<Size>,
-    /// Each into 8, so often (gmsh)
+    /// Number of times that each cell is split into 8 (gmsh)
     #[serde(default)]
     pub levels: u32,
     #[serde(default)]
     pub grading: Vec<Grading>,
-    /// 1 or 2
+    /// Order of the cells, 1 or 2
     pub order: u8,
-    /// Another mesh of the same size (gmsh)
+    /// Selects a different mesh of the same size (gmsh)
     #[serde(default)]
     pub seed: u64,
     pub optimise: bool,
-    /// CGAL's criteria and optimisers by their names; numbers and switches
+    /// CGAL's criteria and optimisers by name; numbers and switches
     #[serde(default)]
     pub cgal: BTreeMap<String, Value>,
-    /// Factor of the edge length in space (gmsh)
+    /// Factor of the edge length as a function of position (gmsh)
     #[serde(default)]
     pub field: Option<SizeField>,
-    /// After which the mesher is ended \[s\]; no part of the hash
+    /// Time after which the mesher is ended \[s\]; not part of the hash
     #[serde(default = "time_limit")]
     pub time_limit_s: f64,
 }
 
-/// Longest time of the mesher for one mesh \[s\], unless the request has another.
+/// Default time limit of the mesher for one mesh \[s\].
 pub const TIME_LIMIT_S: f64 = 600.0;
 
 fn time_limit() -> f64 {
     TIME_LIMIT_S
 }
 
-/// The geometry.
+/// The geometry to be meshed.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Source {
-    /// A parametric body; what is not given has its default \[SI\]
+    /// A parametric body; parameters in SI, with defaults for those that are missing
     Body { name: String, parameters: BTreeMap<String, f64> },
-    /// CAD or a closed surface; `unit_m` is the length of its unit
+    /// CAD or a closed surface; `unit_m` is the length of its unit in metres
     File { path: PathBuf, unit_m: f64 },
 }
 
@@ -79,7 +79,7 @@ pub enum Size {
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Smaller cells: the edge length is `length` \[m\] within `distance` \[m\] of a place.
+/// Local refinement: the edge length is `length` \[m\] within `distance` \[m\] of a place.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Grading {
     #[serde(flatten)]
@@ -88,7 +88,7 @@ pub struct Grading {
     pub distance: f64,
 }
 
-/// The place that cells are smaller at.
+/// The place at which cells are smaller.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GradedPlace {
@@ -96,12 +96,12 @@ pub enum GradedPlace {
     Feature(String),
     /// Points \[m\]
     Points(Vec<[f64; 3]>),
-    /// Lower and upper corner of a box along the axes \[m\]
+    /// Lower and upper corner of an axis-aligned box \[m\]
     Box([[f64; 3]; 2]),
 }
 
 impl MeshRequest {
-    /// A body by gmsh, order 1, seed 0, optimised.
+    /// Builds a request for a body, meshed by gmsh with order 1 and seed 0, optimised.
     pub fn body(name: &str, size: Size) -> Self {
         let source = Source::Body { name: name.into(), parameters: BTreeMap::new() };
         let (generator, cgal) = (Generator::Gmsh, BTreeMap::new());
@@ -120,7 +120,8 @@ impl MeshRequest {
         }
     }
 
-    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
+    /// Returns the version, incremented when the mesher would answer a request with a different mesh, so that earlier meshes are made again. Zero is
+    /// not part of the name: committed meshes keep theirs.
     pub(super) fn version(&self) -> u32 {
         let is_at_feature = |grading: &Grading| matches!(grading.near, GradedPlace::Feature(_));
         match self.generator {
@@ -129,7 +130,7 @@ impl MeshRequest {
         }
     }
 
-    /// The folder of the body's committed meshes under `meshes/`.
+    /// Returns the folder of the body's committed meshes under `meshes/`.
     pub(super) fn folder(&self) -> &str {
         match &self.source {
             Source::Body { name, .. } => name,
@@ -137,8 +138,8 @@ impl MeshRequest {
         }
     }
 
-    /// The request as the mesher reads it, with every default filled in, and its name: the first 16 digits of the SHA-256
-    /// of its canonical JSON. A file counts by its content and that of the files it refers to, not by its path.
+    /// Returns the request as the mesher reads it, with all defaults filled in, and its name: the first 16 digits of the SHA-256 of its canonical
+    /// JSON. A file is identified by its content and that of the files to which it refers, not by its path.
     pub fn resolve(&self, home: &Path) -> Result<(Value, String), GenerateError> {
         if !matches!(self.order, 1 | 2) {
             return Err(GenerateError::Request {
@@ -196,7 +197,7 @@ impl MeshRequest {
     }
 }
 
-/// An absolute path, also as the text that a request can hold.
+/// Returns an absolute path, also as the text that a request can contain.
 fn full_path(path: &Path) -> Result<(PathBuf, String), GenerateError> {
     let path = std::path::absolute(path).map_err(|e| GenerateError::io(path, &e))?;
     match path.to_str().map(str::to_string) {
@@ -208,15 +209,15 @@ fn full_path(path: &Path) -> Result<(PathBuf, String), GenerateError> {
     }
 }
 
-/// The request to convert a mesh file, without its output, and its name: the first 16 digits of the SHA-256 of the content of the file and of those
-/// that it refers to.
+/// Returns the request to convert a mesh file, without its output, and its name: the first 16 digits of the SHA-256 of the content of the file and of
+/// those to which it refers.
 pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), GenerateError> {
     let (path, text) = full_path(path)?;
     let name = digest(&format!("conversion {CONVERTER} from {format}"), &path, format)?[..16].to_string();
     Ok((json!({ "path": text, "format": format }), name))
 }
 
-/// The request with the hash of its size field in place of the field.
+/// Returns the request with its size field replaced by the hash of the field.
 pub(super) fn without_field(request: &Value) -> Value {
     let mut named = request.clone();
     if let Some(field) = request.get("field").filter(|field| !field.is_null()) {
@@ -225,7 +226,7 @@ pub(super) fn without_field(request: &Value) -> Value {
     named
 }
 
-/// JSON with sorted keys and without spaces. Numbers as `serde_json` writes them: the shortest that reads back the same.
+/// Returns JSON with sorted keys and without spaces. Numbers are written as by `serde_json`: the shortest form that reads back identically.
 fn canonical(value: &Value) -> String {
     match value {
         Value::Object(map) => {

@@ -1,4 +1,4 @@
-//! Processes of the mesher that run, and the work for which they run: they are ended all together, or those of one work.
+//! Running mesher processes and the work for which they run: they can be ended all together, or for one piece of work.
 
 use crate::math::threads::locked;
 use crate::subprocess::kill;
@@ -6,19 +6,19 @@ use std::cell::Cell;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Processes of the mesher that run, and whose they are.
+/// Running mesher processes and their owners.
 static RUNNING: Mutex<Vec<(u32, MesherOwner)>> = Mutex::new(vec![]);
 
 thread_local! {
     static CURRENT: Cell<MesherOwner> = const { Cell::new(MesherOwner(0)) };
 }
 
-/// Some work that may start processes of the mesher, which can be ended without those of other work.
+/// A piece of work that may start mesher processes, which can be ended independently of those of other work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct MesherOwner(usize);
 
 impl Default for MesherOwner {
-    /// Of work of its own.
+    /// Creates an owner different from all others.
     fn default() -> Self {
         static MADE: AtomicUsize = AtomicUsize::new(0);
         Self(MADE.fetch_add(1, Ordering::Relaxed) + 1)
@@ -26,12 +26,12 @@ impl Default for MesherOwner {
 }
 
 impl MesherOwner {
-    /// The owner of the work that this thread does, which the threads that it starts are told.
+    /// Returns the owner of the work that this thread does, to be passed to the threads that it starts.
     pub fn current() -> Self {
         CURRENT.get()
     }
 
-    /// This thread does a part of the work, until what is returned is dropped.
+    /// Marks this thread as doing a part of the work, until the returned value is dropped.
     pub fn begin(self) -> MesherTurn {
         MesherTurn { before: CURRENT.replace(self) }
     }
@@ -42,7 +42,7 @@ impl MesherOwner {
     }
 }
 
-/// A part of some work in a thread.
+/// A period in which a thread does a part of some work.
 pub struct MesherTurn {
     before: MesherOwner,
 }
@@ -53,7 +53,7 @@ impl Drop for MesherTurn {
     }
 }
 
-/// A process that [`end_meshers`] ends.
+/// A process that [`end_meshers`] can end.
 pub(super) struct Running(u32);
 
 impl Running {
@@ -69,13 +69,13 @@ impl Drop for Running {
     }
 }
 
-/// Ends all processes of the mesher that this process has started: for a program that is told to stop. Their meshes fail.
+/// Ends all mesher processes started by this process: for a program that is told to stop. Their meshes fail.
 pub fn end_meshers() {
     end(|_| true);
 }
 
 fn end(is_meant: impl Fn(MesherOwner) -> bool) {
-    // They are not waited for before they have left the list, so that their numbers belong to no other process
+    // Processes are waited for only after they have left the list, so that their ids belong to no other process
     locked(&RUNNING).iter().filter(|(_, owner)| is_meant(*owner)).for_each(|(pid, _)| kill(*pid));
 }
 
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
     use std::process::{Child, Command};
 
-    /// A process that would go on, for some work.
+    /// Starts a process that would keep running, for some work.
     fn started(owner: MesherOwner) -> (Child, Running) {
         let child = Command::new("sleep").arg("60").spawn().expect("every system can sleep");
         let _turn = owner.begin();

@@ -1,10 +1,10 @@
-//! Size fields: the edge length as a function of the place, given on a mesh of the body.
+//! Size fields: the edge length as a function of position, given on a mesh of the body.
 
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
 use serde::{Deserialize, Serialize};
 
-/// Multiples of the edge length of a request at points of the body, linear in tetrahedra between them.
+/// Multiples of the edge length of a request at points of the body, interpolated linearly in the tetrahedra between them.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SizeField {
@@ -16,8 +16,8 @@ pub struct SizeField {
 }
 
 impl SizeField {
-    /// The size field of edge lengths \[cells of the mesh\] in units of `length`, both \[m\]. A corner has the volume-weighted geometric mean of
-    /// the cells around it, at most `growth` times the distance above any other corner.
+    /// Builds the size field of edge lengths \[cells of the mesh\] in units of `length`, both \[m\]. A corner gets the volume-weighted geometric mean
+    /// over the cells around it, limited to `growth` times the distance above any other corner.
     pub fn new(mesh: &TetMesh, lengths: &[f64], length: f64, growth: f64) -> Self {
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];
         for (c, own) in lengths.iter().enumerate() {
@@ -41,7 +41,7 @@ impl SizeField {
         field
     }
 
-    /// Lowers sizes until none is above that of a neighbour by more than `growth` times the edge between them.
+    /// Lowers sizes until none exceeds that of a neighbour by more than `growth` times the edge between them.
     fn limit_growth(&mut self, growth: f64) {
         let mut edges: Vec<[u32; 2]> = (self.cells.iter())
             .flat_map(|cell| CELL_EDGES.map(|[i, j]| [cell[i].min(cell[j]), cell[i].max(cell[j])]))
@@ -53,7 +53,7 @@ impl SizeField {
             (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
         };
         let steps: Vec<f64> = edges.iter().map(|edge| growth * distance(*edge)).collect();
-        // A pass carries a small size one edge further at least.
+        // Each pass propagates a small size by at least one more edge.
         let mut lowered = true;
         while lowered {
             lowered = false;
@@ -77,7 +77,7 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::made::structured::block;
 
-    /// A constant size stays; one small cell spreads by the growth and no faster, and nothing is raised.
+    /// A constant size is unchanged; one small cell spreads by the growth and no faster, and no size is raised.
     #[test]
     fn sizes_grow_no_faster_than_allowed() {
         let mesh = block(4, 4, 4, 1.0, 1.0, 1.0, Order::Quadratic);

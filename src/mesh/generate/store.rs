@@ -1,4 +1,4 @@
-//! Meshes: found by the hash of their request, else made now and kept.
+//! The mesh store: meshes are found by the hash of their request, or else made and stored.
 
 use super::error::GenerateError;
 use super::geometry_digest::{geometry_sha256, is_made};
@@ -13,19 +13,19 @@ use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// A mesh with its manifest.
+/// A mesh with its manifest and its file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Generated {
     pub mesh: TetMesh,
     pub manifest: Manifest,
-    /// The first 16 hex digits of the hash of the request
+    /// First 16 hex digits of the hash of the request
     pub name: String,
     pub path: PathBuf,
-    /// The mesher was called for it
+    /// Whether the mesher was called for it
     pub made: bool,
 }
 
-/// Where bodies and meshes are, and the Python that makes new ones.
+/// Location of bodies and meshes, and the Python that makes new meshes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct MeshStore {
     pub home: Home,
@@ -33,41 +33,42 @@ pub struct MeshStore {
 }
 
 impl MeshStore {
-    /// The meshes of the catalogue ([`Home::find`]). Python: DUROMETER_PYTHON, else that of the environment of the mesher, else the system's.
+    /// Finds the meshes of the catalogue ([`Home::find`]). Python is DUROMETER_PYTHON, or else that of the environment of the mesher, or else that of
+    /// the system.
     pub fn find() -> Result<Self, GenerateError> {
         let home = Home::find()?;
         Ok(Self { python: interpreter::of(&home.environment), home })
     }
 
-    /// The meshes of a project, made by this Python.
+    /// Uses the meshes of a project, made by this Python.
     pub fn of_project(folder: PathBuf, python: PathBuf) -> Self {
         Self { home: Home::project(folder, Origin::Named), python }
     }
 
-    /// The same meshes without the mesher: one that is not stored is an error.
+    /// Disables the mesher: a mesh that is not stored is then an error.
     #[must_use]
     pub fn stored_only(self) -> Self {
-        // No program has the empty name
+        // No program has an empty name
         Self { python: PathBuf::new(), ..self }
     }
 
-    /// The mesher of this folder.
+    /// Returns the mesher of this folder.
     pub fn mesher(&self) -> Mesher<'_> {
         Mesher { home: &self.home, python: &self.python }
     }
 
-    /// Where the answer to a request is stored: committed with its body, else in the cache. None: nowhere yet.
+    /// Returns where the mesh of a request is stored: committed with its body, or else in the cache; `None` if it is not stored.
     pub fn stored(&self, request: &MeshRequest) -> Result<Option<PathBuf>, GenerateError> {
         let (_, name) = request.resolve(&self.home.path)?;
         Ok(self.lookup(request, &name))
     }
 
-    /// Name of the file of the answer to a request.
+    /// Returns the file name of the mesh of a request.
     pub fn file_name(&self, request: &MeshRequest) -> Result<String, GenerateError> {
         Ok(format!("{}.msh.gz", request.resolve(&self.home.path)?.1))
     }
 
-    /// The numbers of cells that a request can ask for, with all else as in this one, and find stored; rising.
+    /// Returns, in ascending order, the numbers of cells for which a mesh is stored that otherwise has the same request.
     pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
         let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
         let mut counts = vec![];
@@ -76,7 +77,7 @@ impl MeshStore {
                 let mesh = entry.path();
                 let is_mesh =
                     is_made(&entry.file_name().to_string_lossy()) && mesh.extension().is_some_and(|x| x == "gz");
-                // A manifest that cannot be read is refused where the mesh is
+                // An unreadable manifest is refused when the mesh is used
                 let manifest = is_mesh.then(|| read_manifest(&manifest_path(&mesh)).ok()).flatten();
                 counts.extend(manifest.and_then(|manifest| manifest.request["size"]["cells"].as_u64()));
             }
@@ -98,17 +99,17 @@ impl MeshStore {
 
     fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
         let files = self.folders(request).map(|folder| folder.join(format!("{name}.msh.gz")));
-        // A power cut may have taken the name of one of the two
+        // A power failure may have removed one of the two files
         let mut whole = files.into_iter().filter(|p| p.is_file() && manifest_path(p).is_file()).peekable();
         whole.peek()?;
         let now = self.geometry_sha256(request);
         whole.find(|path| {
-            // A manifest that cannot be read is refused where the mesh is
+            // An unreadable manifest is refused when the mesh is used
             read_manifest(&manifest_path(path)).map_or(true, |manifest| manifest.geometry_sha256 == now)
         })
     }
 
-    /// Digest of the Python of the body that is asked for.
+    /// Returns the digest of the Python code of the requested body.
     fn geometry_sha256(&self, request: &MeshRequest) -> Option<String> {
         match &request.source {
             Source::Body { name, .. } => geometry_sha256(&self.home.path, name),
@@ -116,12 +117,13 @@ impl MeshStore {
         }
     }
 
-    /// The folders of committed and of made meshes.
+    /// Returns the folders of committed and of generated meshes.
     fn folders(&self, request: &MeshRequest) -> [PathBuf; 2] {
         [self.home.path.join("meshes").join(request.folder()), self.home.meshes.clone()]
     }
 
-    /// The mesh of a request: a stored one, else made now and kept with the made meshes. `progress` gets the mesher's lines.
+    /// Returns the mesh of a request: a stored one, or else one that is made now and stored with the generated meshes. `progress` receives the
+    /// mesher's lines.
     pub fn mesh(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<Generated, GenerateError> {
         let (json, name) = request.resolve(&self.home.path)?;
         let stored = self.lookup(request, &name);
@@ -137,7 +139,7 @@ impl MeshStore {
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
-    /// Keeps a mesh: as [`MeshStore::mesh`], then moved from the made meshes to `meshes/<body>`. Returns the mesh file.
+    /// Commits a mesh: obtains it as [`MeshStore::mesh`] does, then moves it from the generated meshes to `meshes/<body>`. Returns the mesh file.
     pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
         let folder = self.committed(request.folder())?;
         let generated = self.mesh(request, progress)?;
@@ -152,7 +154,8 @@ impl MeshStore {
         Ok(target)
     }
 
-    /// The volume mesh of a file in another format, in its units, as MSH: converted before, else now by the mesher, and kept with the made meshes.
+    /// Returns the volume mesh of a file in another format, in its units, as MSH: converted earlier, or else now by the mesher and stored with the
+    /// generated meshes.
     pub fn converted(
         &self,
         path: &Path,
@@ -177,7 +180,8 @@ impl MeshStore {
         Ok(target)
     }
 
-    /// Keeps a converted mesh: as [`MeshStore::converted`], then moved from the made meshes to `meshes/file`. Returns the mesh file.
+    /// Commits a converted mesh: obtains it as [`MeshStore::converted`] does, then moves it from the generated meshes to `meshes/file`. Returns the
+    /// mesh file.
     pub fn commit_converted(
         &self,
         path: &Path,
@@ -193,7 +197,7 @@ impl MeshStore {
         Ok(target)
     }
 
-    /// The folder of committed meshes of this name; the program's own takes none.
+    /// Returns the folder of committed meshes of this name; the folder of the program itself accepts none.
     fn committed(&self, name: &str) -> Result<PathBuf, GenerateError> {
         let folder = self.home.path.join("meshes").join(name);
         if self.home.origin == Origin::Program {
@@ -203,19 +207,19 @@ impl MeshStore {
         Ok(folder)
     }
 
-    /// The volume mesh that this mesh file was converted to; none before.
+    /// Returns the volume mesh to which this mesh file was converted; `None` if it was not.
     pub fn stored_conversion(&self, path: &Path, format: &str) -> Result<Option<PathBuf>, GenerateError> {
         let (_, name) = conversion(path, format)?;
         Ok(self.converted_file(&name))
     }
 
-    /// A converted mesh: one that lies with the committed ones, else a made one.
+    /// Returns a converted mesh: one stored with the committed meshes, or else a generated one.
     fn converted_file(&self, name: &str) -> Option<PathBuf> {
         let folders = [self.home.path.join("meshes/file"), self.home.meshes.clone()];
         folders.map(|folder| folder.join(format!("{name}.msh.gz"))).into_iter().find(|file| file.is_file())
     }
 
-    /// A temporary folder in the cache, in which no other process writes, and where a mesh is kept under this name.
+    /// Returns a temporary folder in the cache, in which no other process writes, and the path at which a mesh of this name is stored.
     fn places(&self, name: &str) -> Result<(TempDir, PathBuf), GenerateError> {
         let cache = &self.home.meshes;
         let folder = std::fs::create_dir_all(cache)
@@ -224,7 +228,7 @@ impl MeshStore {
         Ok((folder, cache.join(format!("{name}.msh.gz"))))
     }
 
-    /// Calls the mesher. It writes under a temporary name; the manifest is kept first, so a mesh has always one.
+    /// Calls the mesher, which writes under a temporary name. The manifest is stored first, so that every stored mesh has one.
     fn make(
         &self,
         asked: &MeshRequest,
@@ -235,7 +239,7 @@ impl MeshStore {
         let (folder, target) = self.places(name)?;
         let part = folder.path().join(target.file_name().unwrap_or_default());
         json["output"] = serde_json::json!(part);
-        // As it is before the mesher reads it
+        // Its state before the mesher reads it
         let geometry = self.geometry_sha256(asked);
         self.mesher().call(&json, name, asked.time_limit_s, progress).and_then(|answer| {
             let manifest = manifest_path(&target);
@@ -251,7 +255,7 @@ impl MeshStore {
             if let (Some(geometry), Some(entries)) = (&geometry, value.as_object_mut()) {
                 entries.insert("geometry_sha256".into(), geometry.clone().into());
             }
-            // Nothing that cannot be read back is kept.
+            // Nothing that cannot be read back is stored.
             serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;
             read(&part, 1.0)?;
             let text = serde_json::to_string_pretty(&value).map_err(bad)? + "\n";
@@ -262,7 +266,7 @@ impl MeshStore {
     }
 }
 
-/// Leaves the name of a meshed file alone: its folder is one of this machine.
+/// Reduces the path of a meshed file to its name: its folder is specific to this machine.
 fn without_folders(request: &mut serde_json::Value) {
     let Some(path) = request.pointer_mut("/parameters/path") else { return };
     let name =
@@ -272,7 +276,7 @@ fn without_folders(request: &mut serde_json::Value) {
     }
 }
 
-/// The manifest next to a mesh file.
+/// Returns the path of the manifest next to a mesh file.
 pub fn manifest_path(mesh: &Path) -> PathBuf {
     let text = mesh.to_string_lossy();
     let stem = text.strip_suffix(".gz").unwrap_or(&text);

@@ -1,4 +1,4 @@
-//! The mesher's driver against shell scripts that play the mesher.
+//! Tests of the mesher's driver with shell scripts in place of the mesher.
 
 use super::*;
 use crate::mesh::MeshError;
@@ -78,7 +78,8 @@ fn a_mesh_is_made_once_and_found_from_then_on() {
     assert!(left.is_empty(), "{left:?}");
 }
 
-/// A mesh is made anew when the Python of its body changes, or that of a body which it takes, and where its manifest does not say what it was made of.
+/// A mesh is made again when the Python code of its body changes, or that of a body which it uses, and when its manifest does not say what it was
+/// made from.
 #[test]
 fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
     let (_folder, store) = project(&working());
@@ -98,7 +99,7 @@ fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
         assert_eq!(store.stored(&request()), Ok(None), "{file}");
         assert!(made() && !made(), "{file}");
     }
-    // A mesh that lies with its body is left aside too, and found again with the geometry that it was made of
+    // A mesh that is stored with its body is also set aside, and is found again with the geometry that it was made from
     let committed = store.commit(&request(), &mut |_| {}).expect("stored");
     write("stub/geometry.py", "SIZE = 3\n");
     assert!(made());
@@ -106,7 +107,7 @@ fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
     assert_eq!(store.stored(&request()), Ok(Some(committed)));
 }
 
-/// Files of a user next to the meshes of a body, and manifests without a mesh, are no meshes.
+/// Files of a user next to the meshes of a body, and manifests without a mesh, do not count as meshes.
 #[test]
 fn only_meshes_have_a_stored_size() {
     let (_folder, store) = project(&working().replace(r#""body":"rod""#, r#""body":"rod","size":{"cells":300}"#));
@@ -132,17 +133,17 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(with("width", 0.021), base);
     assert_ne!(name(&MeshRequest { seed: 1, ..request() }), base);
     assert_ne!(name(&MeshRequest::body("rod", Size::Cells { count: 4500, tolerance: 0.02 })), base);
-    // Cells of several solids that CGAL meshed before belonged to none
+    // In earlier versions, cells of several solids meshed by CGAL belonged to none of them
     let by_cgal = name(&MeshRequest { generator: Generator::Cgal, ..request() });
     assert_ne!(by_cgal, "6d7fab3e9b2cb891", "the name of a mesh of the mesher before");
-    // Cells near the faces of a feature were graded in patches; those graded elsewhere are what they were
+    // Cells near the faces of a feature used to be graded in patches; meshes graded elsewhere are unchanged
     let graded = |near| {
         let grading = vec![Grading { near, length: 0.001, distance: 0.002 }];
         MeshRequest { grading, ..request() }.version()
     };
     let places = [GradedPlace::Feature("notches".into()), GradedPlace::Points(vec![[0.0; 3]])];
     assert_eq!((request().version(), places.map(graded)), (0, [1, 0]));
-    // A file counts by its content.
+    // A file is identified by its content.
     let (a, b) = (store.home.path.join("a.stl"), store.home.path.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));
     let file = |p: &Path| name(&MeshRequest { source: Source::File { path: p.into(), unit_m: 1e-3 }, ..request() });

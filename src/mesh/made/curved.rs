@@ -1,4 +1,4 @@
-//! Curved meshes without a mesher: blocks and prisms of Kuhn cells under a smooth map, mid-nodes on the map.
+//! Curved meshes made without a mesher: blocks and prisms of Kuhn cells under a smooth map, with mid-nodes on the map.
 
 use super::structured::block;
 use crate::math::tensor::Vec3;
@@ -8,15 +8,15 @@ use crate::mesh::surface::boundary::add_boundary;
 use crate::mesh::{Order, Region, TetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// A block of nx × ny × nz boxes under a map of the unit cube that keeps its sides apart.
+/// Builds a block of nx × ny × nz boxes under a map of the unit cube that keeps its sides distinct.
 pub fn mapped_block([nx, ny, nz]: [usize; 3], order: Order, map: impl Fn(Vec3) -> Vec3) -> TetMesh {
     let mut mesh = block(nx, ny, nz, 1.0, 1.0, 1.0, order);
     mesh.points.iter_mut().for_each(|p| *p = map(*p));
     mesh
 }
 
-/// `parts` triangular prisms, each the half s ≥ t of a block of n × n × layers boxes, mapped by (part, s, t, w) and joined
-/// where nodes coincide. Faces s = t and t = 0 have the same diagonals, so sectors of a disc fit together.
+/// Builds `parts` triangular prisms, each the half s ≥ t of a block of n × n × layers boxes, mapped by (part, s, t, w) and joined where nodes
+/// coincide. Faces s = t and t = 0 have matching diagonals, so that sectors of a disc fit together.
 pub fn prisms(
     parts: usize,
     n: usize,
@@ -36,7 +36,7 @@ pub fn prisms(
             for &k in source.cell(c) {
                 let p = source.points[k as usize];
                 let at = map(part, p.x, p.y, p.z);
-                // Lengths are of the size of one: nodes closer than 1e-7 are one.
+                // Lengths are of order one: nodes closer than 1e-7 are merged.
                 let key = [at.x, at.y, at.z].map(|x| (x * 1e7).round() as i64);
                 let node = *known.entry(key).or_insert_with(|| {
                     mesh.points.push(at);
@@ -65,8 +65,8 @@ pub fn prisms(
     mesh
 }
 
-/// One octant of a hollow sphere of radii a < b \[m\], n cells along an edge of the spherical triangle: x = r l/|l| with the
-/// barycentric l = (1 − s, s − t, t), r = a (b/a)^w. Regions `inner`, `outer` and the planes `xmin`, `ymin`, `zmin`.
+/// Builds an octant of a hollow sphere of radii a < b \[m\], with n cells along an edge of the spherical triangle: x = r l/|l| with the barycentric l
+/// = (1 − s, s − t, t), r = a (b/a)^w. Regions `inner`, `outer` and the planes `xmin`, `ymin`, `zmin`.
 pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh {
     let ratio = b / a;
     let unit = prisms(1, n, layers, order, |_, s, t, w| Vec3::new(1.0 - s, s - t, t).normalize() * ratio.powf(w));
@@ -78,8 +78,7 @@ pub fn octant(a: f64, b: f64, n: usize, layers: usize, order: Order) -> TetMesh 
     with_region(mesh, "outer", |p| near(p.norm() / b, 1.0))
 }
 
-/// A cylinder of radius a and this length along z \[m\]: six sectors, r = a s, angle (part + t/s) 60°. Regions `zmin`, `zmax`
-/// and `side`.
+/// Builds a cylinder of radius a and the given length along z \[m\]: six sectors, r = a s, angle (part + t/s) 60°. Regions `zmin`, `zmax` and `side`.
 pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> TetMesh {
     let unit = prisms(6, n, layers, order, |part, s, t, w| {
         let angle = (part as f64 + if s > 0.0 { t / s } else { 0.0 }) * std::f64::consts::FRAC_PI_3;
@@ -91,13 +90,13 @@ pub fn cylinder(a: f64, length: f64, n: usize, layers: usize, order: Order) -> T
     with_region(mesh, "side", |p| near(p.x.hypot(p.y) / a, 1.0))
 }
 
-/// A tube about the z-axis of radii a < b and this length \[m\]: boxes across the wall, round it and along it. Regions `inner`, `outer`,
-/// `zmin` and `zmax`.
+/// Builds a tube about the z-axis with radii a < b and the given length \[m\]: `divisions` are the numbers of boxes across the wall, around and along
+/// it. Regions `inner`, `outer`, `zmin` and `zmax`.
 pub fn tube([a, b]: [f64; 2], length: f64, divisions: [usize; 3], order: Order) -> TetMesh {
     let flat = block(divisions[0], divisions[1], divisions[2], 1.0, 1.0, 1.0, order);
     let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
     let mut known = HashMap::new();
-    // Lengths are of the size of one: the ends of the circle, y = 0 and 1, are one.
+    // Lengths are of order one: the ends of the circle, y = 0 and 1, are merged.
     let key = |p: &Vec3| [p.x, p.y % 1.0, p.z].map(|x| (x * 1e7).round() as i64);
     for &k in &flat.cells {
         let p = flat.points[k as usize];
@@ -117,8 +116,8 @@ pub fn tube([a, b]: [f64; 2], length: f64, divisions: [usize; 3], order: Order) 
     with_region(mesh, "zmax", |p| (p.z - length).abs() < 1e-9 * length)
 }
 
-/// A bar of radius a \[m\] whose centre line is an arc of this radius \[m\] and angle \[rad\], which begins at the origin along z and bends towards x.
-/// Divisions as of a [`cylinder`]. Regions `start`, `end` and `side`.
+/// Builds a bar of radius a \[m\] whose centre line is an arc of the given radius \[m\] and angle \[rad\], which starts at the origin along z and
+/// bends towards x. Divisions as for a [`cylinder`]. Regions `start`, `end` and `side`.
 pub fn bow(a: f64, (radius, angle): (f64, f64), [n, layers]: [usize; 2], order: Order) -> TetMesh {
     let mut mesh = cylinder(a, 1.0, n, layers, order);
     for p in &mut mesh.points {
@@ -132,8 +131,8 @@ pub fn bow(a: f64, (radius, angle): (f64, f64), [n, layers]: [usize; 2], order: 
     mesh
 }
 
-/// A plate of nx × ny × nz boxes over the quadrilateral of these corners \[m\], counter-clockwise from the image of (0, 0), bilinear
-/// between. Regions as of a block.
+/// Builds a plate of nx × ny × nz boxes over the quadrilateral with these corners \[m\], counter-clockwise from the image of (0, 0), bilinear in
+/// between. Regions as for a block.
 pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
     let [a, b, c, d] = corners;
     let between =
@@ -141,8 +140,8 @@ pub fn plate(corners: [[f64; 2]; 4], thickness: f64, divisions: [usize; 3], orde
     mapped_block(divisions, order, |p| Vec3::new(between(0, p.x, p.y), between(1, p.x, p.y), thickness * p.z))
 }
 
-/// A quarter, x ≥ 0 and y ≥ 0, of a square plate of half edge w with a hole of radius a about the origin \[m\]: boxes along the radius, round
-/// the quarter (even, so that the corner is a node) and through the thickness. Regions `hole`, the planes of symmetry `xmin` and `ymin`, and
+/// Builds a quarter, x ≥ 0 and y ≥ 0, of a square plate of half edge w with a hole of radius a about the origin \[m\]: boxes along the radius, around
+/// the quarter (an even number, so that the corner is a node) and through the thickness. Regions `hole`, the symmetry planes `xmin` and `ymin`, and
 /// `xmax`, `ymax`, `zmin`, `zmax`.
 pub fn hole(a: f64, w: f64, thickness: f64, divisions: [usize; 3], order: Order) -> TetMesh {
     let mut mesh = mapped_block(divisions, order, |p| {
@@ -157,8 +156,8 @@ pub fn hole(a: f64, w: f64, thickness: f64, divisions: [usize; 3], order: Order)
     sides.into_iter().fold(mesh, |mesh, (name, axis, at)| with_region(mesh, name, |p| near(p[axis], at)))
 }
 
-/// A square plate of this edge without its quadrant x, y > edge/2 \[m\], with n boxes across an arm. Regions `xmin`, `ymin`, the ends `xmax`
-/// and `ymax` of the arms, `zmin`, `zmax`.
+/// Builds a square plate of the given edge without its quadrant x, y > edge/2 \[m\], with n boxes across an arm. Regions `xmin`, `ymin`, the ends
+/// `xmax` and `ymax` of the arms, `zmin`, `zmax`.
 pub fn bracket(edge: f64, thickness: f64, [n, layers]: [usize; 2], order: Order) -> TetMesh {
     let square = block(2 * n, 2 * n, layers, edge, edge, thickness, order);
     let mesh = joined(&scaled(square, 1.0 / edge), |middle| middle.xy().amin() < 0.5);
@@ -172,7 +171,7 @@ pub fn bracket(edge: f64, thickness: f64, [n, layers]: [usize; 2], order: Order)
     })
 }
 
-/// The cells of a mesh whose middle is kept, with nodes at one place as one node; lengths are of the size of one. Its only region is `body`.
+/// Returns the cells of a mesh whose centres are `kept`, with coincident nodes merged; lengths are of order one. The only region is `body`.
 fn joined(source: &TetMesh, kept: impl Fn(Vec3) -> bool) -> TetMesh {
     let order = source.order;
     let mut mesh = TetMesh { order, points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new() };
@@ -180,7 +179,7 @@ fn joined(source: &TetMesh, kept: impl Fn(Vec3) -> bool) -> TetMesh {
     let cells = (0..source.cell_count()).filter(|c| kept(source.position(*c, [0.25; 3])));
     for &k in cells.flat_map(|c| source.cell(c)) {
         let at = source.points[k as usize];
-        // Nodes closer than 1e-7 are one.
+        // Nodes closer than 1e-7 are merged.
         let key = [at.x, at.y, at.z].map(|x| (x * 1e7).round() as i64);
         let node = *known.entry(key).or_insert_with(|| {
             mesh.points.push(at);
@@ -198,7 +197,7 @@ fn scaled(mut mesh: TetMesh, factor: f64) -> TetMesh {
     mesh
 }
 
-/// With the facets whose corners all satisfy `on` as a region.
+/// Adds a region of the facets all of whose nodes satisfy `on`.
 fn with_region(mut mesh: TetMesh, name: &str, on: impl Fn(Vec3) -> bool) -> TetMesh {
     let here = |f: &u32| mesh.facet(*f as usize).iter().all(|&k| on(mesh.points[k as usize]));
     let facets = (0..mesh.facet_count() as u32).filter(here).collect();
@@ -212,7 +211,7 @@ mod tests {
     use crate::mesh::file::validate::min_det;
     use std::f64::consts::PI;
 
-    /// Volume and areas of the sides; the curved side of tet10 misses its area by the fourth power of an angle of π/16.
+    /// Volume, and areas of the sides; the area of the curved side with tet10 has an error of the fourth power of an angle of π/16.
     #[test]
     fn a_plate_with_a_hole_and_a_bracket_fill_their_bodies() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -234,7 +233,7 @@ mod tests {
         }
     }
 
-    /// The same of a tube, whose circumference closes, and of a bent bar, whose volume is that of the straight one (Pappus).
+    /// Volumes and areas of a tube, whose circumference closes, and of a bent bar, whose volume equals that of the straight one (Pappus).
     #[test]
     fn a_tube_and_a_bow_fill_their_bodies() {
         for (order, curved) in [(Order::Linear, 6e-2), (Order::Quadratic, 2e-3)] {

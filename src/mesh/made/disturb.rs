@@ -1,4 +1,4 @@
-//! Meshes made worse on purpose: inner nodes moved at random, slivers put in. For robustness studies.
+//! Meshes degraded on purpose, for robustness studies: inner nodes moved at random, slivers inserted.
 
 use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
@@ -6,8 +6,8 @@ use crate::mesh::element::CELL_EDGES;
 use crate::mesh::quality::dihedral_angles;
 use crate::mesh::{Order, TetMesh};
 
-/// Moves every inner corner node by up to `amount`·h in each direction (0.1 is safe on blocks); mid-nodes of quadratic
-/// cells follow their corners, so straight edges stay straight. The same seed gives the same mesh.
+/// Moves every inner corner node by up to `amount`·h in each direction (0.1 is safe on blocks); mid-nodes of quadratic cells follow their corners, so
+/// that straight edges stay straight. The same seed gives the same mesh.
 pub fn distort(mesh: &mut TetMesh, seed: u64, amount: f64) {
     let (reach, mut random) = (amount * mesh.h(), SplitMix(seed));
     let inner = inner_corners(mesh);
@@ -20,8 +20,8 @@ pub fn distort(mesh: &mut TetMesh, seed: u64, amount: f64) {
     shift(mesh, &shifts);
 }
 
-/// Puts slivers into the share `share` of the cells: a node close above the middle of one of its faces cuts a cell into four,
-/// the lowest of which has the smallest dihedral angle `angle` \[rad\]. The functions that the mesh can represent are kept.
+/// Inserts slivers into the fraction `share` of the cells: a node slightly above the centre of one face cuts a cell into four, the lowest of which
+/// has the smallest dihedral angle `angle` \[rad\]. The functions that the mesh can represent are preserved.
 pub fn add_slivers(mesh: &mut TetMesh, seed: u64, share: f64, angle: f64) {
     let mut random = SplitMix(seed);
     let count = mesh.cell_count();
@@ -33,7 +33,7 @@ pub fn add_slivers(mesh: &mut TetMesh, seed: u64, share: f64, angle: f64) {
     }
 }
 
-/// Cuts a cell by a node above the face opposite to its corner `apex`.
+/// Cuts a cell by a node above the face opposite its corner `apex`.
 fn cut_flat(mesh: &mut TetMesh, c: usize, apex: usize, angle: f64) {
     let nodes = mesh.cell(c).to_vec();
     let corners: [Vec3; 4] = std::array::from_fn(|k| mesh.points[nodes[k] as usize]);
@@ -79,7 +79,7 @@ fn inner_corners(mesh: &TetMesh) -> Vec<bool> {
     inner
 }
 
-/// Moves corners; a mid-node moves by the mean of its two.
+/// Moves corners; a mid-node moves by the mean of the motions of its two corners.
 fn shift(mesh: &mut TetMesh, shifts: &[Vec3]) {
     let mut all = shifts.to_vec();
     if mesh.order == Order::Quadratic {
@@ -101,7 +101,7 @@ mod tests {
     use crate::mesh::made::structured::block;
     use crate::mesh::quality::Quality;
 
-    /// The angle is found by bisection; no worse cell is made, none folds, and the body is kept.
+    /// The angle is found by bisection; no cell is worse than intended, none is folded, and the body is unchanged.
     #[test]
     fn slivers_are_as_flat_as_asked_for() {
         for order in [Order::Linear, Order::Quadratic] {

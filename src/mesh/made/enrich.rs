@@ -1,4 +1,4 @@
-//! Enriched meshes of a body, in which every field of the mesh is a field too: each cell split into eight, or linear cells raised to
+//! Enriched meshes of a body, which can represent every field of the original mesh: each cell is split into eight, or linear cells are raised to
 //! quadratic ones.
 //!
 //! A split cell has a child at each corner and four more around the shortest diagonal of the octahedron between them (J. Bey,
@@ -9,32 +9,32 @@ use crate::mesh::element::{CELL_EDGES, CELL_NODES, FACET_EDGES, cell_shape};
 use crate::mesh::{Order, Region, TetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// Children at the corners, as reference nodes of the cell.
+/// Children at the corners, in terms of reference nodes of the cell.
 const AT_CORNERS: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
 
 /// The three diagonals of the octahedron and, around each, its other four corners in a ring.
 const DIAGONALS: [([usize; 2], [usize; 4]); 3] =
     [([6, 8], [4, 5, 9, 7]), ([4, 9], [5, 6, 7, 8]), ([5, 7], [4, 6, 9, 8])];
 
-/// Children of a facet, as reference nodes of the facet.
+/// Children of a facet, in terms of reference nodes of the facet.
 const OF_FACET: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 
-/// A mesh whose space contains that of another one, and the map from fields of that one.
+/// A mesh whose space contains that of another mesh, with the map of fields from that mesh.
 #[derive(Clone, Debug)]
 pub struct Enriched {
     pub mesh: TetMesh,
-    /// \[cells of the enriched mesh\] the cell that it is a part of
+    /// \[cells of the enriched mesh\] the cell of the other mesh to which it belongs
     pub parents: Vec<u32>,
-    /// \[nodes of the enriched mesh\] the field there, as weighted nodes of the other mesh
+    /// \[nodes of the enriched mesh\] the field value there, as weighted nodes of the other mesh
     pub weights: Vec<Vec<(u32, f64)>>,
-    /// The same for a field that is linear between the corners, at the nodes that are corners of the enriched mesh
+    /// Weights for a field that is linear between the corners, for the nodes that are corners of the enriched mesh
     pub corner_weights: HashMap<u32, Vec<(u32, f64)>>,
-    /// \[nodes of the enriched mesh\] the two nodes that it lies between, for nodes that are new
+    /// \[nodes of the enriched mesh\] for new nodes, the two nodes between which they lie
     ends: Vec<Option<[u32; 2]>>,
 }
 
 impl Enriched {
-    /// Each cell split into eight of the same order.
+    /// Splits each cell into eight of the same order.
     pub fn by_splitting(mesh: &TetMesh) -> Self {
         let mut builder = Builder::new(mesh);
         let corners = builder.with_mid_nodes();
@@ -66,10 +66,10 @@ impl Enriched {
         builder.finish(mesh.order, fine, facets, parents, [8, 4])
     }
 
-    /// Quadratic cells in place of linear ones, with straight edges.
+    /// Replaces linear cells by quadratic ones with straight edges.
     ///
     /// # Panics
-    /// If the cells are quadratic already.
+    /// If the cells are already quadratic.
     pub fn by_raising(mesh: &TetMesh) -> Self {
         assert_eq!(mesh.order, Order::Linear, "only linear cells are raised");
         let mut builder = Builder::new(mesh);
@@ -79,12 +79,12 @@ impl Enriched {
         builder.finish(Order::Quadratic, cells, facets, parents, [1, 1])
     }
 
-    /// Nodes of the other mesh and those new ones that lie between two of them, ascending.
+    /// Returns these nodes of the other mesh and the new nodes that lie between two of them, in ascending order.
     pub fn with_nodes_between(&self, nodes: &[u32]) -> Vec<u32> {
         between(&self.ends, nodes, |_, _| true)
     }
 
-    /// A field \[components × nodes\] of the other mesh on the enriched one.
+    /// Transfers a field \[components × nodes\] of the other mesh to the enriched one.
     pub fn prolong(&self, components: usize, field: &[f64]) -> Vec<f64> {
         let value = |weights: &Vec<(u32, f64)>, d: usize| -> f64 {
             weights.iter().map(|(node, w)| w * field[components * *node as usize + d]).sum()
@@ -93,13 +93,13 @@ impl Enriched {
     }
 }
 
-/// Nodes of the enriched mesh while it is made.
+/// Nodes of the enriched mesh during its construction.
 struct Builder<'a> {
     mesh: &'a TetMesh,
     weights: Vec<Vec<(u32, f64)>>,
     /// Nodes between two others
     middles: HashMap<[u32; 2], u32>,
-    /// \[nodes so far\] the two nodes that it lies between, for nodes that are new
+    /// \[nodes so far\] for new nodes, the two nodes between which they lie
     ends: Vec<Option<[u32; 2]>>,
 }
 
@@ -110,7 +110,7 @@ impl<'a> Builder<'a> {
         Self { mesh, weights, middles: HashMap::new(), ends: vec![None; nodes as usize] }
     }
 
-    /// Ten nodes a cell: of a quadratic mesh its own, of a linear one with new nodes at the middle of the edges.
+    /// Returns ten nodes per cell: those of a quadratic mesh, or those of a linear mesh with new nodes at the midpoints of the edges.
     fn with_mid_nodes(&mut self) -> Vec<u32> {
         if self.mesh.order == Order::Quadratic {
             for c in 0..self.mesh.cell_count() {
@@ -132,7 +132,7 @@ impl<'a> Builder<'a> {
         cells
     }
 
-    /// The node between two others, at `xi` of cell `c`.
+    /// Returns the node between two others, at `xi` of cell `c`.
     fn between(&mut self, a: u32, b: u32, c: usize, xi: [f64; 3]) -> u32 {
         let Self { mesh, weights, middles, ends } = self;
         *middles.entry(sorted([a, b])).or_insert_with(|| {
@@ -159,7 +159,7 @@ impl<'a> Builder<'a> {
         self.weights[node as usize].iter().map(|(k, w)| self.mesh.points[*k as usize] * *w).sum()
     }
 
-    /// The eight children of a cell with these ten nodes, as reference nodes, of positive volume.
+    /// Returns the eight children of a cell with these ten nodes, in terms of reference nodes, with positive volumes.
     fn children(&self, nodes: &[u32]) -> Vec<[usize; 4]> {
         let length = |[a, b]: [usize; 2]| (self.position(nodes[a]) - self.position(nodes[b])).norm();
         let shorter =
@@ -195,8 +195,9 @@ impl<'a> Builder<'a> {
         Enriched { mesh, parents, weights: self.weights, corner_weights, ends: self.ends }
     }
 
-    /// Nodes of a region that is given by nodes: a new one belongs to it if both of its ends do. An edge through the body from face to face of the
-    /// region does not: its ends are nodes of facets that belong to the region whole, and it lies on none of them.
+    /// Returns the nodes of a region that is given by nodes: a new node belongs to it if both of its ends do. An exception is an edge through the
+    /// body from one face of the region to another: its ends are nodes of facets that lie entirely in the region, but the edge lies on none of these
+    /// facets.
     fn selected(&self, nodes: &[u32], (order, facets): (Order, &[u32]), facet_parts: u32) -> Vec<u32> {
         if nodes.is_empty() {
             return Vec::new();
@@ -212,7 +213,7 @@ impl<'a> Builder<'a> {
         between(&self.ends, nodes, |node, ends| is_on_facet[node] || !ends.iter().all(|&end| is_on_facet[end as usize]))
     }
 
-    /// A corner of the enriched mesh is a corner of the other one, or between two of them.
+    /// Corner weights: each corner of the enriched mesh is a corner of the other mesh, or lies between two of its corners.
     fn corner_weights(&self, order: Order, cells: &[u32]) -> HashMap<u32, Vec<(u32, f64)>> {
         let halves: HashMap<u32, [u32; 2]> = self.middles.iter().map(|(ends, middle)| (*middle, *ends)).collect();
         let corners = cells.chunks_exact(order.cell_nodes()).flat_map(|cell| &cell[..4]);
@@ -224,7 +225,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// These nodes and the new ones between two of them that are `admitted`, ascending.
+/// Returns these nodes and the new nodes between two of them that are `admitted`, in ascending order.
 fn between(ends: &[Option<[u32; 2]>], nodes: &[u32], admitted: impl Fn(usize, [u32; 2]) -> bool) -> Vec<u32> {
     let mut is_in = vec![false; ends.len()];
     nodes.iter().for_each(|&node| is_in[node as usize] = true);
@@ -240,7 +241,7 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The same corners in an order of positive volume in the reference cell.
+/// Reorders corners such that the volume in the reference cell is positive.
 fn oriented(corners: [usize; 4]) -> [usize; 4] {
     let p = corners.map(|k| crate::math::tensor::Vec3::from(CELL_NODES[k]));
     let [a, b, c, d] = corners;
@@ -284,7 +285,7 @@ mod tests {
         }
     }
 
-    /// The surface by its nodes has the new nodes of its facets and no others: edges through the body, from side to side, stay free.
+    /// A surface given by nodes gains exactly the new nodes of its facets: edges through the body from side to side do not count.
     #[test]
     fn a_surface_by_nodes_is_the_one_by_facets() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -303,7 +304,7 @@ mod tests {
         }
     }
 
-    /// A node set of the facets of two sides that meet has no new node on a facet of the third side with all its corners on them.
+    /// A node set of the facets of two adjacent sides gains no new node on a facet of the third side whose corners all belong to it.
     #[test]
     fn a_node_set_of_facets_stays_one() {
         let mut mesh = block(2, 2, 2, 1.0, 1.2, 0.8, Order::Linear);
@@ -318,7 +319,7 @@ mod tests {
         assert_eq!(fine.facets_of(sides), sides.facets);
     }
 
-    /// The nodes of a line, which are those of no facet, and those between them.
+    /// The nodes of a line, which contains all nodes of no facet, gain the nodes between them.
     #[test]
     fn lines_of_nodes_stay_whole() {
         let mut mesh = block(3, 2, 2, 1.0, 0.7, 1.3, Order::Linear);
@@ -337,8 +338,7 @@ mod tests {
         facets.iter().map(normals).sum()
     }
 
-    /// A field of the mesh is the same function on the enriched one: at random points of a child it has the value that it has there in
-    /// the parent.
+    /// A field of the mesh is the same function on the enriched mesh: at random points of a child it has the value that it has there in the parent.
     #[test]
     fn fields_are_kept() {
         for (mesh, fine) in enriched() {
@@ -358,7 +358,7 @@ mod tests {
         }
     }
 
-    /// ξ of a position in a cell, by Newton's method.
+    /// Returns ξ of a position in a cell, by Newton's method.
     fn reference(mesh: &TetMesh, c: usize, at: Vec3) -> [f64; 3] {
         let mut xi = Vec3::repeat(0.25);
         for _ in 0..30 {

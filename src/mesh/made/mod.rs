@@ -1,4 +1,4 @@
-//! Meshes made here without a mesher, and changed ones.
+//! Meshes made without a mesher, and modifications of meshes.
 
 pub mod curved;
 pub mod disturb;

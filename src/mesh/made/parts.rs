@@ -1,4 +1,4 @@
-//! Meshes of several bodies: images of one mesh, several meshes side by side, and which cells hang together.
+//! Meshes of several bodies: images of a mesh, several meshes side by side, and connected parts.
 
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::{Mat3, Vec3};
@@ -8,7 +8,7 @@ use crate::mesh::{Region, TetMesh};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::collections::BTreeMap;
 
-/// The image under X ↦ A X + b, A orthogonal. A mirror image gets the other order of nodes, so that volumes stay positive.
+/// Returns the image under X ↦ A X + b with A orthogonal. For a reflection the node order is changed, so that volumes stay positive.
 pub fn image(mesh: &TetMesh, a: &Mat3, b: &Vec3) -> TetMesh {
     let mut image = mesh.clone();
     image.points.iter_mut().for_each(|p| *p = a * *p + b);
@@ -21,7 +21,7 @@ pub fn image(mesh: &TetMesh, a: &Mat3, b: &Vec3) -> TetMesh {
     image
 }
 
-/// Meshes of one order as one mesh. A region R of the mesh named N becomes `N.R`; R itself holds those of all.
+/// Combines meshes of one order into one. A region R of the mesh named N becomes `N.R`; R itself contains the regions of all meshes.
 pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
     let mut whole = TetMesh { regions: BTreeMap::new(), ..named.first()?.1.clone() };
     (whole.points, whole.cells, whole.facets) = (Vec::new(), Vec::new(), Vec::new());
@@ -39,7 +39,7 @@ pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
             let all = whole.regions.entry(region.clone()).or_default();
             all.cells.extend(&moved.cells);
             all.facets.extend(&moved.facets);
-            // With a node set of one part the nodes of all are given by themselves
+            // If one part has a node set, the nodes of all are listed explicitly
             all.is_node_set = named.iter().any(|(_, part)| part.regions.get(region).is_some_and(|r| r.is_node_set));
             match all.is_node_set {
                 true => all.nodes.extend(part.nodes_of(list).iter().map(|n| n + nodes)),
@@ -55,7 +55,7 @@ pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
     Some(whole)
 }
 
-/// \[cells\] the part that each belongs to, as a node of it: cells of one part are joined by common nodes.
+/// Returns the connected part of each cell \[cells\], identified by one of its nodes: cells of one part are joined by common nodes.
 pub fn parts(mesh: &TetMesh) -> Vec<u32> {
     let mut sets = DisjointSets::new(mesh.points.len());
     for cell in mesh.cells.chunks_exact(mesh.order.cell_nodes()) {
@@ -64,7 +64,8 @@ pub fn parts(mesh: &TetMesh) -> Vec<u32> {
     mesh.cells.chunks_exact(mesh.order.cell_nodes()).map(|cell| sets.first(cell[0])).collect()
 }
 
-/// \[cells\] the same of cells that are joined by common faces, as a cell of each part: parts that only have nodes or edges in common are several.
+/// Returns the part of each cell that is connected by common faces \[cells\], identified by one of its cells: parts with only nodes or edges in
+/// common are separate.
 pub fn parts_by_faces(mesh: &TetMesh) -> Vec<u32> {
     let cells = mesh.cell_count();
     let mut sets = DisjointSets::new(cells);
@@ -79,7 +80,7 @@ pub fn parts_by_faces(mesh: &TetMesh) -> Vec<u32> {
     (0..cells as u32).map(|cell| sets.first(cell)).collect()
 }
 
-/// The parts of a mesh that no face joins as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
+/// Returns the parts of a mesh that no face joins as separate meshes, without facets and regions; the inverse of [`side_by_side`].
 pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
     let mut of_part: BTreeMap<u32, (TetMesh, FxHashMap<u32, u32>)> = BTreeMap::new();
     for (part, cell) in parts_by_faces(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
@@ -98,7 +99,7 @@ pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
     of_part.into_values().map(|(own, _)| own).collect()
 }
 
-/// Exchanges the pairs of places that the list has.
+/// Exchanges the pairs of positions that exist in the list.
 fn swap(list: &mut [u32], pairs: &[(usize, usize)]) {
     let n = list.len();
     pairs.iter().filter(|(_, b)| *b < n).for_each(|&(a, b)| list.swap(a, b));
@@ -111,7 +112,7 @@ mod tests {
     use crate::mesh::made::structured::block;
     use crate::mesh::quality::overlap::overlap_of_parts;
 
-    /// A part without a node set has the nodes of its facets in the region of all parts.
+    /// In the region of all parts, a part without a node set contributes the nodes of its facets.
     #[test]
     fn node_sets_stay_sets_of_nodes_in_several_parts() {
         let one = block(2, 1, 1, 0.02, 0.01, 0.01, Order::Linear);

@@ -1,4 +1,4 @@
-//! Blocks of Kuhn tetrahedra, made here without a mesher: for tests, benches and the smallest scenes.
+//! Blocks of Kuhn tetrahedra, made without a mesher: for tests, benches and the smallest scenes.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::element::CELL_EDGES;
@@ -7,8 +7,8 @@ use crate::mesh::surface::boundary::add_boundary;
 use crate::mesh::{Order, Region, TetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// A block \[0, lx\] × \[0, ly\] × \[0, lz\] \[m\] of nx × ny × nz boxes, each cut into 6 tetrahedra along its diagonal, with
-/// the regions `xmin`, `xmax`, `ymin`, `ymax`, `zmin`, `zmax`.
+/// Builds a block \[0, lx\] × \[0, ly\] × \[0, lz\] \[m\] of nx × ny × nz boxes, each cut into 6 tetrahedra along its diagonal, with the regions
+/// `xmin`, `xmax`, `ymin`, `ymax`, `zmin`, `zmax`.
 ///
 /// ```
 /// use durometer::prelude::*;
@@ -104,7 +104,7 @@ mod tests {
             for (name, area) in [("xmin", 0.02), ("ymax", 0.06), ("zmin", 0.03)] {
                 assert!((mesh.region_area(&mesh.regions[name].facets) / area - 1.0).abs() < 1e-13, "{name}");
             }
-            // Gauss: ∮ x·n dA = 3 V needs every facet, outward.
+            // Gauss: ∮ x·n dA = 3 V requires every facet, oriented outward.
             let flux: f64 = (0..mesh.facet_count())
                 .map(|f| {
                     let x = mesh.facet(f)[..3].iter().map(|&i| mesh.points[i as usize]).sum::<Vec3>() / 3.0;

@@ -1,7 +1,7 @@
-//! Narrow gaps between the parts of a body: facets of parts without common faces that face each other much closer than they are long.
+//! Narrow gaps between the parts of a body: facets of parts without common faces that face each other at a distance far below their size.
 //!
-//! From the middle of every facet the nearest one is looked for that faces it within 45°. Facets of one part, as of solids of which only some facets
-//! are common, count where they lie on each other: a slit may be narrow on purpose. Curved facets count as flat triangles.
+//! From the centre of every facet, the nearest facet that faces it within 45° is searched for. Facets of one part, as in solids that share only some
+//! of their facets, count only if they coincide: a slit may be narrow on purpose. Curved facets count as flat triangles.
 
 use super::OPPOSITE;
 use crate::math::boxes::{aabb, hierarchy};
@@ -14,27 +14,27 @@ use crate::mesh::made::parts::parts_by_faces;
 use crate::mesh::surface::boundary::facet_cells;
 use std::collections::BTreeSet;
 
-/// Distance of two facets over the shorter of their mean edges, up to which they may have been meant as one \[–\].
+/// Distance of two facets relative to the shorter of their mean edges, up to which they may have been meant to coincide \[–\].
 const NARROW: f64 = 0.05;
-/// The same of two facets of one part, beyond the rounding of coordinates in files \[–\].
+/// Such a distance for two facets of one part, beyond the rounding of coordinates in files \[–\].
 const COINCIDENT: f64 = 1e-4;
-/// Facets that one thread looks at at a time.
+/// Number of facets that one thread handles at a time.
 const FACETS: usize = 256;
 
-/// All narrow gaps between parts of a body.
+/// Summary of all narrow gaps between parts of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// Number of pairs of parts; two sides of one part are a pair
+    /// Number of pairs of parts; two sides of one part count as a pair
     pub pairs: usize,
-    /// Whether no two parts face each other, only sides of one part
+    /// Whether the gaps are all between sides of one part, not between different parts
     pub is_within_parts: bool,
-    /// The largest distance of two sides \[m\]
+    /// Largest distance between two sides \[m\]
     pub distance: f64,
-    /// Where the distance is largest \[m\]
+    /// Position at which the distance is largest \[m\]
     pub at: Vec3,
-    /// Area, the mean of both sides \[m²\]
+    /// Area of the gaps, the mean of both sides \[m²\]
     pub area: f64,
-    /// Within this distance every node of a side has one of the other side \[m\]; none where nodes do not lie opposite each other
+    /// Distance within which every node of a side has a node of the other side \[m\]; `None` if nodes are not opposite each other
     pub between_nodes: Option<f64>,
 }
 
@@ -45,21 +45,21 @@ struct Facet {
     normal: Vec3,
     area: f64,
     edge: f64,
-    /// As a cell of it
+    /// Part to which it belongs, identified by one of its cells
     part: u32,
 }
 
-/// A facet with another one that it faces.
+/// A facet together with another facet that it faces.
 struct Facing {
     parts: [u32; 2],
     distance: f64,
     at: Vec3,
     area: f64,
-    /// Largest distance of its corners from those of the other one; none where one is farther away than a narrow gap is wide
+    /// Largest distance of its corners from the corners of the facing facet; `None` if a corner is farther away than the width of a narrow gap
     corners: Option<f64>,
 }
 
-/// The narrow gaps of a mesh; none where its parts are clearly apart, or joined.
+/// Returns the narrow gaps of a mesh; `None` if its parts are clearly separate, or joined.
 pub fn gap(mesh: &TetMesh) -> Option<Gap> {
     let of_cells = parts_by_faces(mesh);
     let outer = facet_cells(mesh).into_iter().enumerate().filter(|(_, (_, is_inside))| !is_inside);
@@ -93,7 +93,7 @@ fn facet(mesh: &TetMesh, f: usize, part: u32) -> Facet {
     Facet { corners, middle: (a + b + c) / 3.0, normal: twice.normalize(), area: 0.5 * twice.norm(), edge, part }
 }
 
-/// Two facets that face each other across a narrow gap.
+/// Returns the data of two facets if they face each other across a narrow gap.
 fn facing(one: &Facet, other: &Facet) -> Option<Facing> {
     let narrow = if one.part == other.part { COINCIDENT } else { NARROW };
     let reach = narrow * one.edge.min(other.edge);

@@ -1,4 +1,4 @@
-//! Parts of a mesh that hang together at edges or single nodes alone, about which they turn as about a hinge.
+//! Parts of a mesh that are connected only at edges or single nodes, about which they can rotate as about a hinge.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -12,11 +12,11 @@ pub struct Hinge {
     pub parts: usize,
     /// Number of their common corners
     pub nodes: usize,
-    /// Place of one of them \[m\]
+    /// Position of one of these corners \[m\]
     pub at: Vec3,
 }
 
-/// The hinges of a mesh; none where parts have faces or nothing in common.
+/// Returns the hinges of a mesh; `None` if parts share faces or nothing.
 pub fn hinge(mesh: &TetMesh) -> Option<Hinge> {
     let mut owners = vec![None; mesh.points.len()];
     let (mut nodes, mut parts) = (BTreeSet::new(), BTreeSet::new());
@@ -40,7 +40,7 @@ mod tests {
     use crate::mesh::structured::block;
     use std::collections::BTreeMap;
 
-    /// Of a cube of eight boxes two are left that have an edge, a corner, a face, or nothing in common.
+    /// Of a cube of eight boxes, two remain that share an edge, a corner, a face or nothing.
     #[test]
     fn parts_with_a_common_edge_or_node_are_found() {
         for order in [Order::Linear, Order::Quadratic] {

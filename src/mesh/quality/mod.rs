@@ -12,12 +12,12 @@ use crate::math::tensor::Vec3;
 use crate::math::threads;
 use std::ops::Range;
 
-/// Cosine between the outward normals of two facets that face each other across a wall or a gap is below this.
+/// Largest cosine between the outward normals of two facets that face each other across a wall or a gap \[–\].
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
-/// Cells that one thread looks at at a time.
+/// Number of cells that one thread handles at a time.
 const CELLS: usize = 1024;
 
-/// Cells with a dihedral angle below this one, or above the rest of 180°, are nearly flat \[deg\].
+/// Dihedral angle below which, or within which of 180°, a cell is nearly flat \[deg\].
 const FLAT_DEG: f64 = 5.0;
 
 /// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles \[deg\] over all cells.
@@ -27,14 +27,14 @@ pub struct Quality {
     pub radius_ratio_mean: f64,
     pub dihedral_min_deg: f64,
     pub dihedral_max_deg: f64,
-    /// Number of cells that are nearly flat: with a dihedral angle below 5° or above 175°
+    /// Number of nearly flat cells: with a dihedral angle below 5° or above 175°
     pub flat_cells: usize,
-    /// The cell with the least radius ratio
+    /// Index of the cell with the smallest radius ratio
     pub worst_cell: usize,
 }
 
 impl Quality {
-    /// Quality of the cells of a mesh; curved edges count as straight.
+    /// Computes the quality of the cells of a mesh; curved edges count as straight.
     pub fn of(mesh: &TetMesh) -> Self {
         let count = mesh.cell_count();
         let of_cell = |c: usize| {
@@ -55,7 +55,7 @@ impl Quality {
             low = cosines.into_iter().fold(low, f64::min);
             high = cosines.into_iter().fold(high, f64::max);
         }
-        // The largest cosine is that of the smallest angle.
+        // The largest cosine belongs to the smallest angle.
         let [dihedral_min_deg, dihedral_max_deg] = [high, low].map(|cosine| cosine.acos().to_degrees());
         Self {
             radius_ratio_min: least,
@@ -68,7 +68,7 @@ impl Quality {
     }
 }
 
-/// 3 r_in/r_circ with r_in = 3V/A and r_circ = |a²(b×c) + b²(c×a) + c²(a×b)|/12V, edges a, b, c from one corner.
+/// Returns 3 r_in/r_circ with r_in = 3V/A and r_circ = |a²(b×c) + b²(c×a) + c²(a×b)|/12V, for edges a, b, c from one corner.
 pub fn radius_ratio(x: &[Vec3; 4]) -> f64 {
     let (a, b, c) = (x[1] - x[0], x[2] - x[0], x[3] - x[0]);
     let volume = a.dot(&b.cross(&c)) / 6.0;
@@ -83,7 +83,7 @@ pub fn dihedral_angles(x: &[Vec3; 4]) -> [f64; 6] {
     dihedral_cosines(x).map(f64::acos)
 }
 
-/// The cosines of the dihedral angles; 1 where a face has no height over the edge.
+/// Returns the cosines of the dihedral angles; 1 if a face has zero height over the edge.
 fn dihedral_cosines(x: &[Vec3; 4]) -> [f64; 6] {
     CELL_EDGES.map(|[i, j]| {
         let edge = (x[j] - x[i]).normalize();

@@ -1,26 +1,26 @@
-//! The thinnest place below notches of a body, such as the hinges of a finger.
+//! The thinnest section below notches of a body, such as the hinges of a finger.
 //!
-//! Where two facets meet at a concave edge, a ray goes from the middle of the edge inward, along the mean of their normals, to the opposite side. The sides of a notch
-//! face that side too little, and are too small a share of the surface, to be a wall. A place counts where the edges that are within a quarter
-//! as thick are together as long as it is thick.
+//! Where two facets meet at a concave edge, a ray is cast inward from the middle of the edge along the mean of their normals to the opposite side.
+//! The sides of a notch face that side too little, and are too small a share of the surface, to count as a wall. A section counts if the edges with a
+//! thickness within a quarter of its own have a total length of at least its thickness.
 
 use super::wall::{ABOUT, Side, Skin, Wall, mean_layers};
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use std::collections::HashMap;
 
-/// Facets turn by more than this angle at the edge of a notch \[rad\].
+/// Angle between facets above which the edge between them can be that of a notch \[rad\].
 const TURN: f64 = 0.35;
 
-/// The thinnest place below notches.
+/// The thinnest section below notches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Notch {
     pub wall: Wall,
-    /// Middle of the edge where it is thinnest \[m\]
+    /// Middle of the edge below which the section is thinnest \[m\]
     pub at: Vec3,
 }
 
-/// The thinnest place below concave edges; `held` says whether the displacement of a node is prescribed along an axis.
+/// Returns the thinnest section below concave edges; `held` says whether the displacement of a node is prescribed along an axis.
 pub fn thinnest_below_notches(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Notch> {
     let skin = Skin::new(mesh, held)?;
     let mut sides: Vec<Side> = concave_edges(mesh, &skin).into_iter().filter_map(|e| side(mesh, &skin, e)).collect();
@@ -36,10 +36,10 @@ pub fn thinnest_below_notches(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool)
     Some(Notch { wall: Wall { thickness, cells }, at })
 }
 
-/// The ends of a concave edge between two facets, with the sum of their unit normals.
+/// The ends of a concave edge between two facets, and the sum of their unit normals.
 type Edge = ([u32; 2], Vec3);
 
-/// In the order of the facets.
+/// Returns the concave edges in the order of the facets.
 fn concave_edges(mesh: &TetMesh, skin: &Skin) -> Vec<Edge> {
     let (mut open, mut found): (HashMap<[u32; 2], usize>, Vec<Edge>) = (HashMap::new(), Vec::new());
     let normal = |k: usize| skin.normals[k].normalize();

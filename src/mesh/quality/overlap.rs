@@ -1,4 +1,4 @@
-//! Do two meshes share space? Middles of cells of one that lie in the other, and edges of one surface that pierce the other.
+//! Overlap of two meshes: centres of cells of one that lie in the other, and surface edges of one that pierce the surface of the other.
 //!
 //! Faces in contact share no volume. Curved facets count as flat triangles.
 
@@ -11,12 +11,12 @@ use crate::mesh::surface::flat::{edges, flat_triangles};
 use crate::mesh::{TetMesh, geometry};
 use nalgebra::Rotation3;
 
-/// Share of lengths and areas below which a crossing counts as contact \[–\].
+/// Relative length or area below which a crossing counts as contact \[–\].
 const TOUCH: f64 = 1e-9;
-/// Share of the size of the smaller body by which one is moved to distinguish contact from overlap \[–\].
+/// Displacement relative to the size of the smaller body by which a mesh is moved to distinguish contact from overlap \[–\].
 const NUDGE: f64 = 1e-6;
 
-/// A place that two meshes both fill \[m\].
+/// Returns a position \[m\] that lies in both meshes, if there is one.
 pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let (first, second) = (bounds(a), bounds(b));
     if (0..3).any(|i| first.1[i] < second.0[i] || second.1[i] < first.0[i]) {
@@ -33,22 +33,22 @@ pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     others.into_iter().all(|away| shared(away).is_some()).then_some(place)
 }
 
-/// A place that two parts of one mesh both fill \[m\].
+/// Returns a position \[m\] that lies in two parts of one mesh, if there is one.
 pub fn overlap_of_parts(mesh: &TetMesh) -> Option<Vec3> {
     let mut parts = apart(mesh);
     parts.iter_mut().for_each(add_boundary);
     (1..parts.len()).find_map(|k| parts[..k].iter().find_map(|before| overlap(before, &parts[k])))
 }
 
-/// Corners of a tetrahedron about the origin, along no axis of a mesh. Bodies that are only in contact separate in one of these directions; meshes whose
-/// edges and faces lie on each other cross properly in all of them.
+/// Corners of a tetrahedron about the origin, aligned with no axis of a mesh. Bodies that are only in contact separate in one of these directions;
+/// meshes with coincident edges and faces intersect properly in all of them.
 fn corners() -> [Vec3; 4] {
     let turn = Rotation3::from_euler_angles(0.3, 0.5, 0.7);
     [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]].map(|v| turn * Vec3::from(v))
 }
 
-/// Where the segment from `p` to `q` goes through the inside of a triangle, as a share of its length; none where it lies in its
-/// plane or lies on its border (Möller & Trumbore, J. Graph. Tools 2, 1997).
+/// Returns the position at which the segment from `p` to `q` pierces the interior of a triangle, as a share of its length; `None` if the segment lies
+/// in the plane of the triangle or meets its border (Möller & Trumbore, J. Graph. Tools 2, 1997).
 pub fn pierces(p: &Vec3, q: &Vec3, [a, b, c]: &[Vec3; 3]) -> Option<f64> {
     let (u, v, along) = (b - a, c - a, q - p);
     let across = along.cross(&v);
@@ -67,7 +67,7 @@ fn bounds(mesh: &TetMesh) -> (Vec3, Vec3) {
     geometry::bounds(mesh.points.iter().copied())
 }
 
-/// The middle of a cell of `a` in a cell of `b`.
+/// Returns the centre of a cell of `a` that lies in a cell of `b`.
 fn inside(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let cells = hierarchy((0..b.cell_count()).map(|c| cell_bounds(b, c)));
     let (low, high) = bounds(b);
@@ -83,7 +83,7 @@ fn inside(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     near.into_iter().find(holds)
 }
 
-/// A place where an edge of the surface of `a` pierces the surface of `b`.
+/// Returns a position where a surface edge of `a` pierces the surface of `b`.
 fn pierced(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let corners = flat_triangles(b, &boundary_facets(b));
     let triangles: Vec<[Vec3; 3]> = corners.iter().map(|t| t.map(|k| b.points[k as usize])).collect();

@@ -1,12 +1,13 @@
-//! Cells across the thinnest wall of a body: what a mesh knows of the bending of thin parts.
+//! Number of cells across the thinnest wall of a body: how well a mesh can represent the bending of thin parts.
 //!
-//! From the middle of every facet of the surface, and of parts of large ones, a ray goes inward to the opposite side; where the two sides face away from each other
-//! within 45°, its length is the thickness there. The thinnest wall is where the thickness is within a quarter of the one that a twentieth of the
-//! surface is below. There the layers of cells are counted: the least number of edges from a facet to a node of the opposite side,
-//! as a mean over the area. A ray that is crossed by cells says less: it crosses three cells of one layer of a grid.
+//! From the centre of every facet of the surface, and of parts of large facets, a ray is cast inward to the opposite side; if the two sides face away
+//! from each other within 45°, its length is the thickness there. The thinnest wall consists of the facets at which the thickness is at most a
+//! quarter above its 5 % quantile over the surface. There the layers of cells are counted: the smallest number of edges from a facet to a node of the
+//! opposite side, averaged over the area. Counting the cells that a ray crosses would be less meaningful: it crosses three cells in one layer of a
+//! grid.
 //!
-//! Facets held in the direction of their normal (planes of symmetry, plane strain, clamped faces) are no sides of a wall. Notches, a small share of the surface
-//! with sides that do not face the opposite one, are in [`super::notch`].
+//! Facets held in the direction of their normal (symmetry planes, plane strain, clamped faces) do not count as sides of a wall. For notches, which
+//! are a small share of the surface and whose sides do not face the opposite one, see [`super::notch`].
 
 use super::OPPOSITE;
 use crate::math::boxes::to_parry;
@@ -17,19 +18,19 @@ use crate::mesh::surface::boundary::boundary_facets;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
 
-/// Share of the surface that is at most as thick as the thinnest wall \[–\].
+/// Share of the surface with a thickness of at most that of the thinnest wall \[–\].
 pub(crate) const SHARE: f64 = 0.05;
-/// Thickness of a facet that belongs to the thinnest wall, over that of the wall \[–\].
+/// Largest thickness at a facet of the thinnest wall, relative to that of the wall \[–\].
 pub(crate) const ABOUT: f64 = 1.25;
-/// Cells across a wall below which a mesh does not show how it bends.
+/// Number of cells across a wall below which a mesh cannot represent its bending.
 pub const LEAST_CELLS: f64 = 2.0;
-/// Facets at which layers are counted, evenly spread over those of the wall.
+/// Number of facets at which layers are counted, evenly distributed over those of the wall.
 const SAMPLES: usize = 200;
-/// Parts of the surface from which rays go at least: a facet with a larger share of it is divided.
+/// Smallest number of parts of the surface from which rays are cast: a facet with a larger share of the surface is divided.
 const PARTS: f64 = 2000.0;
-/// Most parts of a side of a facet.
+/// Largest number of divisions of a side of a facet.
 const DIVISIONS: f64 = 12.0;
-/// Rays that one thread casts at a time.
+/// Number of rays that one thread casts at a time.
 const RAYS: usize = 256;
 
 /// The thinnest wall of a mesh.
@@ -37,11 +38,11 @@ const RAYS: usize = 256;
 pub struct Wall {
     /// \[m\]
     pub thickness: f64,
-    /// Layers of cells across it, mean over its area
+    /// Number of layers of cells across it, averaged over its area
     pub cells: f64,
 }
 
-/// Whether so many cells across a wall show how it bends. They count as printed, to one decimal.
+/// Whether this number of cells across a wall is enough to represent its bending. It is compared as printed, to one decimal.
 pub fn shows_bending(cells: f64) -> bool {
     cells >= LEAST_CELLS - 0.05
 }
@@ -51,7 +52,7 @@ pub(super) struct Side {
     pub corners: [u32; 3],
     pub normal: Vec3,
     pub middle: Vec3,
-    /// By which it counts: its area, or the length of an edge
+    /// Weight of the side: its area, or the length of an edge
     pub share: f64,
     /// Length of the ray to the opposite side \[m\]
     pub thickness: f64,
@@ -62,13 +63,13 @@ pub(super) struct Skin {
     pub facets: Vec<[u32; 3]>,
     /// \[facets\] twice the area, along the outward normal \[m²\]
     pub normals: Vec<Vec3>,
-    /// \[facets\] those not held in the direction of their normal
+    /// \[facets\] whether it is not held in the direction of its normal
     pub free: Vec<bool>,
     tree: TriMesh,
 }
 
 impl Skin {
-    /// None of a mesh without cells.
+    /// Builds the skin; `None` for a mesh without cells.
     pub fn new(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Self> {
         let facets: Vec<[u32; 3]> =
             boundary_facets(mesh).into_iter().map(|f| std::array::from_fn(|k| mesh.facet(f as usize)[k])).collect();
@@ -80,10 +81,10 @@ impl Skin {
         Some(Self { facets, normals, free, tree })
     }
 
-    /// Length of the ray from a place of the surface inward along the unit normal n, where it ends at a side that faces the other way; `size` is that of the
-    /// part around the place \[m\].
+    /// Returns the length of the ray from a position on the surface inward along the unit normal n, if it ends at a side that faces the opposite
+    /// direction; `size` is the size of the part around the position \[m\].
     pub fn thickness(&self, at: &Vec3, n: &Vec3, size: f64) -> Option<f64> {
-        // Off the surface itself, by far less than a cell
+        // Start just below the surface, by far less than a cell
         let start = at - n * (1e-6 * size);
         let hit =
             self.tree.cast_local_ray_and_get_normal(&Ray::new(to_parry(&start), to_parry(&-n)), f64::MAX, false)?;
@@ -92,7 +93,7 @@ impl Skin {
     }
 }
 
-/// The mean number of layers of cells across these sides of a wall, by their shares; none where no path leads across.
+/// Returns the mean number of layers of cells across these sides of a wall, weighted by their shares; `None` if no path leads across.
 pub(super) fn mean_layers(mesh: &TetMesh, skin: &Skin, sides: &[Side]) -> Option<f64> {
     let stride = sides.len().div_ceil(SAMPLES).max(1);
     let mut layers = Layers::new(mesh, skin);
@@ -106,8 +107,8 @@ pub(super) fn mean_layers(mesh: &TetMesh, skin: &Skin, sides: &[Side]) -> Option
     (whole > 0.0).then(|| sum / whole)
 }
 
-/// The thinnest wall of a body; `held` says whether the displacement of a node is prescribed along an axis. None where less than
-/// a twentieth of the surface is the side of a wall.
+/// Returns the thinnest wall of a body; `held` says whether the displacement of a node is prescribed along an axis. `None` if less than a twentieth
+/// of the surface is the side of a wall.
 pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wall> {
     let skin = Skin::new(mesh, held)?;
     let whole: f64 = skin.normals.iter().map(|n| 0.5 * n.norm()).sum();
@@ -136,7 +137,7 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
     Some(Wall { thickness, cells })
 }
 
-/// Middles and areas of the equal parts of a facet that its share of the `whole` surface asks for \[m, m²\].
+/// Returns the centres \[m\] and areas \[m²\] of the equal parts into which a facet is divided according to its share of the `whole` surface.
 fn parts([a, b, c]: &[Vec3; 3], whole: f64) -> Vec<(Vec3, f64)> {
     let area = 0.5 * (b - a).cross(&(c - a)).norm();
     let n = (area / whole * PARTS).sqrt().ceil().clamp(1.0, DIVISIONS);
@@ -155,13 +156,13 @@ fn normal(mesh: &TetMesh, corners: &[u32; 3]) -> Vec3 {
     (b - a).cross(&(c - a))
 }
 
-/// Counts edges between the sides of a wall.
+/// Counts layers of edges between the sides of a wall.
 struct Layers {
-    /// \[nodes\] Corners that share an edge with a corner
+    /// \[nodes\] corners that share an edge with a corner
     neighbours: Vec<Vec<u32>>,
-    /// \[nodes\] Unit normals of the facets at a node
+    /// \[nodes\] unit normals of the facets at a node
     normals: Vec<Vec<Vec3>>,
-    /// \[nodes\] The last search that came by
+    /// \[nodes\] the last search that visited the node
     seen: Vec<usize>,
     searches: usize,
 }
@@ -180,7 +181,8 @@ impl Layers {
         Self { neighbours, normals, seen: vec![0; mesh.points.len()], searches: 0 }
     }
 
-    /// Least number of edges from a side to a node of the surface that looks the other way, at least half the thickness behind.
+    /// Returns the smallest number of edges from a side to a surface node that faces the opposite direction, at a depth of at least half of the
+    /// thickness.
     fn across(&mut self, mesh: &TetMesh, side: &Side) -> Option<usize> {
         self.searches += 1;
         let is_opposite = |node: u32, normals: &[Vec3]| {

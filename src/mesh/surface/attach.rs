@@ -1,8 +1,7 @@
-//! A surface that follows the body: every vertex as a weighted mean of nodes, also where it is a little outside.
+//! A surface that follows the body: every vertex is a weighted mean of nodes, even if it is slightly outside.
 //!
-//! Inside, the weights are the shape functions of the cell that holds the vertex. Outside, up to `reach`, they continue
-//! the cell of the nearest facet linearly by its four corners. Both have Σ w = 1 and Σ w_i X_i = X: affine motions are
-//! followed exactly.
+//! Inside, the weights are the shape functions of the cell that contains the vertex. Outside, up to `reach`, they extrapolate the cell of the nearest
+//! facet linearly from its four corners. Both satisfy Σ w = 1 and Σ w_i X_i = X: affine motions are followed exactly.
 
 use super::boundary::{boundary_facets, facet_cells};
 use super::distance::Nearest;
@@ -15,19 +14,19 @@ use crate::mesh::error::point;
 use crate::mesh::file::surface_file::Surface;
 use crate::mesh::locator::Locator;
 
-/// Points that one thread looks at at a time.
+/// Number of points that one thread handles at a time.
 const POINTS: usize = 256;
 
-/// A vertex of a surface with the nodes that move it.
+/// A vertex of a surface, with the nodes that move it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attached {
     /// (node, weight), Σ w = 1
     pub weights: Vec<(u32, f64)>,
-    /// Distance from the body, zero inside \[m\]
+    /// Distance from the body \[m\], zero inside
     pub outside: f64,
 }
 
-/// Vertices that are further out than they may be.
+/// Error for vertices that are farther outside than allowed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{count} of {of} vertices are further outside of the body than reach = {} mm, the furthest by {:.4} mm at {}; move the surface, or give a \
          larger `reach`", reach * 1e3, distance * 1e3, point(at))]
@@ -36,12 +35,12 @@ pub struct TooFar {
     pub of: usize,
     /// \[m\]
     pub reach: f64,
-    /// Distance of the furthest one \[m\]
+    /// Distance of the farthest vertex \[m\]
     pub distance: f64,
     pub at: Vec3,
 }
 
-/// The nodes of each point; points that are further out than `reach` \[m\] are refused.
+/// Returns the nodes of each point; refuses points that are farther outside than `reach` \[m\].
 pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attached>, TooFar> {
     let all = attached(mesh, points);
     let far = all.iter().zip(points).filter(|(a, _)| a.outside > reach);
@@ -52,7 +51,7 @@ pub fn attach(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Result<Vec<Attache
     }
 }
 
-/// (node, weight) of each point, with a refusal for each that is further out.
+/// Returns (node, weight) for each point, or a refusal if it is farther outside than `reach` \[m\].
 pub fn attach_each(mesh: &TetMesh, points: &[Vec3], reach: f64) -> Vec<Result<Vec<(u32, f64)>, EmbedError>> {
     let refused = |(a, &at): (Attached, &Vec3)| match a.outside > reach {
         true => Err(EmbedError::Outside { at, distance: a.outside }),
@@ -81,7 +80,7 @@ fn attached(mesh: &TetMesh, points: &[Vec3]) -> Vec<Attached> {
     threads::map(points.chunks(POINTS).collect(), of_part).into_iter().flatten().collect()
 }
 
-/// Barycentric coordinates by the corners of the cell, some of them negative.
+/// Barycentric coordinates with respect to the corners of the cell, some of them negative.
 fn continued(mesh: &TetMesh, cell: usize, at: Vec3) -> Vec<(u32, f64)> {
     let nodes = &mesh.cell(cell)[..4];
     let p = |k: usize| mesh.points[nodes[k] as usize];
@@ -98,7 +97,7 @@ mod tests {
     use crate::mesh::made::disturb::distort;
     use crate::mesh::made::structured::block;
 
-    /// Inside, on the surface and 0.5 mm outside: Σ w = 1 and Σ w X = X to rounding, so every affine motion is followed.
+    /// Inside, on the surface and 0.5 mm outside: Σ w = 1 and Σ w X = X to rounding, so that every affine motion is followed.
     #[test]
     fn affine_motions_are_followed_inside_and_outside() {
         for order in [Order::Linear, Order::Quadratic] {

@@ -1,4 +1,4 @@
-//! Closed surfaces from files: their seams are joined, their triangles turned outward, and they are matched with facets of a mesh.
+//! Closed surfaces from files: seams are joined, triangles are oriented outward, and surfaces are matched with facets of a mesh.
 
 use super::boundary::{boundary_facets, sorted};
 use super::distance::Nearest;
@@ -7,23 +7,23 @@ use crate::mesh::file::surface_file::Surface;
 use crate::mesh::{Order, TetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// Share of the diagonal of a surface within which its vertices are one: files in single precision round by 6e-8.
+/// Distance within which vertices of a surface are merged, relative to its diagonal \[–\]: files in single precision round by 6e-8.
 const SEAM: f64 = 1e-6;
 
-/// A surface that encloses no volume, with a place.
+/// Error for a surface that encloses no volume, with a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotClosed {
     /// Edges that belong to an odd number of triangles
     pub edges: usize,
-    /// Middle of one of them, or of an edge at which the triangles cannot be turned the same way \[m\]
+    /// Middle of one of these edges, or of an edge at which the triangles cannot be oriented consistently \[m\]
     pub at: Vec3,
 }
 
-/// Triangles of a closed surface, with the vertices of the given one; each of its pieces is turned outward of the volume that it encloses.
+/// Returns the triangles of a closed surface, with the vertices of the given one; each piece is oriented outward from the volume that it encloses.
 pub fn closed(surface: &Surface) -> Result<Vec<[u32; 3]>, NotClosed> {
     let joined = joined(surface);
     let mut triangles: Vec<[u32; 3]> = surface.triangles.iter().map(|t| t.map(|k| joined[k as usize])).collect();
-    // A triangle without an area joins nothing
+    // A degenerate triangle connects nothing
     triangles.retain(|[a, b, c]| a != b && b != c && c != a);
     let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (t, corners) in triangles.iter().enumerate() {
@@ -54,7 +54,7 @@ pub fn closed(surface: &Surface) -> Result<Vec<[u32; 3]>, NotClosed> {
     }
 }
 
-/// Volume within triangles that are turned outward \[m³\].
+/// Returns the volume within triangles that are oriented outward \[m³\].
 pub fn enclosed(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
     VolumeMoments::within(points, triangles).volume
 }
@@ -64,15 +64,15 @@ pub fn enclosed(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
 pub struct VolumeMoments {
     /// \[m³\]
     pub volume: f64,
-    /// Centre of the volume \[m\]
+    /// Centroid of the volume \[m\]
     pub center: Vec3,
-    /// ∫ (X − c)(X − c)ᵀ dV about the centre \[m⁵\]
+    /// ∫ (X − c)(X − c)ᵀ dV about the centroid \[m⁵\]
     pub second: Mat3,
 }
 
 impl VolumeMoments {
-    /// The integrals over the volume within triangles that are turned outward. Each makes a tetrahedron with one of the vertices, over which, with the sides a, b, c from there and
-    /// s = a + b + c, ∫ X dV = V s/4 and ∫ X Xᵀ dV = V (aaᵀ + bbᵀ + ccᵀ + ssᵀ)/20.
+    /// Computes the integrals over the volume within triangles that are oriented outward. Each triangle forms a tetrahedron with one of the vertices;
+    /// with its sides a, b, c from that vertex and s = a + b + c, ∫ X dV = V s/4 and ∫ X Xᵀ dV = V (aaᵀ + bbᵀ + ccᵀ + ssᵀ)/20.
     pub fn within(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
         let origin = triangles.first().map_or(Vec3::zeros(), |t| points[t[0] as usize]);
         let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
@@ -92,7 +92,7 @@ fn sides(&[a, b, c]: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> + use<> {
     [[a, b], [b, c], [c, a]].into_iter()
 }
 
-/// \[vertices\] the vertex that represents all at its place.
+/// \[vertices\] the vertex that represents all vertices at its position.
 fn joined(surface: &Surface) -> Vec<u32> {
     let (low, high) = crate::mesh::geometry::bounds(surface.points.iter().copied());
     let width = (SEAM * (high - low).norm()).max(f64::MIN_POSITIVE);
@@ -112,7 +112,7 @@ fn joined(surface: &Surface) -> Vec<u32> {
     of
 }
 
-/// Turns the triangles of each piece the same way across edges of two, and returns the pieces.
+/// Orients the triangles of each piece consistently across edges of two triangles, and returns the pieces.
 fn turned(triangles: &mut [[u32; 3]], edges: &BTreeMap<[u32; 2], Vec<usize>>) -> Vec<Vec<usize>> {
     let (mut seen, mut pieces) = (vec![false; triangles.len()], Vec::new());
     for first in 0..triangles.len() {
@@ -141,8 +141,8 @@ fn turned(triangles: &mut [[u32; 3]], edges: &BTreeMap<[u32; 2], Vec<usize>>) ->
     pieces
 }
 
-/// The boundary facets on which the triangles of a surface lie, one by one, with all nodes within `reach` \[m\] of the triangle; none for
-/// a triangle that matches no facet of its own.
+/// Returns, for each triangle of a surface, the boundary facet on which it lies, with all nodes within `reach` \[m\] of the triangle; `None` for a
+/// triangle without a matching facet.
 pub fn matched(mesh: &TetMesh, surface: &Surface, reach: f64) -> Vec<Option<u32>> {
     let facets = boundary_facets(mesh);
     let corners: Vec<[u32; 3]> = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
@@ -166,7 +166,7 @@ pub fn matched(mesh: &TetMesh, surface: &Surface, reach: f64) -> Vec<Option<u32>
     list.into_iter().map(|f| f.filter(|f| taken[f] == 1)).collect()
 }
 
-/// Whether the nodes in the middle of the edges of a facet are within `reach` of the middles.
+/// Whether the mid-edge nodes of a facet are within `reach` of the midpoints of its edges.
 fn is_flat(mesh: &TetMesh, facet: u32, reach: f64) -> bool {
     let nodes = mesh.facet(facet as usize);
     let p = |k: usize| mesh.points[nodes[k] as usize];
@@ -184,7 +184,7 @@ mod tests {
         Surface { points: mesh.points.clone(), triangles }
     }
 
-    /// A box whose triangles are turned at random, and whose vertices are not joined.
+    /// A box whose triangles are oriented at random and whose vertices are not joined.
     #[test]
     fn seams_are_joined_and_triangles_turned_outward() {
         let whole = skin_of(&block(3, 2, 2, 0.3, 0.2, 0.2, Order::Linear));

@@ -6,10 +6,10 @@ use crate::mesh::file::surface_file::Surface;
 use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::TriMesh;
 
-/// A surface in a hierarchy of boxes, in which the nearest triangle is found quickly.
+/// A surface in a bounding volume hierarchy, which finds the nearest triangle quickly.
 pub struct Nearest(TriMesh);
 
-/// The place of a surface that is nearest to a point.
+/// The triangle of a surface that is nearest to a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     pub triangle: u32,
@@ -18,13 +18,13 @@ pub struct Near {
 }
 
 impl Nearest {
-    /// None of a surface without triangles.
+    /// Builds the hierarchy; `None` for a surface without triangles.
     pub fn new(surface: &Surface) -> Option<Self> {
         let points = surface.points.iter().map(to_parry).collect();
         TriMesh::new(points, surface.triangles.clone()).ok().map(Self)
     }
 
-    /// The triangle that is nearest to a point.
+    /// Returns the triangle nearest to a point, and its distance.
     pub fn of(&self, at: &Vec3) -> Near {
         let at = to_parry(at);
         let (on, (triangle, _)) = self.0.project_local_point_and_get_location(at, false);
@@ -38,7 +38,7 @@ mod tests {
     use crate::math::nearest::to_triangle;
     use crate::math::statistics::smaller;
 
-    /// Against the least distance of all triangles of a surface of random ones.
+    /// Compares with the smallest distance to all triangles of a random surface.
     #[test]
     fn the_nearest_triangle_is_the_nearest_of_all() {
         let mut random = crate::math::random::SplitMix(7);

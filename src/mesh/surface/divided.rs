@@ -1,8 +1,9 @@
-//! Surfaces divided for loads on a mesh: their triangles are about as large as the facets next to them, or smaller.
+//! Surfaces subdivided for loads on a mesh: their triangles become about as large as the adjacent facets, or smaller.
 //!
-//! A load on vertices alone acts on points where triangles are larger than facets, and has no limit as h → 0. A triangle that is larger has its three
-//! edges halved, and those next to it are divided along the halved edges: flat triangles keep their place, and a closed surface stays closed. Cells
-//! that are split into eight have their facets divided in the same way, so that the parts of a triangle that was a facet are facets too.
+//! Where triangles are larger than facets, a load on the vertices acts on points, and the solution has no limit as h → 0. The three edges of such a
+//! triangle are bisected, and its neighbours are divided along the bisected edges: flat triangles keep their position, and a closed surface stays
+//! closed. The facets of cells that are split into eight are divided in the same way, so that the parts of a triangle that coincided with a facet
+//! also coincide with facets.
 
 use super::boundary::boundary_facets;
 use super::closed_surface::matched;
@@ -14,14 +15,15 @@ use crate::mesh::TetMesh;
 use crate::mesh::file::surface_file::Surface;
 use std::collections::HashMap;
 
-/// Longest edge of a triangle, over that of a facet next to it, above which it is divided \[–\]: an edge of cells that are split is half as long, up to its curvature.
+/// Longest edge of a triangle, relative to that of an adjacent facet, above which it is divided \[–\]: in split cells edges are half as long, up to
+/// their curvature.
 const LARGER: f64 = 1.25;
-/// Triangles that one thread looks at at a time.
+/// Number of triangles that one thread handles at a time.
 const TRIANGLES: usize = 256;
-/// Triangles from which on a surface is divided no further: one far off the body may have all of it next to its smallest facets.
+/// Number of triangles above which a surface is not divided further: a surface far from the body may lie entirely next to its smallest facets.
 const MOST: usize = 4_000_000;
 
-/// The sizes of the facets of a mesh, by place.
+/// The sizes of the facets of a mesh, searchable by position.
 pub struct FacetSizes {
     nearest: Nearest,
     /// \[flat triangles of the boundary\] longest edge \[m\]
@@ -29,7 +31,7 @@ pub struct FacetSizes {
 }
 
 impl FacetSizes {
-    /// Those of the boundary; a quadratic facet counts as four.
+    /// Computes the sizes of the boundary facets; a quadratic facet counts as four.
     ///
     /// # Panics
     /// If the mesh has no cells.
@@ -40,7 +42,7 @@ impl FacetSizes {
         Self { nearest: Nearest::new(&surface).expect("a body has a surface"), longest }
     }
 
-    /// The surface with triangles that are not larger than the facets next to them; vertices that were there keep their numbers.
+    /// Returns the surface divided such that no triangle is larger than the adjacent facets; existing vertices keep their indices.
     pub fn divided(&self, surface: Surface) -> Surface {
         let mut divided = surface;
         while let Some(finer) = self.halved(&divided) {
@@ -49,7 +51,7 @@ impl FacetSizes {
         divided
     }
 
-    /// The surface with the edges of larger triangles halved; none where no triangle is larger, and of very many triangles.
+    /// Returns the surface with the edges of its larger triangles bisected; `None` if no triangle is larger, or if there are too many triangles.
     fn halved(&self, surface: &Surface) -> Option<Surface> {
         let is_larger = |t: &&[u32; 3]| self.is_larger(&corners(surface, t));
         let of_part = |part: &[[u32; 3]]| part.iter().filter(is_larger).copied().collect::<Vec<_>>();
@@ -66,7 +68,7 @@ impl FacetSizes {
         Some(Surface { points, triangles })
     }
 
-    /// Whether the longest edge is longer than that of facets at the middle and near the corners.
+    /// Whether the longest edge is longer than that of the facets at the centre and near the corners.
     fn is_larger(&self, corners: &[Vec3; 3]) -> bool {
         let sum: Vec3 = corners.iter().sum();
         let places = corners.iter().map(|corner| (sum + corner * 3.0) / 6.0).chain([sum / 3.0]);
@@ -74,7 +76,8 @@ impl FacetSizes {
         places.map(|at| self.longest[self.nearest.of(&at).triangle as usize]).any(|of| length > LARGER * of)
     }
 
-    /// The boundary facets that a surface lies on, ascending: each triangle is one, or its parts are. Otherwise the number of triangles that are none.
+    /// Returns the boundary facets on which a surface lies, in ascending order: each triangle, or each of its parts, coincides with a facet.
+    /// Otherwise returns the number of triangles that do not.
     pub fn facets_under(&self, mesh: &TetMesh, surface: &Surface, reach: f64) -> Result<Vec<u32>, usize> {
         let (mut loose, mut parts) = (None, surface.clone());
         loop {
@@ -86,7 +89,7 @@ impl FacetSizes {
                 return Ok(facets);
             }
             loose.get_or_insert(missing);
-            // More parts than facets are not one facet each
+            // If there are more parts than facets, they cannot each coincide with a facet
             match self.halved(&parts).filter(|finer| finer.triangles.len() <= self.longest.len()) {
                 Some(finer) => parts = finer,
                 None => return Err(loose.unwrap_or(missing)),
@@ -99,12 +102,12 @@ fn corners(surface: &Surface, triangle: &[u32; 3]) -> [Vec3; 3] {
     triangle.map(|k| surface.points[k as usize])
 }
 
-/// \[m\]
+/// Length of the longest edge of a triangle \[m\].
 fn longest([a, b, c]: &[Vec3; 3]) -> f64 {
     (b - a).norm().max((c - b).norm()).max((a - c).norm())
 }
 
-/// The parts of a triangle between the middles of those edges that have one, turned as it is.
+/// The parts of a triangle between the midpoints of its bisected edges, with the same orientation.
 fn parts(triangle: &[u32; 3], middles: &HashMap<[u32; 2], u32>) -> Vec<[u32; 3]> {
     let middle = |a: u32, b: u32| middles.get(&[a.min(b), a.max(b)]).copied();
     for first in 0..3 {
@@ -132,7 +135,7 @@ mod tests {
         Surface { points: mesh.points.clone(), triangles }
     }
 
-    /// Every facet of a mesh that is split is a part of one that was there.
+    /// Every facet of a split mesh is a part of a facet of the original mesh.
     #[test]
     fn the_facets_of_split_cells_are_found() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -146,7 +149,7 @@ mod tests {
         }
     }
 
-    /// A box of twelve triangles on a mesh that is fine at one end: closed, with the same volume, and nowhere larger than facets.
+    /// A box of twelve triangles on a mesh that is fine at one end: closed, with the same volume, and nowhere coarser than the facets.
     #[test]
     fn a_coarse_box_is_divided_by_the_facets_next_to_it() {
         let box_of_twelve = skin_of(&block(1, 1, 1, 0.3, 0.2, 0.2, Order::Linear));

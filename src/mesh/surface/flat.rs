@@ -1,10 +1,10 @@
-//! Facets as flat triangles: a tri3 is one, a tri6 the four between its six nodes.
+//! Facets as flat triangles: a tri3 is one triangle, a tri6 the four between its six nodes.
 //!
-//! Limits: a curved facet leaves its four triangles by a quarter of its sagitta.
+//! Limits: the distance of a curved facet from its four triangles is up to a quarter of its sagitta.
 
 use crate::mesh::{Order, TetMesh};
 
-/// Places of the corners in the node list of a facet; outward as the facet is.
+/// Indices of the corners in the node list of a facet, oriented as the facet is.
 pub fn pieces(order: Order) -> &'static [[usize; 3]] {
     match order {
         Order::Linear => &[[0, 1, 2]],
@@ -12,7 +12,7 @@ pub fn pieces(order: Order) -> &'static [[usize; 3]] {
     }
 }
 
-/// Nodes of the flat triangles of facets, facet by facet.
+/// Returns the nodes of the flat triangles of facets, facet by facet.
 pub fn flat_triangles(mesh: &TetMesh, facets: &[u32]) -> Vec<[u32; 3]> {
     let of_facet = |&f: &u32| {
         let nodes = mesh.facet(f as usize);
@@ -21,7 +21,7 @@ pub fn flat_triangles(mesh: &TetMesh, facets: &[u32]) -> Vec<[u32; 3]> {
     facets.iter().flat_map(of_facet).collect()
 }
 
-/// Edges of triangles, each once, ascending, with the number of triangles that have it.
+/// Returns the edges of triangles, each once, in ascending order, with the number of triangles to which it belongs.
 pub fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], usize)> {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let mut all: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();

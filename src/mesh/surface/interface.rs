@@ -8,13 +8,13 @@ use rustc_hash::FxHashMap;
 /// A facet between two solids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interface {
-    /// Its number among the facets of the mesh
+    /// Index of the facet in the mesh
     pub facet: u32,
-    /// Whether its normal points into the solid with the smaller number
+    /// Whether its normal points into the solid with the smaller index
     pub is_reversed: bool,
 }
 
-/// The facets between cells with different numbers \[cells\]. Those that the mesh does not have are appended to its facets.
+/// Returns the facets between cells of different solids, whose indices are given in `solids` \[cells\]. Facets that the mesh lacks are appended.
 pub fn interfaces(mesh: &mut TetMesh, solids: &[u32]) -> Vec<Interface> {
     let corners = |nodes: &[u32]| sorted([nodes[0], nodes[1], nodes[2]]);
     let known: FxHashMap<[u32; 3], u32> = (0..mesh.facet_count()).map(|f| (corners(mesh.facet(f)), f as u32)).collect();
@@ -50,7 +50,7 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::made::structured::block;
 
-    /// The plane between two halves has its facets once, whether the mesh had them or not and however they were turned, all of one side.
+    /// The plane between two halves has each facet once, whether or not the mesh had it and however it was oriented, all with one orientation.
     #[test]
     fn a_plane_between_two_halves_is_found() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -67,7 +67,7 @@ mod tests {
             };
             let found = interfaces(&mut mesh, &solids);
             assert_eq!((found.len(), mesh.facet_count()), (12, facets + 12));
-            // From x > 2, which has the smaller number, to x < 2
+            // From x > 2, which has the smaller index, to x < 2
             assert!((area(&mesh, &found) + 6.0).abs() < 1e-12);
             let turned: Vec<u32> =
                 [1, 0, 2, 3, 5, 4][..order.facet_nodes()].iter().map(|&k| mesh.facet(facets)[k]).collect();

@@ -1,4 +1,4 @@
-//! Surfaces of a mesh and from files.
+//! Surfaces of a mesh, and surfaces from files.
 
 pub mod attach;
 pub mod boundary;

@@ -5,26 +5,26 @@ use crate::mesh::TetMesh;
 use crate::mesh::element::FACET_EDGES;
 use std::collections::BTreeMap;
 
-/// One piece of the surface of a body, whose facets hang together by edges.
+/// One piece of the surface of a body, whose facets are connected by edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// Ascending
+    /// Facets, in ascending order
     pub facets: Vec<u32>,
     /// \[m²\]
     pub area: f64,
-    /// Volume within, by the flat triangles of the corners; negative around a hollow \[m³\]
+    /// Enclosed volume, computed with the flat triangles of the corners; negative around a hollow \[m³\]
     pub volume: f64,
 }
 
 impl Piece {
-    /// Whether it is the wall of a hollow.
+    /// Whether the piece is the wall of a hollow.
     pub fn is_inner(&self) -> bool {
         self.volume <= 0.0
     }
 }
 
-/// The pieces of the boundary, the one with the largest area first. Where more than two facets share an edge, the surface is in contact with itself
-/// and is not joined there.
+/// Returns the pieces of the boundary, the piece with the largest area first. Where more than two facets share an edge, the surface is in contact
+/// with itself and is not joined.
 pub fn pieces(mesh: &TetMesh) -> Vec<Piece> {
     let facets = boundary_facets(mesh);
     let mut edges: BTreeMap<[u32; 2], Vec<u32>> = BTreeMap::new();
@@ -55,13 +55,13 @@ pub fn pieces(mesh: &TetMesh) -> Vec<Piece> {
             found.push(piece(mesh, members));
         }
     }
-    // Equal areas keep the order of their first facets
+    // Pieces of equal area keep the order of their first facets
     found.sort_by(|a, b| b.area.total_cmp(&a.area));
     found
 }
 
 fn piece(mesh: &TetMesh, facets: Vec<u32>) -> Piece {
-    // From a corner of its own, against rounding far from the origin
+    // Relative to one of its corners, to avoid rounding far from the origin
     let origin = mesh.points[mesh.facet(facets[0] as usize)[0] as usize];
     let cone = |&f: &u32| {
         let nodes = mesh.facet(f as usize);
@@ -80,7 +80,7 @@ mod tests {
     use crate::mesh::made::structured::block;
     use crate::mesh::surface::boundary::add_boundary;
 
-    /// A block of 5³ boxes without two of them: one outer piece and two hollows, each of a box.
+    /// A block of 5³ boxes from which two are missing: one outer piece, and two hollows of one box each.
     #[test]
     fn a_hollow_is_a_piece_with_negative_volume() {
         let mut mesh = block(5, 5, 5, 0.5, 0.5, 0.5, Order::Linear);

@@ -4,7 +4,7 @@ use crate::mesh::element::FACET_EDGES;
 use crate::mesh::{Order, TetMesh};
 use std::collections::BTreeMap;
 
-/// Edges that belong to one of the facets only: two nodes, in the sense of their facet, then the mid-node.
+/// Returns the edges that belong to only one of the facets: two nodes in the orientation of the facet, then the mid-node.
 pub fn rim(mesh: &TetMesh, facets: &[u32]) -> Vec<Vec<u32>> {
     let mut edges: BTreeMap<[u32; 2], (usize, Vec<u32>)> = BTreeMap::new();
     for &f in facets {

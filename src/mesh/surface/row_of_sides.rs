@@ -1,4 +1,4 @@
-//! Flat sides in a row about one axis, as those of a prism, or of a round body that a few facets cut: the mesh alone does not tell the two apart.
+//! Flat sides in a row about one axis, as of a prism or of a round body approximated by few facets: the mesh alone does not distinguish the two.
 
 use super::boundary::boundary_facets;
 use super::smooth_surface::crease;
@@ -8,25 +8,25 @@ use crate::mesh::TetMesh;
 use crate::mesh::element::{FACET_EDGES, FACET_NODES};
 use std::collections::{BTreeMap, HashMap};
 
-/// Facets that meet at less \[rad\] are one side.
+/// Angle between facets below which they belong to one side \[rad\].
 const FLAT: f64 = 1e-3;
-/// Sides that meet at more \[rad\] are those of a block. Five sides around meet at 72°.
+/// Angle between sides above which they are those of a block \[rad\]. Five sides around an axis meet at 72°.
 const MOST: f64 = 1.31;
-/// Share by which angles and widths of the sides of a row differ.
+/// Relative difference up to which angles and widths of the sides of a row count as equal \[–\].
 const ALIKE: f64 = 0.05;
-/// Length of the difference of two directions that are the same.
+/// Norm of the difference of two unit vectors up to which they count as parallel \[–\].
 const PARALLEL: f64 = 0.01;
 
 /// A facet of the boundary, and its normal at an edge.
 type FacetNormal = (usize, Vec3);
 
-/// An edge between two sides.
+/// A bend: an edge between two sides.
 #[derive(Clone, Copy)]
 struct Bend {
     sides: [usize; 2],
     at: Vec3,
     along: Vec3,
-    /// Positive where the body is convex \[rad\]
+    /// Positive if the body is convex there \[rad\]
     angle: f64,
 }
 
@@ -35,7 +35,7 @@ impl Bend {
         is_parallel(self.along, other.along) && (self.angle - other.angle).abs() < ALIKE * self.angle.abs()
     }
 
-    /// Distance of the two lines, which are parallel \[m\].
+    /// Distance between the two lines, which are parallel \[m\].
     fn distance(&self, other: &Self) -> f64 {
         let between = other.at - self.at;
         (between - self.along * between.dot(&self.along)).norm()
@@ -46,15 +46,15 @@ fn is_parallel(a: Vec3, b: Vec3) -> bool {
     a.cross(&b).norm() < PARALLEL
 }
 
-/// The angle \[rad\] at which flat sides meet in a row about one axis, two or more of them of one width between two others; none without such a row. It is one
-/// at which no smooth surface goes on.
+/// Returns the angle \[rad\] at which flat sides meet in a row about one axis, with two or more sides of equal width between two others; `None` if
+/// there is no such row. At this angle a smooth surface is taken to end.
 pub fn angle_in_row(mesh: &TetMesh) -> Option<f64> {
     let bends = bends(mesh);
     let mut of_sides: BTreeMap<usize, Vec<Bend>> = BTreeMap::new();
     for bend in &bends {
         bend.sides.iter().for_each(|side| of_sides.entry(*side).or_default().push(*bend));
     }
-    // Widths of a side between this bend and others like it
+    // Widths of a side between this bend and similar ones
     let widths = |side: &usize, bend: &Bend| -> Vec<f64> {
         let others = of_sides[side].iter().filter(|other| other.sides != bend.sides && other.is_like(bend));
         others.map(|other| bend.distance(other)).collect()
@@ -66,7 +66,7 @@ pub fn angle_in_row(mesh: &TetMesh) -> Option<f64> {
     bends.iter().copied().find(is_in_row).map(|bend| bend.angle.abs())
 }
 
-/// The straight edges between flat sides at angles from that of a crease on.
+/// Returns the straight edges between flat sides at which the angle is at least that of a crease.
 fn bends(mesh: &TetMesh) -> Vec<Bend> {
     let facets = boundary_facets(mesh);
     let normal = |k: usize, at: [f64; 2]| mesh.facet_normal(facets[k] as usize, at).normalize();
@@ -97,7 +97,7 @@ fn bends(mesh: &TetMesh) -> Vec<Bend> {
         let angle = if is_convex { angle(two) } else { -angle(two) };
         let bend = Bend { sides: own, at: a, along: (b - a).normalize(), angle };
         let known = found.entry(own).or_insert(Some(bend));
-        // A curved edge is none of a row
+        // A curved edge does not belong to a row
         *known = known.filter(|known| is_parallel(known.along, bend.along));
     }
     found.into_values().flatten().collect()
@@ -110,7 +110,7 @@ mod tests {
     use crate::mesh::made::curved::{bracket, cylinder, hole, octant, tube};
     use crate::mesh::made::structured::block;
 
-    /// Prisms of six and eight sides have a row, and so has a part of one. Blocks, brackets and round bodies of more facets have none.
+    /// Prisms of six and eight sides have a row, as does a part of one. Blocks, brackets and round bodies with more facets do not.
     #[test]
     fn sides_in_a_row_are_found() {
         let degrees = |mesh: &TetMesh| angle_in_row(mesh).map(|angle| angle.to_degrees().round());
@@ -129,12 +129,12 @@ mod tests {
         assert!(others.iter().all(|mesh| angle_in_row(mesh).is_none()));
     }
 
-    /// A block with bevels of 45° has sides at equal angles about one axis, of two widths; where all are of one width it is a prism of eight sides.
+    /// A block with bevels of 45° has sides at equal angles about one axis, with two widths; if all widths are equal, it is a prism of eight sides.
     #[test]
     fn bevels_are_no_row() {
         let bevelled = |bevel: f64| {
             let mut mesh = tube([1.0, 2.0], 3.0, [1, 8, 2], Order::Linear);
-            // Corners of the outline of a square of edge 2 with bevels of this extent
+            // Corners of the outline of a square of edge 2 with bevels of this size
             let (near, far) = (1.0 - bevel, 1.0);
             let outline = [
                 [far, -near],

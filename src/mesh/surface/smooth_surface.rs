@@ -1,19 +1,20 @@
-//! The smooth surface through the boundary nodes of a mesh, and those through the interfaces of its solids: an estimate of the body that facets cut.
+//! The smooth surfaces through the boundary nodes of a mesh and through the interfaces of its solids: an estimate of the body that the facets
+//! approximate.
 //!
-//! Where a boundary is curved, flat facets cut it by their sagitta, and quadratic facets, which have their six nodes on it, by a term of higher
-//! order. Around every facet a surface is fitted to the nodes of the facets next to it, in a frame with z along the normal:
+//! Where a boundary is curved, the error of flat facets is their sagitta, and that of quadratic facets, whose six nodes lie on the boundary, is of
+//! higher order. Around every facet, a surface is fitted to the nodes of the adjacent facets, in a frame with z along the normal:
 //!
 //! ```text
 //! z = a₀ + a₁ x + a₂ y + a₃ x² + a₄ xy + a₅ y² + a₆ xz + a₇ yz + a₈ z² (+ a₉ x³ + a₁₀ x²y + a₁₁ xy² + a₁₂ y³ for quadratic facets)
 //! ```
 //!
-//! with the least coefficients of those that fit best. Without the cubic terms it is a quadric with a tangent plane, so that spheres, cylinders, cones
-//! and planes are met exactly however coarse the mesh is (fits of implicit quadrics: G. Taubin, *IEEE Trans. Pattern Anal. Mach. Intell.* 13
-//! (1991) 1115–1138). A node between nodes of the mesh moves by the distance of the fitted surface from its own interpolant on the facet, so
-//! that the nodes of the mesh stay.
+//! with the smallest coefficients among the best fits. Without the cubic terms it is a quadric with a tangent plane, so that spheres, cylinders,
+//! cones and planes are reproduced exactly on any mesh, however coarse (fits of implicit quadrics: G. Taubin, *IEEE Trans. Pattern Anal. Mach.
+//! Intell.* 13 (1991) 1115–1138). A new node between nodes of the mesh moves by the distance of the fitted surface from its own interpolant on the
+//! facet, so that the nodes of the mesh stay in place.
 //!
-//! A crease, where neighbouring facets meet at more than 40° (linear cells) or 15° (quadratic ones), ends a smooth surface; a node on it lies on the surfaces of both sides.
-//! An interface is a surface of its own, and a node where it ends on the boundary lies on both.
+//! A smooth surface ends at a crease, where neighbouring facets meet at more than 40° (linear cells) or 15° (quadratic ones); a node on a crease lies
+//! on the surfaces of both sides. An interface is a separate surface, and a node where it meets the boundary lies on both.
 
 use super::boundary::boundary_facets;
 use super::interface::Interface;
@@ -25,21 +26,21 @@ use crate::mesh::{Order, TetMesh};
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// Surfaces within this share of the size of a facet of its plane are flat.
+/// Distance from its plane, relative to the size of a facet, within which a surface counts as flat \[–\].
 const FLAT: f64 = 1e-7;
-/// Singular values below this share of the largest belong to coefficients that the nodes do not determine.
+/// Singular value relative to the largest below which a coefficient is not determined by the nodes \[–\].
 const UNDETERMINED: f64 = 1e-7;
-/// Nodes for each coefficient of a fit, and the most rings of facets in which they are looked for.
+/// Number of nodes per coefficient of a fit, and largest number of rings of facets from which they are taken.
 const NODES_PER_COEFFICIENT: f64 = 1.3;
 const MOST_RINGS: usize = 3;
-/// A node that would move by more than this share of the size of its facet is on no smooth surface.
+/// Motion of a node, relative to the size of its facet, above which it is on no smooth surface \[–\].
 const MOST_MOTION: f64 = 0.5;
-/// Most iterations of a projection, and the relative change at which it has converged.
+/// Largest number of iterations of a projection, and relative change at which it has converged.
 const ITERATIONS: usize = 20;
 const CONVERGED: f64 = 1e-13;
 
-/// Angle between the normals of neighbouring facets from which the edge between them is a crease \[rad\]. Flat facets of a circle of nine meet
-/// at 40°, within rounding; quadratic ones meet at a few degrees however coarse they are.
+/// Returns the angle between the normals of neighbouring facets from which on the edge between them is a crease \[rad\]. Flat facets of a circle
+/// divided into nine meet at 40°, to within rounding; quadratic facets meet at a few degrees, however coarse they are.
 pub(super) fn crease(order: Order) -> f64 {
     match order {
         Order::Linear => 40.1_f64.to_radians(),
@@ -47,24 +48,24 @@ pub(super) fn crease(order: Order) -> f64 {
     }
 }
 
-/// Singular values below this share of the largest, of the products of normals, belong to surfaces that follow from others: 0.06° between two.
+/// Singular value of the products of normals, relative to the largest, below which surfaces are dependent: 0.06° between two \[–\].
 const DEPENDENT: f64 = 1e-6;
 
-/// Parts of the way to the smooth surface that are tried one after the other: on the whole way thin cells may fold.
+/// Fractions of the displacement to the smooth surface, tried one after the other: with the full displacement, thin cells may fold.
 const PARTS_OF_WAY: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
 
 /// An enriched mesh with its boundary on a smooth surface.
 #[derive(Debug)]
 pub enum Smoothed {
-    /// No node moves: the boundary is flat between creases
+    /// No node moves: the boundary is flat between its creases
     Flat,
     /// Cells would fold
     Folded,
-    /// With its nodes at this part of the way to the surface
+    /// The mesh with its nodes moved by this fraction of the displacement to the surface
     Moved(Box<Enriched>, f64),
 }
 
-/// The enriched mesh of a mesh with its new nodes on the boundary and the interfaces on the smooth surfaces through those of the mesh.
+/// Moves the new nodes of an enriched mesh on the boundary and the interfaces to the smooth surfaces through the nodes of the original mesh.
 pub fn on_smooth_surface(mesh: &TetMesh, interfaces: &[Interface], fine: &Enriched) -> Smoothed {
     let moves = Surface::new(mesh, interfaces).moves(fine);
     if moves.is_empty() {
@@ -81,7 +82,7 @@ pub fn on_smooth_surface(mesh: &TetMesh, interfaces: &[Interface], fine: &Enrich
     Smoothed::Folded
 }
 
-/// Whether no interface has a crease. Along faces of cells that follow the border of a place there are some.
+/// Whether no interface has a crease. Faces of cells along the border of a selected region have some.
 pub fn are_smooth(mesh: &TetMesh, interfaces: &[Interface]) -> bool {
     let surface = Surface::new(mesh, interfaces);
     let ends = |edge: &Edge| surface.edges[edge].len() == 1;
@@ -92,7 +93,7 @@ pub fn are_smooth(mesh: &TetMesh, interfaces: &[Interface]) -> bool {
 struct Surface<'a> {
     mesh: &'a TetMesh,
     facets: Vec<Facet>,
-    /// Edges → places in `facets` of the facets at them
+    /// Edges → indices in `facets` of the adjacent facets
     edges: HashMap<Edge, Vec<usize>>,
     /// Whether facets at an edge belong to one smooth surface
     is_smooth: HashMap<Edge, bool>,
@@ -100,17 +101,17 @@ struct Surface<'a> {
 
 #[derive(Clone, Copy)]
 struct Facet {
-    /// Its number among the facets of the mesh
+    /// Index of the facet in the mesh
     number: usize,
     is_inside: bool,
-    /// −1 where its normal is that of the other side
+    /// −1 if its normal is that of the other side
     sign: f64,
 }
 
-/// An edge of the boundary or, with `true`, of an interface: its corners.
+/// An edge of the boundary (`false`) or of an interface (`true`), given by its corners.
 type Edge = ([u32; 2], bool);
 
-/// A fitted surface in its frame.
+/// A fitted surface in its own frame.
 struct Fit {
     origin: Vec3,
     /// Two tangents and the normal
@@ -153,7 +154,8 @@ impl<'a> Surface<'a> {
         FACET_EDGES.map(|[i, j]| ([own[i].min(own[j]), own[i].max(own[j])], self.facets[k].is_inside))
     }
 
-    /// Nodes of the smooth surface around a facet: of those facets that share a corner with it, and of further rings where these are too few.
+    /// Returns the nodes of the smooth surface around a facet: those of the facets that share a corner with it, and of further rings if these are too
+    /// few.
     fn around(&self, k: usize, wanted: usize) -> BTreeSet<u32> {
         let mut inside = BTreeSet::from([k]);
         let mut nodes: BTreeSet<u32> = self.nodes(k).iter().copied().collect();
@@ -178,7 +180,7 @@ impl<'a> Surface<'a> {
         nodes
     }
 
-    /// The surface around a facet: its plane where all nodes lie in it.
+    /// Fits the surface around a facet: its plane if all nodes lie in it.
     fn fit(&self, k: usize) -> Fit {
         let own = self.nodes(k);
         let points = |node: &u32| self.mesh.points[*node as usize];
@@ -198,7 +200,7 @@ impl<'a> Surface<'a> {
         if local.iter().all(|p| p.z.abs() < FLAT) {
             return fit;
         }
-        // Far nodes say less of the surface at the facet.
+        // Distant nodes carry less information on the surface at the facet.
         let weight = |p: &Vec3| 1.0 / (1.0 + p.norm_squared());
         let rows = |(i, j): (usize, usize)| weight(&local[i]) * monomials(&local[i])[j].0;
         let matrix = DMatrix::from_fn(local.len(), terms, |i, j| rows((i, j)));
@@ -211,7 +213,7 @@ impl<'a> Surface<'a> {
         fit
     }
 
-    /// Moves of the new boundary nodes that are not zero.
+    /// Returns the nonzero displacements of the new boundary nodes.
     fn moves(&self, fine: &Enriched) -> BTreeMap<u32, Vec3> {
         let parts = fine.mesh.facet_count() / self.mesh.facet_count().max(1);
         let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -251,7 +253,7 @@ impl<'a> Surface<'a> {
         at.into_iter().filter_map(move_of).collect()
     }
 
-    /// All choices of one facet from each of the smooth surfaces to which these facets at a node belong.
+    /// Returns all choices of one facet from each of the smooth surfaces to which these facets at a node belong.
     fn one_facet_of_each_surface(&self, facets: &[usize]) -> Vec<Vec<usize>> {
         let mut surfaces: Vec<Vec<usize>> = Vec::new();
         for &k in facets {
@@ -271,7 +273,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The monomials of a fit at a point of its frame, each with its gradient.
+/// Returns the monomials of a fit at a point of its frame, each with its gradient.
 fn monomials(p: &Vec3) -> [(f64, Vec3); 13] {
     let (x, y, z) = (p.x, p.y, p.z);
     let v = Vec3::new;
@@ -302,7 +304,8 @@ impl Fit {
         Vec3::new(d.dot(&self.axes[0]), d.dot(&self.axes[1]), d.dot(&self.axes[2]))
     }
 
-    /// Distance measure from the surface, zero on it \[m\], and its gradient in space \[–\], at x + `by`: far from the origin x is rounded, `by` is not.
+    /// Returns a measure of the distance from the surface, zero on it \[m\], and its gradient in space \[–\], at x + `by`: far from the origin x is
+    /// affected by rounding, `by` is not.
     fn off(&self, x: Vec3, by: Vec3) -> (f64, Vec3) {
         let p = self.along_axes((x - self.origin) + by);
         let (mut value, mut gradient) = (p.z, Vec3::new(0.0, 0.0, 1.0));
@@ -315,7 +318,7 @@ impl Fit {
     }
 }
 
-/// The displacement of a point onto all of these surfaces along their normals (Gauss–Newton steps of least length).
+/// Returns the displacement of a point onto all of these surfaces along their normals (Gauss–Newton steps of minimum norm).
 fn project(fits: &[&Fit], start: Vec3) -> Option<Vec3> {
     let mut by = Vec3::zeros();
     for _ in 0..ITERATIONS {
@@ -323,7 +326,7 @@ fn project(fits: &[&Fit], start: Vec3) -> Option<Vec3> {
         let n = found.len();
         let products = DMatrix::from_fn(n, n, |i, j| found[i].1.dot(&found[j].1));
         let left = DVector::from_iterator(n, found.iter().map(|(value, _)| -value));
-        // Where an interface ends, or three meet, a surface may follow from the others
+        // Where an interface ends, or three interfaces meet, one surface may depend on the others
         let svd = products.svd(true, true);
         let along = svd.solve(&left, DEPENDENT * svd.singular_values.max()).ok()?;
         let step: Vec3 = found.iter().zip(along.iter()).map(|((_, g), a)| g * *a).sum();
@@ -350,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Error of the volume that is left, as a share of that of the mesh.
+    /// Returns the remaining volume error, relative to that of the mesh.
     fn left(mesh: &TetMesh, volume: f64) -> f64 {
         let Smoothed::Moved(moved, 1.0) = on_smooth_surface(mesh, &[], &enriched(mesh)) else {
             panic!("curved, and sound")
@@ -373,8 +376,8 @@ mod tests {
         assert!((far / own - 1.0).abs() < 1e-3, "{far} {own}");
     }
 
-    /// The volumes of hollow spheres and cylinders: what is left of the error of their meshes is that of quadratic facets on linear cells, and of
-    /// facets half as large on quadratic ones, a sixteenth.
+    /// The volumes of hollow spheres and cylinders: the remaining error is that of quadratic facets for linear cells, and that of facets of half the
+    /// size, a sixteenth, for quadratic ones.
     #[test]
     fn quadrics_are_met() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -389,7 +392,7 @@ mod tests {
         }
     }
 
-    /// Where two layers of a hollow sphere meet, their volumes are met as that of the whole is.
+    /// Where two layers of a hollow sphere meet, their volumes are as accurate as that of the whole.
     #[test]
     fn interfaces_are_met() {
         for order in [Order::Linear, Order::Quadratic] {
@@ -415,7 +418,7 @@ mod tests {
         }
     }
 
-    /// Faces of cells along a ball in a block have creases.
+    /// Faces of cells along a ball in a block form creases.
     #[test]
     fn faces_along_a_ball_in_a_block_are_not_smooth() {
         for (order, n) in [(Order::Linear, 4), (Order::Linear, 8), (Order::Quadratic, 4)] {
@@ -427,8 +430,8 @@ mod tests {
         }
     }
 
-    /// A narrow surface, the wall of a hole in a plate of one layer, is fitted less well: up to a third of the error of flat facets is left or found too
-    /// much. For quadratic facets, whose own error is far smaller there, the smooth surface moves the volume by less than 1e-4 of it.
+    /// A narrow surface, the wall of a hole in a plate of one layer, is fitted less well: up to a third of the error of flat facets remains or is
+    /// overcorrected. For quadratic facets, whose error is far smaller there, the smooth surface changes the volume by less than 1e-4.
     #[test]
     fn a_narrow_wall_is_met_roughly() {
         let volume = 0.5 * (9.0 - 0.25 * PI);
@@ -441,8 +444,8 @@ mod tests {
         }
     }
 
-    /// Flat facets of a shell that is a tenth of its radius thick move by more than its cells bear: a part of the way is gone, and the volume changes by
-    /// that part of its error.
+    /// For a shell with a thickness of a tenth of its radius, flat facets would move by more than its cells tolerate: only a fraction of the
+    /// displacement is applied, and the volume changes by that fraction of its error.
     #[test]
     fn thin_shells_go_a_part_of_the_way() {
         let mut least = 1.0_f64;
@@ -453,14 +456,14 @@ mod tests {
             let error = PI / 6.0 * (1.0 - 0.9_f64.powi(3)) - mesh.volume();
             let share = (moved.mesh.volume() - mesh.volume()) / part / error;
             println!("n = {n}: {part} of the way, {share} of the error");
-            // Fewer than nine facets around have creases
+            // Fewer than nine facets around a circle have creases
             assert!(n < 4 || (share - 1.0).abs() < 0.3, "n = {n}: {part}, {share}");
             least = least.min(part);
         }
         assert!(least < 1.0, "the meshes are to fold on the whole way");
     }
 
-    /// A torus is no quadric: most of the error of its volume is found.
+    /// A torus is not a quadric: most of its volume error is found.
     #[test]
     fn most_of_a_torus_is_found() {
         for (order, n) in [(Order::Linear, 4), (Order::Quadratic, 3)] {

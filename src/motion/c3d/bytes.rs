@@ -1,9 +1,9 @@
-//! Numbers of a C3D file in the byte order of the processor that wrote it.
+//! Numbers of a C3D file in the byte order of the processor on which it was written.
 
-/// Bytes of a block, in which places are counted
+/// Number of bytes of a block, the unit of offsets in the file
 pub const BLOCK: usize = 512;
 
-/// Processor whose order of bytes a file has.
+/// Processor whose number formats a file uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Order {
     Intel,
@@ -13,7 +13,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// The order by its code in the parameters.
+    /// Returns the order for its code in the parameters.
     pub fn of(code: u8) -> Option<Self> {
         match code {
             84 => Some(Self::Intel),
@@ -31,18 +31,18 @@ impl Order {
         }
     }
 
-    /// A word of 16 bits with its sign; zero beyond the end.
+    /// Reads a signed 16-bit word; zero beyond the end.
     pub fn i16(self, bytes: &[u8], at: usize) -> i16 {
         let pair = [bytes.get(at).copied().unwrap_or(0), bytes.get(at + 1).copied().unwrap_or(0)];
         if self == Self::Mips { i16::from_be_bytes(pair) } else { i16::from_le_bytes(pair) }
     }
 
-    /// A word of 16 bits without a sign; zero beyond the end.
+    /// Reads an unsigned 16-bit word; zero beyond the end.
     pub fn u16(self, bytes: &[u8], at: usize) -> u16 {
         self.i16(bytes, at).cast_unsigned()
     }
 
-    /// A float of 32 bits; zero beyond the end. VAX F_floating has its words exchanged and an exponent that is larger by two.
+    /// Reads a 32-bit float; zero beyond the end. VAX F_floating has its words exchanged and an exponent that is larger by two.
     pub fn f32(self, bytes: &[u8], at: usize) -> f32 {
         let byte = |k: usize| bytes.get(at + k).copied().unwrap_or(0);
         match self {

@@ -1,26 +1,26 @@
-//! Places and kinds of the data of a C3D file, by its header and parameters.
+//! Location and format of the data of a C3D file, from its header and parameters.
 
 use super::bytes::{BLOCK, Order};
 use super::parameters::Parameters;
 
-/// Label of a point without one
+/// Label of a point that has none
 const UNNAMED: &str = "point";
 /// Largest number of frames that the words of the header can state
 const FULL: usize = 65_535;
 
-/// Where the points are, and how they are written.
+/// Location of the points, and how they are written.
 pub struct Layout {
     order: Order,
     parameters: Parameters,
     pub points: usize,
-    /// Analog measurements of a frame
+    /// Number of analog measurements per frame
     analog: usize,
     pub first_frame: usize,
-    /// None where the header cannot state them: as many as there are
+    /// Number of frames; `None` if the header cannot state it: then all complete frames are read
     pub frames: Option<usize>,
-    /// First byte of the data
+    /// Offset of the first byte of the data
     pub start: usize,
-    /// Factor of integers; floats where it is negative
+    /// Factor of integers; if negative, the data are floats
     scale: f64,
     pub rate: f64,
     pub unit: Option<String>,
@@ -30,7 +30,7 @@ impl Layout {
     /// Reads header and parameters.
     ///
     /// # Errors
-    /// A sentence on what is damaged.
+    /// A sentence that says what is damaged.
     pub fn read(file: &[u8]) -> Result<Self, String> {
         let at = (usize::from(file[0]).max(1) - 1) * BLOCK;
         let code = file.get(at + 3).copied().unwrap_or(0);
@@ -73,17 +73,17 @@ impl Layout {
         })
     }
 
-    /// Bytes of a number: floats have four, integers two.
+    /// Number of bytes of a number: four for floats, two for integers.
     fn size(&self) -> usize {
         if self.scale < 0.0 { 4 } else { 2 }
     }
 
-    /// Bytes of a frame: four numbers for each point, then the analog measurements.
+    /// Number of bytes of a frame: four numbers for each point, then the analog measurements.
     pub fn frame_bytes(&self) -> usize {
         (4 * self.points + self.analog) * self.size()
     }
 
-    /// Labels of all points; those without one are numbered.
+    /// Labels of all points; points without a label are numbered.
     pub fn labels(&self) -> Vec<String> {
         let stated: Vec<&String> = ["LABELS", "LABELS2", "LABELS3", "LABELS4"]
             .iter()
@@ -96,7 +96,7 @@ impl Layout {
         (0..self.points).map(one).collect()
     }
 
-    /// Position of a point in a frame, in the unit of the file; none where the fourth number says that it was not seen.
+    /// Returns the position of a point in a frame, in the unit of the file; `None` if the fourth number says that it was not visible.
     pub fn point(&self, frame: &[u8], k: usize) -> Option<[f64; 3]> {
         let at = 4 * k * self.size();
         if self.scale < 0.0 {
@@ -108,17 +108,17 @@ impl Layout {
         (read(3) >= 0).then(|| [0, 1, 2].map(|i| self.scale * f64::from(read(i))))
     }
 
-    /// A line on how the numbers are written.
+    /// A line on the number format.
     pub fn words(&self) -> String {
         let kind = if self.scale < 0.0 { "floats".into() } else { format!("integers times {}", self.scale) };
         format!("{kind} of {} processors; the first frame is number {}", self.order.name(), self.first_frame)
     }
 }
 
-/// Number of frames. The words of the header end at 65 535; longer records state them in parameters.
+/// Number of frames. The words of the header are limited to 65 535; longer recordings state the frames in parameters.
 fn frames(parameters: &Parameters, first: usize, last: usize) -> Result<Option<usize>, String> {
     let long = |name: &str| match parameters.numbers("TRIAL", name) {
-        // Two words without sign, the lower one first
+        // Two unsigned words, the lower one first
         [low, high, ..] => {
             Some([low, high].map(|w| if *w < 0.0 { *w + 65_536.0 } else { *w })).map(|[l, h]| l + 65_536.0 * h)
         }

@@ -14,8 +14,8 @@ use bytes::Order;
 use layout::Layout;
 use std::collections::BTreeMap;
 
-/// Whether a file begins as a C3D file: the second byte is 50 in hexadecimal digits, and the first one is no character of a text, or points at parameters
-/// that name a processor.
+/// Whether a file begins as a C3D file: the second byte is 0x50, and the first one is not a text character, or is the offset of parameters that name
+/// a processor.
 pub fn is_c3d(file: &[u8]) -> bool {
     let [block, 0x50, ..] = *file else { return false };
     let pointed = (usize::from(block).max(1) - 1) * bytes::BLOCK;
@@ -57,7 +57,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     Ok(Raw { format: "C3D", unit: layout.unit, time_s, samples: vec![1.0; told], markers, log })
 }
 
-/// Labels of which no two are equal, the second of a name with a 2 after it, and a line on each name that occurs several times.
+/// Returns the labels made distinct, with a 2 after the second occurrence of a name and so on, and a line on each name that occurs several times.
 fn distinct(labels: &[String]) -> (Vec<String>, Vec<String>) {
     let found = numbered(labels, " ");
     let mut renamed = BTreeMap::<&String, Vec<String>>::new();

@@ -6,18 +6,18 @@ use std::collections::BTreeMap;
 /// Contents of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Texts of one length, without the blanks at their ends
+    /// Texts of one length, without leading and trailing blanks
     Texts(Vec<String>),
-    /// Bytes, words and floats; words also without their sign
+    /// Bytes, words and floats; words also as unsigned numbers
     Numbers(Vec<f64>),
 }
 
-/// Parameters by group and name, in capital letters.
+/// Parameters by group and name, in upper case.
 #[derive(Clone, Debug, Default)]
 pub struct Parameters(BTreeMap<(String, String), Value>);
 
 impl Parameters {
-    /// Reads the section that starts at a byte; what lies beyond the end of the file is not there.
+    /// Reads the section that starts at byte `start`; parameters beyond the end of the file are missing.
     pub fn read(file: &[u8], start: usize, order: Order) -> Self {
         let blocks = usize::from(file.get(start + 2).copied().unwrap_or(0));
         // Some programs write no count; the offset of the last record ends the section
@@ -65,7 +65,7 @@ impl Parameters {
     }
 }
 
-/// The array at a place: type, number of dimensions, dimensions, entries.
+/// The array at a position: type, number of dimensions, dimensions, entries.
 fn value(section: &[u8], at: usize, order: Order) -> Option<Value> {
     let size = section.get(at)?.cast_signed();
     let count = usize::from(*section.get(at + 1)?);

@@ -2,7 +2,7 @@
 
 use crate::math::lanes::Lanes;
 
-/// Σ_n a_n b_n of two tensors by rows.
+/// Returns Σ_n a_n b_n of two tensors given row by row.
 #[inline(always)]
 pub(in crate::reduction) fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
     let mut sum = a[0] * b[0];

@@ -1,4 +1,4 @@
-//! Weighted points of a body, from which the forces of a reduced model are summed: four points side by side.
+//! Weighted points of a body from which the forces of a reduced model are summed, four points side by side.
 //!
 //! With F = I + Σ_i q_i ∂v_i/∂X and p = Σ_c π_c p_c at a point, the energy Σ w (ψ̃(F) + p G(J)) of weights w ≥ 0 has the gradient and the
 //! symmetric Hessian that are summed here: energy-conserving sampling and weighting (Farhat, Avery, Chapman & Cortial, *Int. J. Numer. Meth.
@@ -17,26 +17,26 @@ use parted_law::parted;
 use rate_points::{RatePoints, StoredRates};
 use serde::{Deserialize, Serialize};
 
-/// The points of one law, as a file holds them.
+/// The points of one law as stored in a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredPoints {
     pub law: LawCard,
-    /// Whether a pressure field takes over the volumetric part of the law
+    /// Whether a pressure field replaces the volumetric part of the law
     pub has_pressure: bool,
-    /// Forces by rates there; none in statics
+    /// Rate-dependent forces at the points; zero in statics
     pub rates: StoredRates,
     /// \[points\] w \[m³\]
     pub weights: Vec<f64>,
-    /// \[points × displacement modes × 9\] ∂v/∂X by rows
+    /// \[points × displacement modes × 9\] ∂v/∂X row by row
     pub gradients: Vec<f64>,
     /// \[points × pressure modes\] p_c \[Pa\]
     pub pressures: Vec<f64>,
-    /// \[points × tests × 9\] and \[points × tests\]: gradients and pressures of the fields along which forces are taken in an error estimate
+    /// \[points × tests × 9\] and \[points × tests\]: gradients and pressures of the fields along which an error estimate takes forces
     pub test_gradients: Vec<f64>,
     pub test_pressures: Vec<f64>,
 }
 
-/// Numbers of modes and tests that the arrays belong to.
+/// Numbers of modes and tests that determine the sizes of the arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sizes {
     pub displacements: usize,
@@ -45,14 +45,14 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Displacement and pressure coordinates.
+    /// Number of displacement and pressure coordinates.
     pub fn coordinates(&self) -> usize {
         self.displacements + self.pressures
     }
 }
 
 impl StoredPoints {
-    /// Whether the arrays fit together, with finite numbers and weights that are not negative.
+    /// Whether the arrays have consistent sizes, with finite values and non-negative weights.
     pub fn is_sound(&self, sizes: Sizes) -> bool {
         let n = self.weights.len();
         let lengths = [
@@ -77,17 +77,17 @@ pub struct Points {
     has_pressure: bool,
     /// \[groups\]
     weights: Vec<Lanes>,
-    /// \[groups × modes\] by rows
+    /// \[groups × modes\] ∂v/∂X row by row
     gradients: Vec<[Lanes; 9]>,
     /// \[groups × pressure modes\]
     pressures: Vec<Lanes>,
     test_gradients: Vec<[Lanes; 9]>,
     test_pressures: Vec<Lanes>,
-    /// In models that move
+    /// Rate-dependent forces in dynamic models
     rates: Option<RatePoints>,
 }
 
-/// Sums over points, in lanes, and the memory that an evaluation needs.
+/// Sums over points, in lanes, and the workspace of an evaluation.
 pub struct Sums {
     /// \[coordinates\] or \[tests\]
     pub r: Vec<Lanes>,
@@ -119,12 +119,12 @@ impl Sums {
     }
 }
 
-/// The sum of the lanes, in their order.
+/// Sums the lanes in order.
 pub fn total(lanes: &Lanes) -> f64 {
     lanes.0.iter().sum()
 }
 
-/// Four points after another as lanes; lanes without a point are zero.
+/// Arranges consecutive points in groups of four lanes; lanes without a point are zero.
 fn in_lanes(values: &[f64], points: usize, each: usize) -> Vec<Lanes> {
     let mut out = vec![Lanes::ZERO; points.div_ceil(LANES) * each];
     for (point, values) in values.chunks_exact(each.max(1)).enumerate() {
@@ -140,7 +140,7 @@ fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
 }
 
 impl Points {
-    /// The points that a file holds, which must be [sound](StoredPoints::is_sound).
+    /// Builds the points from a file, which must be [sound](StoredPoints::is_sound).
     pub fn new(stored: &StoredPoints, sizes: Sizes) -> Result<Self, LawSpecError> {
         let (law, volumetric) = parted(stored.law.build()?, stored.has_pressure);
         let points = stored.weights.len();
@@ -158,7 +158,7 @@ impl Points {
         })
     }
 
-    /// These points in a model that moves in steps of `dt` \[s\], with the forces by rates that a file holds.
+    /// Adds the rate-dependent forces stored in a file to the points, for a dynamic model with steps of `dt` \[s\].
     #[must_use]
     pub fn moving(mut self, of: &StoredRates, dt: f64) -> Self {
         if !of.is_none() {
@@ -168,12 +168,12 @@ impl Points {
         self
     }
 
-    /// Numbers that the points remember from one step to the next.
+    /// Size of the history of the points.
     pub fn memory(&self) -> usize {
         self.rates.as_ref().map_or(0, |rates| rates.size() * self.weights.len())
     }
 
-    /// Begins a step from the displacement coordinates `q` with what the points remember there.
+    /// Starts a step from the displacement coordinates `q` with the history `memory` of the points there.
     pub fn begin(&mut self, q: &[f64], memory: &[f64]) {
         let Some(mut rates) = self.rates.take() else { return };
         let size = rates.size();
@@ -183,7 +183,7 @@ impl Points {
         self.rates = Some(rates);
     }
 
-    /// The memory of the points at the end of a step, at the displacement coordinates `q`.
+    /// Computes the history of the points at the end of a step, at the displacement coordinates `q`.
     pub fn advance(&self, q: &[f64], memory: &[f64], next: &mut [f64], sums: &mut Sums) -> Result<(), LawError> {
         let Some(rates) = &self.rates else { return Ok(()) };
         let size = rates.size();
@@ -195,7 +195,7 @@ impl Points {
         Ok(())
     }
 
-    /// P by rows and G(J) of the points at the coordinates `y`, in their order.
+    /// Returns P row by row and G(J) for all points at the coordinates `y`.
     pub fn forces(&self, y: &[f64], sums: &mut Sums) -> Result<Vec<([f64; 9], f64)>, LawError> {
         let mut out = vec![];
         for group in 0..self.weights.len() {
@@ -206,7 +206,7 @@ impl Points {
         Ok(out)
     }
 
-    /// F of four points.
+    /// Returns F at four points.
     fn deformation(&self, q: &[f64], group: usize) -> [Lanes; 9] {
         let n = self.sizes.displacements;
         let mut f = [Lanes::ZERO; 9];
@@ -215,18 +215,18 @@ impl Points {
         f
     }
 
-    /// Takes another law of the same kind.
+    /// Replaces the law by another law of the same kind.
     pub fn set_law(&mut self, whole: Box<dyn Law>) {
         (self.law, self.volumetric) = parted(whole, self.has_pressure);
     }
 
-    /// Bulk modulus of the volumetric part that a pressure field has taken over \[Pa\].
+    /// Returns the bulk modulus of the volumetric part that a pressure field replaces \[Pa\].
     pub fn bulk_modulus(&self) -> Option<f64> {
         self.volumetric.map(|volumetric| volumetric.kappa)
     }
 
-    /// Adds ∂r/∂θ at the coordinates `y`, where `along` is the derivative of the law by θ; the change of the bulk modulus where there are
-    /// pressures, whose compliance it changes.
+    /// Adds ∂r/∂θ at the coordinates `y`, where `along` is the derivative of the law with respect to θ; returns the derivative of the bulk modulus if
+    /// there are pressures, whose compliance depends on it.
     pub fn add_derivative(&self, y: &[f64], along: Box<dyn Law>, out: &mut Sums) -> Result<Option<f64>, LawError> {
         let (law, volumetric) = parted(along, self.has_pressure);
         let n = self.sizes.displacements;
@@ -271,7 +271,7 @@ impl Points {
         Ok(())
     }
 
-    /// The response of the law with the pressure at four points.
+    /// Computes the response of the law with the pressure at four points.
     fn place(&self, y: &[f64], group: usize, want: Want, sums: &mut Sums) -> Result<Place, LawError> {
         let Sums { response, second, .. } = sums;
         let Sizes { displacements: n, pressures: m, .. } = self.sizes;
@@ -301,12 +301,12 @@ impl Points {
     }
 }
 
-/// The parts of the forces of four points that P and A do not contain.
+/// The parts of the forces at four points that P and A do not contain.
 struct Place {
     weight: Lanes,
     /// G(J)
     gap: Lanes,
-    /// G′ cof F by rows
+    /// G′ cof F row by row
     cofactor: [Lanes; 9],
 }
 
@@ -316,7 +316,7 @@ impl Default for Place {
     }
 }
 
-/// Σ_i q_i ∂v_i/∂X
+/// Kernel that computes Σ_i q_i ∂v_i/∂X.
 struct Deformation<'a> {
     gradients: &'a [[Lanes; 9]],
     q: &'a [f64],
@@ -337,14 +337,14 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-/// r_i += w P : ∂v_i/∂X of the motions, r_c += w p_c G of the pressures
+/// Kernel that computes r_i += w P : ∂v_i/∂X for the displacement modes and r_c += w p_c G for the pressure modes.
 struct Forces<'a> {
     gradients: &'a [[Lanes; 9]],
     pressures: &'a [Lanes],
     place: &'a Place,
     response: &'a LaneResponse,
     r: &'a mut [Lanes],
-    /// Place of the first pressure in `r`: after the motions, or 0 where each field has both
+    /// Index of the first pressure in `r`: after the displacements, or 0 if each field has both
     first_pressure: usize,
 }
 
@@ -363,7 +363,7 @@ impl Kernel for Forces<'_> {
     }
 }
 
-/// K_ij += w ∂v_i/∂X : A : ∂v_j/∂X, K_ci += w p_c G′ cof F : ∂v_i/∂X
+/// Kernel that computes K_ij += w ∂v_i/∂X : A : ∂v_j/∂X and K_ci += w p_c G′ cof F : ∂v_i/∂X.
 struct Hessian<'a> {
     gradients: &'a [[Lanes; 9]],
     pressures: &'a [Lanes],

@@ -1,11 +1,11 @@
-//! Forces by rates at the points of a reduced model: the viscosity and the relaxation of the material, with what the points remember.
+//! Rate-dependent forces at the points of a reduced model: viscosity and relaxation of the material, with the history of the points.
 //!
-//! They are those of the effects [`ViscousDamping`](crate::effect::ViscousDamping) and [`Viscoelastic`](crate::effect::Viscoelastic), written
-//! for four points side by side and steps of one length:
+//! They are the forces of the effects [`ViscousDamping`](crate::effect::ViscousDamping) and [`Viscoelastic`](crate::effect::Viscoelastic), written
+//! for four points side by side and steps of constant length:
 //!
 //! P += η/(2Δt) F (FᵀF − FₙᵀFₙ), P += (Σ β_α d_α − ρ) ∂W/∂F + m(FH − ⅓q G), H = Σ β_α d_α (d_α hₙ_α − S̃ₙ), d_α = e^{−Δt/2τ_α},
 //!
-//! with m = J^{−2/3}, q = H:C, G = F⁻ᵀ. Both are gradients of potentials of F over a step, so that the tangent of the sum is symmetric.
+//! with m = J^{−2/3}, q = H:C, G = F⁻ᵀ. Both are gradients of potentials of F over a step, so that the tangent is symmetric.
 
 use super::lanes::contract;
 use crate::effect::{cofactor_by_rows, viscous_stress};
@@ -13,22 +13,22 @@ use crate::material::{LaneResponse, Law, LawError, Prony, Want};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use serde::{Deserialize, Serialize};
 
-/// Forces by rates at the points of one law, as a file holds them.
+/// Rate-dependent forces at the points of one law as stored in a file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StoredRates {
     /// η \[Pa s\]
     pub viscosity: f64,
-    /// Series by which the isochoric part of the law relaxes
+    /// Prony series by which the isochoric part of the law relaxes
     pub relaxation: Option<Prony>,
 }
 
 impl StoredRates {
-    /// Whether there is no force by rates.
+    /// Whether there are no rate-dependent forces.
     pub fn is_none(&self) -> bool {
         self.viscosity == 0.0 && self.relaxation.is_none()
     }
 
-    /// Whether the numbers are those of a viscosity and a series.
+    /// Whether the values are valid for a viscosity and a Prony series.
     pub fn is_sound(&self) -> bool {
         let series = |p: &Prony| {
             let arm = |(beta, tau): &(f64, f64)| *beta > 0.0 && beta.is_finite() && *tau > 0.0 && tau.is_finite();
@@ -38,12 +38,12 @@ impl StoredRates {
     }
 }
 
-/// Components of a symmetric tensor that are kept, by rows of the whole one.
+/// Stored components of a symmetric tensor, as indices into the full tensor row by row.
 const KEPT: [usize; 6] = [0, 4, 8, 5, 2, 1];
-/// Place of each component of the whole tensor among those that are kept.
+/// For each component of the full tensor, its index among the stored components.
 const PLACE: [usize; 9] = [0, 5, 4, 5, 1, 3, 4, 3, 2];
 
-/// Forces by rates at the points of one law over steps of one length.
+/// Rate-dependent forces at the points of one law, over steps of constant length.
 pub struct RatePoints {
     /// η/(2Δt)
     viscous: f64,
@@ -53,7 +53,7 @@ pub struct RatePoints {
 }
 
 struct Relaxation {
-    /// W, where it is not the law of the points itself
+    /// W, if it differs from the law of the points; `None` otherwise
     part: Option<Box<dyn Law>>,
     /// Σ β d − ρ
     factor: f64,
@@ -64,7 +64,7 @@ struct Relaxation {
 }
 
 impl RatePoints {
-    /// The points in `groups`, for steps of `dt` \[s\]; `whole` is the law of the points where this is not its isochoric part already.
+    /// Builds the points in `groups` for steps of `dt` \[s\]; `whole` is the law of the points, unless this is already its isochoric part.
     pub fn new(of: &StoredRates, whole: Option<&dyn Law>, groups: usize, dt: f64) -> Self {
         let relaxation = of.relaxation.as_ref().map(|series| {
             let arms: Vec<(f64, f64)> =
@@ -79,12 +79,12 @@ impl RatePoints {
         Self { viscous: 0.5 * of.viscosity / dt, old: vec![[Lanes::ZERO; 9]; groups], relaxation }
     }
 
-    /// Numbers that each group of points remembers: S̃, then h of each arm, lane by lane.
+    /// Size of the history of each group of points: S̃, then h of each arm, lane by lane.
     pub fn size(&self) -> usize {
         self.relaxation.as_ref().map_or(0, |r| 6 * LANES * (1 + r.arms.len()))
     }
 
-    /// The start of a step of a group, with F there and what it remembers.
+    /// Starts a step of a group, with F and the history there.
     pub fn begin(&mut self, group: usize, f: &[Lanes; 9], memory: &[f64]) {
         self.old[group] = *f;
         let Some(Relaxation { arms, remembered, .. }) = &mut self.relaxation else { return };
@@ -97,7 +97,7 @@ impl RatePoints {
         }
     }
 
-    /// Adds P and A to those of the law of the points at F.
+    /// Adds the rate-dependent P and A at F to those of the law of the points.
     pub fn add(
         &self,
         group: usize,
@@ -127,7 +127,7 @@ impl RatePoints {
         Ok(())
     }
 
-    /// The memory of a group at the end of a step at F, by the law of the points; `second` is memory.
+    /// Computes the history of a group at the end of a step at F, with the law of the points; `second` is workspace.
     pub fn advance(
         &self,
         law: &dyn Law,
@@ -158,14 +158,14 @@ fn in_lanes(memory: &[f64], k: usize) -> Lanes {
     Lanes(std::array::from_fn(|lane| memory[LANES * k + lane]))
 }
 
-/// 1/J and J^{−2/3} at J > 0.
+/// Returns 1/J and J^{−2/3}; requires J > 0.
 fn powers(f: &[Lanes; 9]) -> (Lanes, Lanes) {
     let cof = cofactor_by_rows(f);
     let j = f[0] * cof[0] + f[1] * cof[1] + f[2] * cof[2];
     (Lanes(j.0.map(f64::recip)), Lanes(j.0.map(|j| j.powf(-2.0 / 3.0))))
 }
 
-/// P += c P′, A += c A′
+/// Kernel that computes P += c P′ and A += c A′.
 struct AddTimes<'a> {
     factor: f64,
     of: &'a LaneResponse,
@@ -189,7 +189,7 @@ impl Kernel for AddTimes<'_> {
     }
 }
 
-/// P += m(FH − ⅓q G), A += m\[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ\]
+/// Kernel that computes P += m(FH − ⅓q G) and A += m\[δ_ik H_LJ − ⅔((FH)_iJ G_kL + G_iJ (FH)_kL) + (2/9) q G_iJ G_kL + ⅓q G_iL G_kJ\].
 struct AddRemembered<'a> {
     f: &'a [Lanes; 9],
     powers: (Lanes, Lanes),
@@ -257,7 +257,7 @@ impl Kernel for AddViscous<'_> {
     }
 }
 
-/// J^{2/3} F⁻¹ P
+/// Kernel that computes J^{2/3} F⁻¹ P.
 struct Unscaled<'a> {
     f: &'a [Lanes; 9],
     powers: (Lanes, Lanes),
@@ -285,7 +285,7 @@ mod tests {
     use crate::material::{Arm, Constants, law_from_table};
     use crate::math::random::SplitMix;
 
-    /// The tangent is symmetric, and that of central differences of P with h = 1e-5: truncation h² and rounding 1e-16/h leave 1e-10 of it.
+    /// The tangent is symmetric and equals central differences of P with h = 1e-5: truncation h² and rounding 1e-16/h leave 1e-10 of it.
     #[test]
     fn the_tangent_is_symmetric_and_the_derivative_of_the_stress() {
         let table = "law = 'neo_hookean'\nmu = '1 Pa'\nnu = 0.3".parse().expect("a table");

@@ -1,13 +1,13 @@
-//! A cable of a reduced model while it runs: its length, and what it adds to the equations.
+//! A cable of a running reduced model: its length, and its contribution to the equations.
 
 use crate::effect::Cable;
 use crate::reduction::forces::{CableDrive, ReducedCable};
 use crate::system::{BlockValues, EvalError, Want};
 
-/// A cable with the memory of its evaluations.
+/// A cable with the workspace of its evaluations.
 pub struct RunningCable {
     cable: Cable,
-    /// \[3 × guides, coordinates\] by rows
+    /// W, row by row \[3 × guides, coordinates\]
     motion: Vec<f64>,
     coordinates: usize,
     pub drive: CableDrive,
@@ -40,14 +40,14 @@ impl RunningCable {
         }
     }
 
-    /// Motions of the guides.
+    /// Computes the motions of the guides.
     fn place(&mut self, q: &[f64]) {
         for (w, row) in self.guides.iter_mut().zip(self.motion.chunks_exact(self.coordinates)) {
             *w = row.iter().zip(q).map(|(a, b)| a * b).sum();
         }
     }
 
-    /// Length and its gradient at the displacement coordinates q.
+    /// Computes the length and its gradient at the displacement coordinates q.
     pub fn evaluate(&mut self, q: &[f64]) -> Result<(), EvalError> {
         self.place(q);
         self.length = 0.0;
@@ -66,7 +66,7 @@ impl RunningCable {
         Ok(())
     }
 
-    /// Derivatives of the length by forces on the guides along other motions \[3 × guides, tests\] by rows: Σ ∂L/∂w · m.
+    /// Adds Σ ∂L/∂w · m times `factor` for other `motions` m of the guides, row by row \[3 × guides, tests\].
     pub fn add_along(&self, motions: &[f64], factor: f64, out: &mut [f64]) {
         let tests = out.len();
         for (row, along) in motions.chunks_exact(tests.max(1)).zip(&self.along) {
@@ -74,7 +74,7 @@ impl RunningCable {
         }
     }
 
-    /// Adds the tension times ∂²L/∂q² to K, `stride` numbers a row, column ≤ row; after [`RunningCable::evaluate`] at the same place.
+    /// Adds the tension times ∂²L/∂q² to K, whose rows have `stride` entries, column ≤ row; requires [`RunningCable::evaluate`] at the same position.
     pub fn add_hessian(&mut self, tension: f64, stride: usize, k: &mut [f64]) -> Result<(), EvalError> {
         let n = self.coordinates;
         for s in 0..self.cable.segments() {
@@ -101,7 +101,7 @@ impl RunningCable {
         Ok(())
     }
 
-    /// g = free length + compliance · tension − L of one that is driven by length \[m\].
+    /// Returns g = free length + compliance · tension − L of a cable driven by length \[m\].
     pub fn gap(&self, inputs: &[f64], tension: f64) -> f64 {
         match &self.drive {
             CableDrive::Length { free, compliance } => free.at(inputs) + compliance * tension - self.length,
@@ -109,7 +109,7 @@ impl RunningCable {
         }
     }
 
-    /// Whether it is driven by length.
+    /// Whether the cable is driven by length.
     pub fn by_length(&self) -> bool {
         matches!(self.drive, CableDrive::Length { .. })
     }

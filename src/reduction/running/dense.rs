@@ -1,4 +1,4 @@
-//! Small dense systems, solved again and again without allocation.
+//! Small dense systems, solved repeatedly without allocation.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
@@ -6,9 +6,9 @@ use faer::mat::{MatMut, MatRef};
 use faer::perm::PermRef;
 use faer::{Conj, Par};
 
-/// LU factors with partial pivoting of systems up to a size, and their memory.
+/// LU factors with partial pivoting for systems up to a given size, and their workspace.
 pub struct Dense {
-    /// \[n × n\] by columns
+    /// \[n × n\] column by column
     matrix: Vec<f64>,
     n: usize,
     forward: Vec<usize>,
@@ -17,7 +17,7 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// Room for systems of at most `most` unknowns.
+    /// Allocates memory for systems of at most `most` unknowns.
     pub fn new(most: usize) -> Self {
         let of_factor = factor::lu_in_place_scratch::<usize, f64>(most, most, Par::Seq, Default::default());
         let of_solve = solve::solve_in_place_scratch::<usize, f64>(most, 1, Par::Seq);
@@ -43,7 +43,7 @@ impl Dense {
         factor::lu_in_place(a, forward, backward, Par::Seq, MemStack::new(&mut self.memory), Default::default());
     }
 
-    /// Solves in place; a singular matrix gives numbers that are not finite.
+    /// Solves in place; for a singular matrix the result is not finite.
     pub fn solve(&mut self, b: &mut [f64]) {
         let n = self.n;
         let lu = MatRef::from_column_major_slice(&self.matrix[..n * n], n, n);
@@ -57,7 +57,7 @@ impl Dense {
 mod tests {
     use super::*;
 
-    /// A saddle point with a zero on its diagonal, by hand: [2 1; 1 0] x = [5; 2] has x = (2, 1).
+    /// A saddle-point matrix with a zero on its diagonal, by hand: [2 1; 1 0] x = [5; 2] has x = (2, 1).
     #[test]
     fn a_saddle_point_and_a_smaller_system_after_it() {
         let mut dense = Dense::new(3);

@@ -1,37 +1,37 @@
-//! Inertia, damping and steps in time of a reduced model that moves.
+//! Inertia, damping and time stepping of a dynamic reduced model.
 
 use crate::solve::Integrator;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-/// Inertia, damping and steps in time.
+/// Inertia, damping and time stepping of a dynamic model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dynamics {
     pub integrator: Integrator,
     /// Length of a step \[s\]
     pub dt: f64,
-    /// \[displacement modes × displacement modes\] VᵀMV \[kg\] of the mass matrix
+    /// \[displacement modes × displacement modes\] VᵀMV \[kg\], with the mass matrix M
     pub mass: Vec<f64>,
-    /// \[displacement modes × displacement modes\] VᵀCV \[kg/s\] of damping by constant matrices
+    /// \[displacement modes × displacement modes\] VᵀCV \[kg/s\], with the sum C of constant damping matrices
     pub damping: Vec<f64>,
-    /// Per input: its largest change in a step of the runs that the model and its bars are made of
+    /// For each input: its largest change per step in the runs from which the model and its error bars were made
     pub changes: Vec<f64>,
-    /// Length of the longest run that the bars are made of \[s\]
+    /// Length of the longest run from which the error bars were made \[s\]
     pub duration: f64,
 }
 
 impl Dynamics {
-    /// Whether no input changes by more in a step than in the runs that the model is made of.
+    /// Whether no input changes by more per step than in the runs from which the model was made.
     pub fn allows(&self, from: &[f64], to: &[f64]) -> bool {
         from.iter().zip(to).zip(&self.changes).all(|((from, to), most)| (to - from).abs() <= most * (1.0 + ROUNDING))
     }
 
-    /// Whether a time since the rest lies within the runs that the bars are made of.
+    /// Whether a time since the rest state is within the runs from which the error bars were made.
     pub fn covers(&self, t: f64) -> bool {
         t <= self.duration + 0.5 * self.dt
     }
 
-    /// Reason why the parts do not belong to a model with so many modes of the displacement and inputs, if they do not.
+    /// Returns the reason why the parts do not belong to a model with `n` displacement modes and this number of inputs, if they do not.
     pub fn fault(&self, n: usize, inputs: usize) -> Option<&'static str> {
         let matrix = |m: &[f64]| m.len() == n * n && m.iter().all(|x| x.is_finite());
         let sound = |x: f64| x.is_finite() && x >= 0.0;
@@ -52,10 +52,10 @@ impl Dynamics {
     }
 }
 
-/// Share of a change that is rounding.
+/// Relative difference between changes that is rounding \[–\].
 const ROUNDING: f64 = 1e-9;
 
-/// Cholesky factor of a mass matrix, where it is positive.
+/// Returns the Cholesky factor of a mass matrix, if it is positive definite.
 pub fn factor(mass: &[f64], n: usize) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
     DMatrix::from_row_slice(n, n, mass).cholesky()
 }
@@ -64,7 +64,7 @@ pub fn factor(mass: &[f64], n: usize) -> Option<nalgebra::Cholesky<f64, nalgebra
 mod tests {
     use super::*;
 
-    /// Modes that all move as a whole far more than they deform have a mass of which rounding leaves one direction alone: integrators that begin with an
+    /// If all modes translate far more than they deform, rounding leaves only one direction of their mass matrix: integrators that need an initial
     /// acceleration cannot use it, others can.
     #[test]
     fn a_mass_of_one_direction_is_refused_where_accelerations_begin() {

@@ -1,7 +1,7 @@
 //! The equations of a reduced model and Newton's method for them, without allocation.
 //!
-//! The unknowns are the displacement coordinates q, the pressure coordinates π and the tensions of taut cables. Pressures and tensions make
-//! the symmetric matrix one of a saddle point, which is factorised with pivots.
+//! The unknowns are the displacement coordinates q, the pressure coordinates π and the tensions of taut cables. With pressures and tensions the
+//! symmetric matrix is that of a saddle point, which is factorised with pivoting.
 
 use super::cable::RunningCable;
 use super::dense::Dense;
@@ -14,19 +14,19 @@ use crate::reduction::model::ReducedModel;
 use crate::reduction::points::{Points, StoredPoints, Sums, total};
 use std::sync::Arc;
 
-/// Unknowns of a reduced model.
+/// Values of the unknowns of a reduced model.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Position {
     /// Displacement coordinates, then pressures
     pub y: Vec<f64>,
     /// \[cables\] tension \[N\]
     pub tensions: Vec<f64>,
-    /// \[cables\] whether the length of the cable holds the body
+    /// \[cables\] whether the length of the cable constrains the body
     pub taut: Vec<bool>,
 }
 
 impl Position {
-    /// Takes the values of another one over.
+    /// Copies the values of another position.
     pub fn take(&mut self, other: &Self) {
         self.y.copy_from_slice(&other.y);
         self.tensions.copy_from_slice(&other.tensions);
@@ -40,34 +40,34 @@ impl Position {
     }
 }
 
-/// The equations with the memory of their evaluations.
+/// The equations with the workspace of their evaluations.
 pub struct Equations {
     model: Arc<ReducedModel>,
     points: Vec<Points>,
     laws: RunningLaws,
     pub cables: Vec<RunningCable>,
-    /// In models that move
+    /// `None` in static models
     pub motion: Option<Motion>,
     sums: Sums,
-    /// \[coordinates\] what is left of the forces
+    /// \[coordinates\] residual forces
     r: Vec<f64>,
     /// \[coordinates × coordinates\] column ≤ row
     k: Vec<f64>,
     dense: Dense,
     /// \[coordinates + cables\]
     solution: Vec<f64>,
-    /// Indices of the taut cables, the first `taut` of them
+    /// Indices of the taut cables, in the first `taut` entries
     rows: Vec<usize>,
     taut: usize,
 }
 
-/// Increments of the coordinates, as shares of their amplitudes, below which an equilibrium is reached: Newton's method squares them.
+/// Increment of the coordinates, relative to their amplitudes, below which equilibrium is reached \[–\]: Newton's method squares it.
 const REACHED: f64 = 1e-6;
-/// Iterations for one position.
+/// Largest number of iterations for one position.
 const ITERATIONS: usize = 25;
-/// Largest increment of an iteration, as a share of the amplitude.
+/// Largest increment of an iteration, relative to the amplitude \[–\].
 const LONGEST: f64 = 1.0;
-/// Slack of a cable that is none, as a share of its length.
+/// Slack below which a cable counts as taut, relative to its length \[–\].
 const CLOSED: f64 = 1e-12;
 
 impl Equations {
@@ -98,19 +98,19 @@ impl Equations {
         })
     }
 
-    /// The position at rest.
+    /// Returns the position at rest.
     pub fn rest(&self) -> Position {
         let cables = self.cables.len();
         Position { y: vec![0.0; self.r.len()], tensions: vec![0.0; cables], taut: vec![false; cables] }
     }
 
-    /// Begins a step in time; without effect on models that rest.
+    /// Starts a time step; has no effect on static models.
     pub fn begin(&mut self) {
         self.motion.iter_mut().for_each(Motion::begin);
         self.begin_points();
     }
 
-    /// Begins the points at the state before the step.
+    /// Starts the points at the state before the step.
     fn begin_points(&mut self) {
         let Some(motion) = &self.motion else { return };
         let mut history = &motion.state().history[..];
@@ -121,7 +121,7 @@ impl Equations {
         }
     }
 
-    /// Ends a step in time at a position; false where what the points remember is not defined there.
+    /// Ends a time step at a position; false if the history of the points is undefined there.
     pub fn accept(&mut self, at: &Position) -> bool {
         let Self { motion, points, sums, model, .. } = self;
         let Some(motion) = motion else { return true };
@@ -136,7 +136,7 @@ impl Equations {
         })
     }
 
-    /// Back to rest under these inputs; without effect on models that rest.
+    /// Returns to rest under these inputs; has no effect on static models.
     pub fn reset(&mut self, inputs: &[f64]) {
         let zero = vec![0.0; self.model.sizes.displacements];
         self.motion.iter_mut().for_each(|motion| motion.reset(&zero));
@@ -145,13 +145,13 @@ impl Equations {
         self.motion.iter_mut().for_each(|motion| motion.reset(&accelerations));
     }
 
-    /// Accelerations of the displacement coordinates at rest under these inputs, by the forces that the mass has to balance.
+    /// Returns the accelerations of the displacement coordinates at rest under these inputs, from the forces that the inertia must balance.
     fn start(&mut self, inputs: &[f64]) -> Vec<f64> {
         let (rest, n) = (self.rest(), self.model.sizes.displacements);
         let mass = self.model.dynamics.as_ref().filter(|d| d.integrator.needs_initial_acceleration());
         let factor = mass.and_then(|dynamics| super::dynamics::factor(&dynamics.mass, n));
         let Some(factor) = factor else { return vec![0.0; n] };
-        // Nothing moves yet: neither accelerations nor velocities add to the forces
+        // Nothing moves yet: neither accelerations nor velocities contribute to the forces
         let motion = self.motion.take();
         let defined = self.linearise(inputs, &rest);
         self.motion = motion;
@@ -159,12 +159,13 @@ impl Equations {
         factor.solve(&forces).as_slice().to_vec()
     }
 
-    /// One iteration of Newton's method from a position, with the cables that are taut there; false where it has no finite result.
+    /// Performs one Newton iteration from a position, with the cables that are taut there; false if the result is not finite.
     pub fn iterate(&mut self, inputs: &[f64], at: &mut Position) -> bool {
         self.linearise(inputs, at) && self.advance(inputs, at).is_some()
     }
 
-    /// Whether Newton's method reached the equilibrium of these inputs from `at`, and its iterations. Where it did not, `at` is of no use.
+    /// Solves for the equilibrium of these inputs by Newton's method, starting from `at`. Returns whether it was reached, and the number of
+    /// iterations. If not, `at` is meaningless.
     pub fn solve(&mut self, inputs: &[f64], at: &mut Position) -> (bool, usize) {
         for iteration in 1..=ITERATIONS {
             if !self.linearise(inputs, at) {
@@ -184,20 +185,20 @@ impl Equations {
         (false, ITERATIONS)
     }
 
-    /// Forces and tangent at the present position, of a model that moves those at the end of its last step; false where they are not defined, or no step has
-    /// ended.
+    /// Computes forces and tangent at the current position, or for a dynamic model at the end of its last step; false if they are undefined, or if no
+    /// step has ended.
     pub fn linearise_present(&mut self, inputs: &[f64], at: &Position) -> bool {
         if !self.motion.iter_mut().all(Motion::go_back) {
             return false;
         }
-        // A step that was refused since then has begun at the present state
+        // A step that has failed since then started at the current state
         self.begin_points();
         let defined = self.linearise(inputs, at);
         self.motion.iter_mut().for_each(Motion::go_on);
         defined
     }
 
-    /// Forces and tangent at a position; false where a law or a cable is not defined there.
+    /// Computes forces and tangent at a position; false if a law or a cable is undefined there.
     pub fn linearise(&mut self, inputs: &[f64], at: &Position) -> bool {
         let Self { model, points, laws, cables, motion, sums, r, k, .. } = self;
         let (n, u) = (r.len(), model.sizes.displacements);
@@ -242,7 +243,7 @@ impl Equations {
         true
     }
 
-    /// Factorises the equations of the taut cables at the position that was linearised.
+    /// Factorises the equations with the taut cables at the linearised position.
     pub fn factorise(&mut self, at: &Position) {
         let Self { cables, k, dense, rows, r, .. } = self;
         let n = r.len();
@@ -272,7 +273,7 @@ impl Equations {
         });
     }
 
-    /// One step of Newton's method; the increment as a share of the amplitudes, or none where it is not finite.
+    /// Performs one Newton step; returns the increment relative to the amplitudes, `None` if it is not finite.
     fn advance(&mut self, inputs: &[f64], at: &mut Position) -> Option<f64> {
         self.factorise(at);
         let Self { model, cables, r, solution, rows, taut, dense, .. } = self;
@@ -299,7 +300,7 @@ impl Equations {
         Some(moved.max(pressed))
     }
 
-    /// Lets cables go that push, and takes up those that are too long; true where there was none.
+    /// Releases cables that would push and tightens those that are too long; returns true if nothing changed.
     fn settle_cables(&mut self, inputs: &[f64], at: &mut Position) -> bool {
         let u = self.model.sizes.displacements;
         let mut settled = true;
@@ -316,7 +317,7 @@ impl Equations {
         settled
     }
 
-    /// Adds −∂r/∂u of the laws by input `k`.
+    /// Adds the change −∂r/∂u due to the laws that depend on input `k`.
     fn change_of_laws(&mut self, k: usize, inputs: &[f64], at: &Position, out: &mut [f64]) {
         let Self { model, points, sums, .. } = self;
         let u = model.sizes.displacements;
@@ -337,7 +338,8 @@ impl Equations {
         }
     }
 
-    /// Change of the unknowns \[coordinates, then cables\] with input `k`, at a position that was linearised and factorised.
+    /// Computes the derivative of the unknowns \[coordinates, then cables\] with respect to input `k`, at a position that has been linearised and
+    /// factorised.
     pub fn change(&mut self, k: usize, inputs: &[f64], at: &Position, out: &mut [f64]) {
         out.fill(0.0);
         self.change_of_laws(k, inputs, at, out);
@@ -359,7 +361,7 @@ impl Equations {
             }
         }
         dense.solve(&mut out[..n + *taut]);
-        // In the order of the cables
+        // Restore the order of the cables
         for place in (0..*taut).rev() {
             out.swap(n + place, n + rows[place]);
         }

@@ -1,9 +1,9 @@
-//! A reduced model with the full one behind it, which answers where the error bar is above the tolerance, or unknown.
+//! A reduced model backed by the full one, which answers if the error bar is above the tolerance or unknown.
 
 use super::twin::{StepError, StepReport, Twin};
 use crate::reduction::training::full_model::{FullModel, FullModelError};
 
-/// Which model an answer is from.
+/// Model from which an answer comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
     Reduced,
@@ -15,11 +15,11 @@ pub enum By {
 pub struct TwinAnswer {
     pub by: By,
     pub values: Vec<f64>,
-    /// Zero of the full model, on the mesh of which the bars are counted; its solver leaves its own tolerance
+    /// Zero for the full model, because the bars are relative to its mesh; its solver leaves an error within its own tolerance
     pub bars: Vec<f64>,
 }
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Debug, thiserror::Error)]
 pub enum FallbackError {
     #[error(transparent)]
@@ -28,25 +28,25 @@ pub enum FallbackError {
     Full(#[from] FullModelError),
 }
 
-/// The full model, and when it is asked.
+/// The full model, and the criterion for its use.
 pub struct Fallback {
     pub full: FullModel,
-    /// Largest error bar that is accepted of the reduced model, as a share of the largest change from rest in the training states
+    /// Largest acceptable error bar of the reduced model, relative to the largest change from rest in the training states
     pub tolerance: f64,
 }
 
-/// Whether every bar of the present equilibrium is within the tolerance, and the inputs are in their ranges.
+/// Whether every error bar of the current equilibrium is within the tolerance and the inputs are within their ranges.
 fn is_trusted(twin: &Twin, tolerance: f64) -> bool {
     let sizes = &twin.model().largest_changes;
     twin.in_range() && twin.bars().iter().zip(sizes).all(|(bar, size)| *bar <= tolerance * size)
 }
 
 impl Fallback {
-    /// The quantities at these inputs \[SI\], by the reduced model where it is within the tolerance.
+    /// Returns the quantities at these inputs in SI, by the reduced model if it is within the tolerance.
     ///
     /// # Errors
     ///
-    /// [`FallbackError`]: inputs that are none, and a full model without an equilibrium.
+    /// [`FallbackError`]: invalid inputs, or a full model without an equilibrium.
     pub fn step(&mut self, twin: &mut Twin, inputs: &[f64]) -> Result<TwinAnswer, FallbackError> {
         let reached = twin.step(inputs);
         match self.correct(twin, inputs, reached)? {
@@ -55,7 +55,7 @@ impl Fallback {
         }
     }
 
-    /// The quantities by the full model, where the reduced one did not reach these inputs, or is not within the tolerance there.
+    /// Returns the quantities by the full model if the reduced one did not reach these inputs or is not within the tolerance there.
     ///
     /// # Errors
     ///

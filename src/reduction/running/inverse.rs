@@ -1,66 +1,66 @@
-//! Inputs at which a reduced model has given values of its quantities: damped least squares with its derivatives, within the ranges.
+//! Inputs for which the quantities of a reduced model have given values: damped least squares with its derivatives, within the ranges.
 //!
-//! Source: Levenberg, *Quart. Appl. Math.* 2, 1944; Marquardt, *J. SIAM* 11, 1963. Inputs are counted in their ranges, so that the shortest
-//! change among many is the one of the smallest shares. Where the search from the present inputs ends short of the targets, as at rest, where an angle without
-//! a sign has no derivative, it begins again from other places of the ranges. Limits: a local search from each of them.
+//! Source: Levenberg, *Quart. Appl. Math.* 2, 1944; Marquardt, *J. SIAM* 11, 1963. Inputs are scaled by their ranges, so that among many solutions
+//! the shortest change is the one with the smallest shares of the ranges. If the search from the current inputs ends short of the targets, as at
+//! rest, where an unsigned angle has no derivative, it is restarted from other positions in the ranges. Limits: each of these searches is local.
 
 use super::twin::{StepError, Twin, TwinState};
 use crate::reduction::inputs::Input;
 use nalgebra::{DMatrix, DVector};
 
-/// A value that a quantity is to have.
+/// A target value of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Index of the quantity
     pub quantity: usize,
     pub value: f64,
-    /// Difference that is accepted, in the unit of the quantity
+    /// Accepted difference, in the unit of the quantity
     pub tolerance: f64,
 }
 
-/// Where a search ended.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
-    /// Inputs \[SI\], at which the model is
+    /// Inputs at which the model now is, in SI
     pub inputs: Vec<f64>,
     /// Whether every target is met within its tolerance
     pub met: bool,
-    /// Largest distance from a target, in its tolerances
+    /// Largest distance from a target, in units of its tolerance
     pub distance: f64,
     pub iterations: usize,
 }
 
-/// Iterations at most.
+/// Largest number of iterations.
 const ITERATIONS: usize = 40;
-/// Damping at the start.
+/// Initial damping.
 const DAMPING_FIRST: f64 = 1e-3;
 /// Factor of the damping after a better step.
 const DAMPING_BETTER: f64 = 0.2;
 /// Factor of the damping after a worse step.
 const DAMPING_WORSE: f64 = 5.0;
-/// Damping at which a search gives up.
+/// Damping at which a search stops.
 const DAMPING_MOST: f64 = 1e8;
 
-/// Shares of the ranges from which the search begins again.
+/// Positions in the ranges from which the search is restarted \[–\].
 const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
 
-/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes. The inputs that drive are moved, not
-/// constants of laws and weights. A model that moves takes one step in time, at whose end the targets are met, with inputs that change by no more than in the
-/// runs that it is made of.
+/// Moves the model to inputs in their ranges at which the targets are met, or as close to them as the search gets. Only the driving inputs are moved,
+/// not constants of laws and weights. A dynamic model takes one time step, at whose end the targets are met, with inputs that change by no more than
+/// in the runs from which it was made.
 ///
 /// # Errors
 ///
-/// [`StepError`] where the model has no equilibrium at the present inputs.
+/// [`StepError`] if the model has no equilibrium at the current inputs.
 pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
     let moving = twin.model().driving();
     reach_by(twin, targets, &moving)
 }
 
-/// Like [`reach`], by the inputs that are true in `moving`; the others stay where they are.
+/// Moves the model to the targets as [`reach`] does, but by the inputs that are true in `moving`; the others are unchanged.
 ///
 /// # Errors
 ///
-/// As there.
+/// The errors of [`reach`].
 pub fn reach_by(twin: &mut Twin, targets: &[Target], moving: &[bool]) -> Result<Reached, StepError> {
     let ranges = reachable(twin, moving);
     let present: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
@@ -81,7 +81,8 @@ pub fn reach_by(twin: &mut Twin, targets: &[Target], moving: &[bool]) -> Result<
     Ok(best)
 }
 
-/// The ranges of the inputs; of a model that moves, within one step from the present ones. Of an input that does not move it is the present value.
+/// Returns the ranges of the inputs; for a dynamic model, those that are reachable within one step. The range of an input that is not moved is its
+/// current value.
 fn reachable(twin: &Twin, moving: &[bool]) -> Vec<[f64; 2]> {
     let model = twin.model();
     let within = |(k, (input, present)): (usize, (&Input, &f64))| {
@@ -96,7 +97,7 @@ fn reachable(twin: &Twin, moving: &[bool]) -> Vec<[f64; 2]> {
     model.inputs.iter().zip(twin.inputs()).enumerate().map(within).collect()
 }
 
-/// A step to these inputs, always from the same state in time where there is one.
+/// Takes a step to these inputs, always from the same state in time if one is given.
 fn go(twin: &mut Twin, from: Option<&TwinState>, inputs: &[f64]) -> Result<(), StepError> {
     if let Some(state) = from {
         twin.restore(state);
@@ -104,7 +105,7 @@ fn go(twin: &mut Twin, from: Option<&TwinState>, inputs: &[f64]) -> Result<(), S
     twin.step(inputs).map(drop)
 }
 
-/// The search from one place.
+/// Searches from one starting point.
 fn search(
     twin: &mut Twin,
     targets: &[Target],
@@ -130,7 +131,7 @@ fn search(
         let by_share = |t: &Target, k: usize| sensitivities[t.quantity * n + k] * width(k) / t.tolerance;
         let jacobian = DMatrix::from_fn(m, n, |row, k| by_share(&targets[row], k));
         let gradient = jacobian.transpose() * &rest;
-        // An input at an end of its range that would leave it stays there
+        // An input at an end of its range that would leave the range is held there
         let held: Vec<bool> = (0..n)
             .map(|k| {
                 (inputs[k] <= ranges[k][0] && gradient[k] < 0.0) || (inputs[k] >= ranges[k][1] && gradient[k] > 0.0)

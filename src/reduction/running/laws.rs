@@ -1,27 +1,27 @@
-//! The laws of a running model whose constants are inputs: brought to the present constants where these have changed.
+//! The laws of a running model whose constants are inputs: updated when the constants change.
 
 use crate::reduction::constants::Constants;
 use crate::reduction::points::Points;
 
-/// Present constants, and the compliance that follows from them.
+/// Current constants, and the resulting compliance.
 pub struct RunningLaws {
-    /// Inputs that the laws are those of; not finite before the first
+    /// Inputs to which the laws belong; NaN before the first update
     present: Vec<f64>,
     /// \[tests or pressure modes × pressure modes\]
     pub compliance: Vec<f64>,
 }
 
-/// Which of the compliances of a part is meant.
+/// Selects one of the compliances of a part.
 pub type Share = fn(&crate::reduction::constants::PartCompliance) -> &Vec<f64>;
 
 impl RunningLaws {
-    /// The laws at the nominal constants, of `inputs` inputs.
+    /// Starts with the laws at the nominal constants, for a given number of inputs.
     pub fn new(compliance: &[f64], inputs: usize) -> Self {
         Self { present: vec![f64::NAN; inputs], compliance: compliance.to_vec() }
     }
 
-    /// Brings points and compliance to these inputs; false where a law is not defined there. A law is built anew only where a constant has changed, which
-    /// is the one allocation of a step.
+    /// Updates points and compliance to these inputs; false if a law is undefined there. A law is rebuilt only if a constant has changed, which is
+    /// the only allocation in a step.
     pub fn bring(&mut self, constants: &Constants, points: &mut [Points], inputs: &[f64], share: Share) -> bool {
         let mut changed = false;
         for law in &constants.laws {

@@ -1,4 +1,4 @@
-//! The motion of a running model: velocities, accelerations and what the points remember, from one step to the next, without allocation.
+//! The motion of a running model: velocities, accelerations and the history of the points, from one step to the next, without allocation.
 
 use super::dynamics::Dynamics;
 use crate::solve::Integrator;
@@ -11,10 +11,10 @@ pub struct Motion {
     /// \[coordinates × coordinates\]
     mass: Vec<f64>,
     damping: Vec<f64>,
-    /// With the displacement coordinates as x, and the memory of the points as history
+    /// State at the start of the step: x contains the displacement coordinates, history that of the points
     past: State,
     next: State,
-    /// At the start of the step that ended last
+    /// State at the start of the last completed step
     before: State,
     rates: Rates,
     /// Whether a step has ended since the last rest
@@ -22,10 +22,10 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Rest of points that remember so many numbers.
+    /// Builds the state of rest of points with a history of `memory` values.
     pub fn new(of: &Dynamics, coordinates: usize, memory: usize) -> Self {
         let zero = vec![0.0; coordinates];
-        // Room for what any integrator remembers, so that no step allocates
+        // Capacity for the memory of any integrator, so that no step allocates
         let room = || Vec::with_capacity(2 * coordinates);
         let rest = State {
             x: zero.clone(),
@@ -51,7 +51,7 @@ impl Motion {
         }
     }
 
-    /// Back to rest with these accelerations.
+    /// Returns to rest with these accelerations.
     pub fn reset(&mut self, accelerations: &[f64]) {
         let State { x, v, a, memory, history, dt, t, .. } = &mut self.past;
         [x, v, history].into_iter().for_each(|values| values.fill(0.0));
@@ -64,19 +64,19 @@ impl Motion {
         self.stepped = false;
     }
 
-    /// The state at the end of the last step: displacement coordinates, their rates, and what the points remember.
+    /// The state at the end of the last step: displacement coordinates, their rates, and the history of the points.
     pub fn state(&self) -> &State {
         &self.past
     }
 
-    /// ½ v·Mv \[J\].
+    /// Returns ½ v·Mv \[J\].
     pub fn kinetic_energy(&self) -> f64 {
         let v = &self.past.v;
         let row = |(m, v_i): (&[f64], &f64)| v_i * m.iter().zip(v).map(|(m, v)| m * v).sum::<f64>();
         0.5 * self.mass.chunks_exact(v.len().max(1)).zip(v).map(row).sum::<f64>()
     }
 
-    /// Takes over the state of the same model.
+    /// Restores a state of the same model.
     pub fn restore(&mut self, state: &State) {
         let Self { past, .. } = self;
         past.x.copy_from_slice(&state.x);
@@ -89,17 +89,17 @@ impl Motion {
         self.stepped = false;
     }
 
-    /// Begins a step.
+    /// Starts a step.
     pub fn begin(&mut self) {
         self.rates = self.integrator.rates(&self.past, self.dt);
     }
 
-    /// Moves coordinates on as they moved before the step.
+    /// Extrapolates coordinates with the velocities at the start of the step.
     pub fn predict(&self, q: &mut [f64]) {
         q.iter_mut().zip(&self.past.v).for_each(|(q, v)| *q += self.dt * v);
     }
 
-    /// Adds M a + C v and its tangent at the displacement coordinates `q`, in the end of the step; K has `stride` numbers a row, column ≤ row.
+    /// Adds M a + C v and its tangent at the displacement coordinates `q` at the end of the step; rows of K have `stride` entries, column ≤ row.
     pub fn add(&mut self, q: &[f64], stride: usize, r: &mut [f64], k: &mut [f64]) {
         self.kinematics(q);
         let Self { mass, damping, next, rates, .. } = self;
@@ -119,7 +119,8 @@ impl Motion {
         integrator.kinematics(past, *dt, q, &mut next.v, &mut next.a);
     }
 
-    /// Ends a step at the displacement coordinates `q`; `advance` gives what the points remember. False where it fails; the start of the step is kept then.
+    /// Ends a step at the displacement coordinates `q`; `advance` computes the history of the points. False if it fails; the start of the step is
+    /// then kept.
     pub fn accept(&mut self, q: &[f64], advance: impl FnOnce(&[f64], &mut [f64]) -> bool) -> bool {
         self.kinematics(q);
         if !advance(&self.past.history, &mut self.next.history) {
@@ -135,7 +136,7 @@ impl Motion {
         true
     }
 
-    /// Back to the start of the step that ended last, for its derivatives; false where there is none. A step that had no result since is none.
+    /// Returns to the start of the last completed step, for its derivatives; false if there is none, or if a later step failed.
     pub fn go_back(&mut self) -> bool {
         if self.stepped {
             std::mem::swap(&mut self.past, &mut self.before);

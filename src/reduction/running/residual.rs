@@ -1,8 +1,8 @@
-//! The error estimate of a running model: what is left of the forces of the full model, along the solutions of adjoint equations.
+//! The error estimate of a running model: residual forces of the full model along adjoint solutions.
 //!
-//! A functional J of the equilibrium differs between the full model and a state with the forces ρ that are left by −z·ρ, to the second order in the distance,
+//! A functional J of the equilibrium differs between the full model and a state with residual forces ρ by −z·ρ, up to second order in the distance,
 //! with K z + H μ = ∂J/∂x, Hᵀ z − C μ = ∂J/∂λ (Becker & Rannacher, *Acta Numerica* 10, 2001, section 2; the constraints hold exactly). The full ρ is
-//! summed over points of its own, and z is a combination of a few fields whose coefficients are polynomials of the inputs.
+//! summed over a separate set of points, and z is a combination of a few fields whose coefficients are polynomials of the inputs.
 
 use super::cable::RunningCable;
 use super::equations::Position;
@@ -12,14 +12,14 @@ use crate::reduction::forces::CableDrive;
 use crate::reduction::model::{AdjointEstimate, ReducedModel};
 use crate::reduction::points::{Points, Sizes, Sums, total};
 
-/// The estimate with the memory of its evaluations.
+/// The estimate with the workspace of its evaluations.
 pub struct Residual {
     points: Vec<Points>,
     laws: RunningLaws,
     sums: Sums,
     /// \[tests\]
     forces: Vec<f64>,
-    /// \[terms\] of the regime that has most
+    /// \[terms\] of the regime with the most terms
     terms: Vec<f64>,
 }
 
@@ -31,7 +31,8 @@ impl Residual {
         Ok(Self { points, laws, sums: Sums::new(sizes), forces: vec![0.0; sizes.tests], terms: vec![0.0; most] })
     }
 
-    /// Estimated error of each quantity at an equilibrium; false where a law is not defined, and where no training state had the same taut cables.
+    /// Computes the estimated error of each quantity at an equilibrium; false if a law is undefined, or if no training state had the same taut
+    /// cables.
     pub fn estimate(
         &mut self,
         (model, of): (&ReducedModel, &AdjointEstimate),
@@ -53,7 +54,7 @@ impl Residual {
         true
     }
 
-    /// \[tests\] the forces that are left along the tests; `cables` were evaluated at this position.
+    /// Computes the residual forces along the tests \[tests\]; `cables` must have been evaluated at this position.
     fn forces_left(
         &mut self,
         (model, of): (&ReducedModel, &AdjointEstimate),
@@ -87,7 +88,7 @@ impl Residual {
     }
 }
 
-/// Products of powers of the inputs, each taken from its centre in units of its half width.
+/// Computes products of powers of the inputs, each relative to its centre and in units of its half-width.
 pub fn terms(centres: &[[f64; 2]], exponents: &[Vec<u32>], inputs: &[f64], out: &mut [f64]) {
     for (out, powers) in out.iter_mut().zip(exponents) {
         let factor = |((u, [centre, half]), power): ((&f64, &[f64; 2]), &u32)| {

@@ -1,12 +1,13 @@
-//! A reduced model that runs: from inputs to the equilibrium, or to the end of a step in time, its quantities and their error bars, without allocation.
+//! A running reduced model: computes, from inputs, the equilibrium or the end of a time step, the quantities and their error bars, without
+//! allocation.
 //!
-//! The error of a model that moves is estimated by a model of more modes and points that follows it, with one linear solution a step. With e the
-//! distance of the enriched solution from the model, in the enriched space, a step takes E q + e of the last step, evaluates the forces ρ that the full
-//! model leaves there, inertia and all memory of the points included, and solves the error dynamics linearised about it, (c_a M + c_v C + K) Δe = −ρ. The
-//! estimate of a quantity is its difference between both models.
+//! The error of a dynamic model is estimated by a model with more modes and points that follows it, with one linear solution per step. With e the
+//! distance of the enriched solution from the model, in the enriched space, a step starts from E q + e of the last step, evaluates the residual
+//! forces ρ of the full model there, including inertia and all history of the points, and solves the linearised error dynamics (c_a M + c_v C + K) Δe
+//! = −ρ. The estimate of a quantity is its difference between the two models.
 //!
 //! Hierarchical estimates: Bank & Smith, *SIAM J. Numer. Anal.* 30 (1993); for reduced models Hain, Ohlberger, Radic & Urban, *Adv. Comput.
-//! Math.* 45 (2019). Limits: what lies outside of the enriched space is not seen, and enters the bar only by its calibration.
+//! Math.* 45 (2019). Limits: errors outside the enriched space are not detected, and enter the bar only by its calibration.
 
 use super::equations::{Equations, Position};
 use super::motion::Motion;
@@ -20,26 +21,26 @@ use crate::reduction::quantities::{ReducedReading, winding};
 use crate::system::State;
 use std::sync::Arc;
 
-/// A model with its present equilibrium.
+/// A model at its current equilibrium.
 pub struct Twin {
     model: Arc<ReducedModel>,
     equations: Equations,
     residual: Option<Residual>,
-    /// The estimate of a model that moves
+    /// The error estimate of a dynamic model
     shadow: Option<Shadow>,
-    /// Inputs of the present equilibrium
+    /// Inputs of the current equilibrium
     inputs: Vec<f64>,
-    /// Whether they are within their ranges; of a model that moves, whether they always were, never changed faster than in the runs that it is made of, and
-    /// no more time has passed than in these
+    /// Whether they are within their ranges; for a dynamic model, whether they always were, never changed faster than in the runs from which it was
+    /// made, and no more time has passed than in these
     in_range: bool,
-    /// Whether a step has ended since the last rest, where the body is undeformed and need not be in equilibrium
+    /// Whether a step has ended since the last rest state, where the body is undeformed and need not be in equilibrium
     stepped: bool,
     at: Position,
-    /// Where the step began, and where its last part ended
+    /// Position at the start of the step, and at the end of its last part
     start: Position,
     last: Position,
     trial: Vec<f64>,
-    /// Numbers that quantities keep, and those at the start of the step
+    /// Values that quantities keep between steps, and those at the start of the step
     memory: Vec<f64>,
     kept: Vec<f64>,
     values: Vec<f64>,
@@ -51,14 +52,14 @@ pub struct Twin {
     slopes: Vec<f64>,
 }
 
-/// The state of a model between two steps, from which it goes on with the same bits.
+/// The state of a model between two steps, from which it continues bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinState {
     inputs: Vec<f64>,
     in_range: bool,
     stepped: bool,
     at: Position,
-    /// Displacement coordinates, their rates, and what the points remember, of a model that moves
+    /// Displacement coordinates, their rates and the history of the points of a dynamic model; `None` for a static one
     motion: Option<State>,
     memory: Vec<f64>,
     values: Vec<f64>,
@@ -70,13 +71,13 @@ pub struct TwinState {
 /// Counts of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepReport {
-    /// Iterations of Newton's method
+    /// Number of Newton iterations
     pub iterations: usize,
-    /// Parts that the change of the inputs was cut into
+    /// Number of parts into which the change of the inputs was divided
     pub parts: usize,
 }
 
-/// Why a step has no result. The model stays at its last equilibrium.
+/// Reason why a step has no result. The model stays at its last equilibrium.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StepError {
     #[error("{given} inputs were given, and the model has {wanted}")]
@@ -89,18 +90,18 @@ pub enum StepError {
     NoEquilibrium,
 }
 
-/// Iterations of one step at most.
+/// Largest number of iterations of one step.
 const ITERATIONS: usize = 400;
-/// Smallest part of a change of the inputs.
+/// Smallest part of a change of the inputs \[–\].
 const SMALLEST: f64 = 1.0 / 256.0;
 
 impl Twin {
-    /// The model at rest, with all inputs at the values of the scene at its start; where these are not known, as of a model that moves, at zero, or at the nearest
-    /// ends of their ranges.
+    /// Starts the model at rest, with all inputs at their values at the start of the scene; if these are unknown, or the model is dynamic, at zero or
+    /// at the ends of their ranges nearest to zero.
     ///
     /// # Errors
     ///
-    /// A law that this program does not know, such as one of another program.
+    /// A law is unknown to this program, such as one registered by another program.
     pub fn new(model: impl Into<Arc<ReducedModel>>) -> Result<Self, LawSpecError> {
         let model: Arc<ReducedModel> = model.into();
         let equations = Equations::new(model.clone())?;
@@ -137,7 +138,7 @@ impl Twin {
         &self.model
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     pub fn reset(&mut self) {
         self.at.clear();
         (self.in_range, self.stepped) = (true, false);
@@ -150,7 +151,7 @@ impl Twin {
         self.read_quantities();
     }
 
-    /// The present state, to go back to.
+    /// Returns the current state, to be restored later.
     pub fn save(&self) -> TwinState {
         TwinState {
             inputs: self.inputs.clone(),
@@ -166,11 +167,11 @@ impl Twin {
         }
     }
 
-    /// Back to a state that this model was in; it goes on with the same bits.
+    /// Restores a state of this model, which then continues bit for bit.
     ///
     /// # Panics
     ///
-    /// If the state is one of a model of other sizes.
+    /// If the state belongs to a model of different sizes.
     pub fn restore(&mut self, state: &TwinState) {
         self.inputs.copy_from_slice(&state.inputs);
         (self.in_range, self.stepped) = (state.in_range, state.stepped);
@@ -187,38 +188,38 @@ impl Twin {
         self.values.copy_from_slice(&state.values);
     }
 
-    /// Length of a step \[s\] of a model that moves; none of one that rests.
+    /// Returns the length of a step \[s\] of a dynamic model; `None` for a static one.
     pub fn dt(&self) -> Option<f64> {
         self.model.dynamics.as_ref().map(|d| d.dt)
     }
 
-    /// Time since the last rest \[s\] of a model that moves.
+    /// Returns the time since the last rest state \[s\] of a dynamic model; `None` for a static one.
     pub fn time(&self) -> Option<f64> {
         self.equations.motion.as_ref().map(|m| m.state().t)
     }
 
-    /// Coordinates of the displacement with their velocities and accelerations, of a model that moves.
+    /// Returns the displacement coordinates of a dynamic model with their velocities and accelerations; `None` for a static one.
     pub fn motion(&self) -> Option<&State> {
         self.equations.motion.as_ref().map(Motion::state)
     }
 
-    /// ½ v·Mv \[J\] of a model that moves.
+    /// Returns ½ v·Mv \[J\] of a dynamic model; `None` for a static one.
     pub fn kinetic_energy(&self) -> Option<f64> {
         self.equations.motion.as_ref().map(Motion::kinetic_energy)
     }
 
-    /// Inputs of the present equilibrium \[SI\].
+    /// Inputs of the current equilibrium in SI.
     pub fn inputs(&self) -> &[f64] {
         &self.inputs
     }
 
-    /// Whether the inputs are within the ranges that the model was made for; of a model that moves, whether the way since the rest is like the runs that it
-    /// was made of: in these ranges, no faster, and no longer.
+    /// Whether the inputs are within the ranges for which the model was made; for a dynamic model, whether the history since the rest state is like
+    /// the runs from which it was made: within these ranges, no faster and no longer.
     pub fn in_range(&self) -> bool {
         self.in_range
     }
 
-    /// The present equilibrium.
+    /// The current equilibrium.
     pub fn position(&self) -> &Position {
         &self.at
     }
@@ -228,17 +229,17 @@ impl Twin {
         &self.values
     }
 
-    /// Estimated errors of the quantities: those of the full model less these values.
+    /// Estimated errors of the quantities: values of the full model minus these values.
     pub fn estimates(&self) -> &[f64] {
         &self.estimates
     }
 
-    /// Error bars of the quantities; infinite beyond the ranges, and of a model without an estimate.
+    /// Error bars of the quantities; infinite outside the ranges, and for a model without an estimate.
     pub fn bars(&self) -> &[f64] {
         &self.bars
     }
 
-    /// Goes to the equilibrium of these inputs \[SI\]; a model that moves takes one step in time, at whose end the inputs have these values.
+    /// Moves to the equilibrium of these inputs in SI; a dynamic model takes one time step, at whose end the inputs have these values.
     ///
     /// # Errors
     ///
@@ -306,12 +307,13 @@ impl Twin {
         Ok(StepReport { iterations, parts })
     }
 
-    /// The value of an input from which a step changes it: from rest, where the body is undeformed, without a load, so that loads of the scene come in parts too.
+    /// Returns the value of an input from which a step changes it. From rest, where the body is undeformed, this is the unloaded value, so that loads
+    /// of the scene are also applied in parts.
     fn begins_at(&self, k: usize) -> f64 {
         if self.stepped { self.inputs[k] } else { self.model.inputs[k].unloaded() }
     }
 
-    /// The largest part of the change to these inputs: all of it in a step in time, and where no rotations are counted.
+    /// Returns the largest part of the change to these inputs that is made at once: all of it in a time step, and if no rotations are counted.
     fn largest_part(&self, inputs: &[f64]) -> f64 {
         if self.model.dynamics.is_some() || self.memory.is_empty() {
             return 1.0;
@@ -319,7 +321,7 @@ impl Twin {
         largest_part(&self.model.inputs, |k| self.begins_at(k), inputs)
     }
 
-    /// Back to the start of the step.
+    /// Returns to the start of the step.
     fn no_equilibrium(&mut self) -> StepError {
         self.at.take(&self.start);
         self.memory.copy_from_slice(&self.kept);
@@ -327,7 +329,7 @@ impl Twin {
         StepError::NoEquilibrium
     }
 
-    /// One step in time by one iteration from `start`, with the tensions and taut cables of another model; false where it has no finite result.
+    /// Takes one time step by one iteration from `start`, with the tensions and taut cables of another model; false if the result is not finite.
     fn follow(&mut self, inputs: &[f64], start: impl Iterator<Item = f64>, of: &Position) -> bool {
         self.equations.begin();
         self.at.y.iter_mut().zip(start).for_each(|(y, start)| *y = start);
@@ -341,7 +343,7 @@ impl Twin {
         true
     }
 
-    /// Errors and bars at the present equilibrium.
+    /// Computes errors and bars at the current equilibrium.
     fn estimate(&mut self) {
         let Self { model, residual, shadow, equations, inputs, in_range, at, values, estimates, bars, .. } = self;
         let Some(all) = model.bars() else { return };
@@ -358,7 +360,7 @@ impl Twin {
     fn read_quantities(&mut self) {
         let Self { model, equations, at, inputs, memory, values, .. } = self;
         let q = &at.y[..model.sizes.displacements];
-        // Lengths are those of this position
+        // Lengths must be those of this position
         equations.cables.iter_mut().for_each(|cable| drop(cable.evaluate(q)));
         let mut first = 0;
         for (value, quantity) in values.iter_mut().zip(&model.quantities) {
@@ -387,8 +389,9 @@ impl Twin {
         }
     }
 
-    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium; of a model that moves, by the inputs at the end of its
-    /// last step. Not a number at rest, before the first step: the undeformed body need not be in equilibrium, and no cable is taut yet.
+    /// Computes the derivatives of the quantities with respect to the inputs \[quantities × inputs\] at the current equilibrium; for a dynamic model,
+    /// with respect to the inputs at the end of its last step. NaN at rest, before the first step: the undeformed body need not be in equilibrium,
+    /// and no cable is taut yet.
     pub fn sensitivities(&mut self, out: &mut [f64]) {
         let inputs = self.inputs.len();
         if !(self.stepped && self.equations.linearise_present(&self.inputs, &self.at)) {
@@ -407,7 +410,7 @@ impl Twin {
         }
     }
 
-    /// Change of a quantity with the change of the unknowns and of input `k`; its memory begins at `first`.
+    /// Returns the derivative of a quantity along the change of the unknowns and of input `k`; its memory begins at `first`.
     fn along(&mut self, quantity: usize, k: usize, first: usize) -> f64 {
         let Self { model, equations, at, change, memory, slopes, inputs, .. } = self;
         let (n, u) = (at.y.len(), model.sizes.displacements);
@@ -443,7 +446,7 @@ impl Twin {
     }
 }
 
-/// The enriched model with its distance from the model.
+/// The enriched model and its distance from the model.
 struct Shadow {
     twin: Box<Twin>,
     /// \[coordinates of the enriched model × coordinates of the model\]
@@ -452,7 +455,7 @@ struct Shadow {
     distance: Vec<f64>,
     /// \[coordinates of the enriched model\] E y
     embedded: Vec<f64>,
-    /// Whether a step had no result: there is no estimate before the next rest
+    /// Whether a step failed: then there is no estimate until the next rest state
     lost: bool,
 }
 
@@ -476,7 +479,7 @@ impl Shadow {
         })
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     fn reset(&mut self) {
         self.twin.reset();
         self.distance.fill(0.0);
@@ -493,7 +496,7 @@ impl Shadow {
         self.lost = state.lost;
     }
 
-    /// Follows the model to the end of its step; the estimates are the quantities of the enriched model less `values`. False where there are none.
+    /// Follows the model to the end of its step; the estimates are the quantities of the enriched model minus `values`. False if there are none.
     fn follow(&mut self, inputs: &[f64], at: &Position, values: &[f64], estimates: &mut [f64]) -> bool {
         let Self { twin, embedding, distance, embedded, lost } = self;
         let rows = embedding.chunks_exact(at.y.len());

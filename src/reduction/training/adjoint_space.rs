@@ -24,18 +24,18 @@ use nalgebra::{DMatrix, DVector};
 pub struct AdjointSpace {
     /// \[tests × unknowns\]
     pub fields: Vec<Vec<f64>>,
-    /// Centre and half width of each input
+    /// Centre and half-width of each input
     pub centres: Vec<[f64; 2]>,
     pub regimes: Vec<Regime>,
-    /// \[states\] which of them
+    /// \[states\] index of the regime
     of_states: Vec<usize>,
 }
 
-/// Share of an adjoint solution below which a field is left out.
+/// Share of an adjoint solution below which a field is omitted \[–\].
 const SMALL: f64 = 1e-3;
-/// Error of the forces along the adjoint solutions, as a share of the ranges of the quantities.
+/// Error of the forces along the adjoint solutions, relative to the ranges of the quantities \[–\].
 const ACCURACY: f64 = 1e-5;
-/// States for each coefficient of a polynomial.
+/// Number of states per coefficient of a polynomial.
 const STATES: usize = 3;
 /// Largest total degree of a polynomial in the inputs.
 const DEGREE: u32 = 6;
@@ -44,11 +44,11 @@ const DEGREE: u32 = 6;
 pub struct AdjointSolutions {
     /// \[quantities × states × unknowns\]
     pub solutions: Vec<Vec<Vec<f64>>>,
-    /// \[states × unknowns\] the states themselves, in the units of the scene of the training, where constants of laws are inputs
+    /// \[states × unknowns\] the states themselves, in the units of the scene of the training, if constants of laws are inputs
     pub states: Option<Vec<Vec<f64>>>,
 }
 
-/// Adjoint solutions of quantities of these names at states; where constants are inputs, each with its own laws.
+/// Computes the adjoint solutions of the quantities with these names at states; if constants are inputs, each with the laws of its state.
 pub fn adjoint_solutions(
     (scene, points): (&Scene, &BodyPoints),
     (constants, signals): (Option<&ConstantInputs>, usize),
@@ -77,7 +77,7 @@ pub fn adjoint_solutions(
     Ok(AdjointSolutions { solutions, states: rescaled })
 }
 
-/// The space of adjoint solutions at the training states.
+/// Builds the space of adjoint solutions at the training states.
 pub fn adjoint_space(
     scene: &Scene,
     points: &BodyPoints,
@@ -119,19 +119,19 @@ pub fn adjoint_space(
     Ok(AdjointSpace { fields, centres, regimes, of_states })
 }
 
-/// Which cables hold the body by their lengths.
+/// Returns which cables constrain the body by their lengths.
 fn taut(scene: &Scene, state: &FullState) -> Vec<bool> {
     let drives = scene.cables.iter().map(|cable| &cable.drive);
     drives.map(|drive| matches!(drive, Drive::Multiplier(c) if state.lambda[*c] > 0.0)).collect()
 }
 
-/// The state as one of the scene.
+/// Converts the state to one of the scene.
 fn full(scene: &Scene, of: &FullState, signals: usize) -> State {
     let inputs = of.inputs[..signals].iter().map(|&u| Known::constant(u)).collect();
     State { x: of.x.clone(), lambda: of.lambda.clone(), inputs, ..scene.system.rest() }
 }
 
-/// Gradients of recorded columns at a state, where they have these values.
+/// Returns the gradients of recorded columns at a state, given their values there.
 fn gradients(scene: &Scene, state: &State, (names, values): (&[String], &[f64])) -> Vec<Gradient> {
     let value = |column: &String| names.iter().zip(values).find(|(name, _)| *name == column).map(|(_, value)| *value);
     let of = |recorder: &dyn Recorder| {
@@ -145,7 +145,7 @@ fn gradients(scene: &Scene, state: &State, (names, values): (&[String], &[f64]))
     names.iter().map(|name| find(name).unwrap_or_default()).collect()
 }
 
-/// Orthonormal fields that represent all of them but for a small share.
+/// Returns orthonormal fields that represent all `fields` except for a small share.
 fn largest_fields(fields: &[Vec<f64>], values: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
     let of: Vec<Vec<f64>> = fields.iter().map(|f| values(f)).collect();
     let (modes, sizes) = decompose(fields, &of, fields.len());
@@ -155,7 +155,7 @@ fn largest_fields(fields: &[Vec<f64>], values: impl Fn(&[f64]) -> Vec<f64>) -> V
     modes
 }
 
-/// Centres and half widths of the inputs.
+/// Returns centres and half-widths of the inputs.
 fn centres(training: &[FullState]) -> Vec<[f64; 2]> {
     let range = |k: usize| {
         let all = training.iter().map(|s| s.inputs[k]);
@@ -166,7 +166,7 @@ fn centres(training: &[FullState]) -> Vec<[f64; 2]> {
     (0..training.first().map_or(0, |s| s.inputs.len())).map(range).collect()
 }
 
-/// The exponents of all terms of the largest total degree that so many states determine.
+/// Returns the exponents of all terms up to the largest total degree that this number of states determines.
 fn exponents(inputs: usize, states: usize) -> Vec<Vec<u32>> {
     let all = (0..=DEGREE).map(|degree| terms_up_to(inputs, degree));
     let determined = all.take_while(|terms| terms.len() == 1 || STATES * terms.len() <= states);
@@ -182,7 +182,7 @@ fn terms_up_to(inputs: usize, degree: u32) -> Vec<Vec<u32>> {
     (0..=degree).flat_map(with).collect()
 }
 
-/// Coefficients of the adjoint solutions in the fields, as polynomials of the inputs by least squares.
+/// Fits the coefficients of the adjoint solutions in the fields as polynomials of the inputs, by least squares.
 fn fit(
     (points, weights, split): (&BodyPoints, &[f64], usize),
     fields: &[Vec<f64>],
@@ -223,7 +223,7 @@ fn fit(
 }
 
 impl AdjointSpace {
-    /// Coefficients of the adjoint solution of a quantity at the inputs of a training state.
+    /// Returns the coefficients of the adjoint solution of a quantity at the inputs of a training state.
     fn coefficients(&self, quantity: usize, state: usize, inputs: &[f64]) -> Vec<f64> {
         let Regime { exponents, adjoints, .. } = &self.regimes[self.of_states[state]];
         let mut row = vec![0.0; exponents.len()];
@@ -231,7 +231,7 @@ impl AdjointSpace {
         adjoints[quantity].chunks_exact(row.len()).map(|c| dot(c, &row)).collect()
     }
 
-    /// Points from which the forces of the model at the training inputs are summed along the adjoint solutions.
+    /// Selects points from which the forces of the model at the training inputs are summed along the adjoint solutions.
     pub fn select(
         &self,
         model: &ReducedModel,

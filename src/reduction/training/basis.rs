@@ -1,12 +1,12 @@
-//! The space of a reduced model: modes of the displacement and of the pressure from states of training runs.
+//! The space of a reduced model: displacement and pressure modes from states of training runs.
 //!
-//! Proper orthogonal decomposition by the method of snapshots (Sirovich, *Quart. Appl. Math.* 45, 1987): the modes of the displacement are
-//! orthonormal in (u, v) = ∫ ∂u/∂X : ∂v/∂X dV, in which a strain counts wherever it is; those of the pressure in ∫ p q dV.
+//! Proper orthogonal decomposition by the method of snapshots (Sirovich, *Quart. Appl. Math.* 45, 1987): the displacement modes are orthonormal in
+//! (u, v) = ∫ ∂u/∂X : ∂v/∂X dV, which weights strains equally throughout the body; the pressure modes in ∫ p q dV.
 //!
-//! A pressure field of few modes needs displacements that feel each of them, or its equations are singular: states that keep their volume
-//! do not contain such displacements. For each mode p of the pressure the supremiser s with (s, v) = ∫ p div v dV for all v is added
-//! (Rozza & Veroy, *Comput. Methods Appl. Mech. Eng.* 196, 2007; Ballarin et al., *Int. J. Numer. Meth. Eng.* 102, 2015). The volume is then kept in as many means as there are
-//! modes of the pressure, which leaves the other displacements free: the space does not lock.
+//! A pressure space of few modes needs displacements that couple to each of them, or its equations are singular: volume-preserving states do not
+//! contain such displacements. For each pressure mode p, the supremiser s with (s, v) = ∫ p div v dV for all v is added (Rozza & Veroy, *Comput.
+//! Methods Appl. Mech. Eng.* 196, 2007; Ballarin et al., *Int. J. Numer. Meth. Eng.* 102, 2015). The volume is then preserved in as many means as
+//! there are pressure modes, which leaves the other displacements free: the space does not lock.
 
 use super::body_points::BodyPoints;
 use crate::effect::Elastic;
@@ -22,23 +22,23 @@ use nalgebra::DMatrix;
 /// Modes as fields of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
-    /// \[modes × unknowns\] of the displacement, then of the pressure
+    /// \[modes × unknowns\] displacement modes, then pressure modes
     pub modes: Vec<Vec<f64>>,
-    /// How many are of the displacement, supremisers included
+    /// Number of displacement modes, including supremisers
     pub displacements: usize,
-    /// How many of these are supremisers
+    /// Number of these that are supremisers
     pub supremisers: usize,
-    /// Singular values of the displacements of the states, descending, as shares of the first
+    /// Singular values of the displacements of the states, descending, relative to the first
     pub singular_values: Vec<f64>,
-    /// Singular values of the pressures of the states, descending, as shares of the first
+    /// Singular values of the pressures of the states, descending, relative to the first
     pub pressure_values: Vec<f64>,
 }
 
-/// Share of a field that has to be new for it to become a mode.
+/// Share of a field that must be linearly independent for it to become a mode \[–\].
 const NEW: f64 = 1e-7;
 
 impl Basis {
-    /// The basis of as many modes of displacement and pressure as asked for, or as the states have; states are \[unknowns\].
+    /// Builds the basis with `modes` modes of displacement and of pressure, or with as many as the states provide; states are \[unknowns\].
     pub fn of(scene: &Scene, points: &BodyPoints, states: &[&[f64]], modes: usize) -> Result<Self, ReductionError> {
         let split = scene.system.dofs.displacements as usize;
         let half = |state: &&[f64], keep: std::ops::Range<usize>| {
@@ -66,13 +66,13 @@ impl Basis {
         Ok(Self { modes: displacement, displacements, supremisers, singular_values, pressure_values })
     }
 
-    /// x of the coordinates.
+    /// Returns x from the coordinates.
     pub fn expand(&self, y: &[f64]) -> Vec<f64> {
         combine(&self.modes, y)
     }
 }
 
-/// Σ y_k v_k
+/// Returns Σ y_k v_k.
 pub fn combine(fields: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     let mut x = vec![0.0; fields.first().map_or(0, Vec::len)];
     for (field, y) in fields.iter().zip(y) {
@@ -81,17 +81,17 @@ pub fn combine(fields: &[Vec<f64>], y: &[f64]) -> Vec<f64> {
     x
 }
 
-/// √w ∂u/∂X at all points, whose products are those of the fields.
+/// Returns √w ∂u/∂X at all points, whose scalar products are those of the fields.
 pub fn strains(points: &BodyPoints, weights: &[f64], u: &[f64]) -> Vec<f64> {
     points.gradients(u).iter().zip(weights).flat_map(|(g, w)| g.map(|g| g * w.sqrt())).collect()
 }
 
-/// √w p at all points.
+/// Returns √w p at all points.
 pub fn weighted(points: &BodyPoints, weights: &[f64], p: &[f64]) -> Vec<f64> {
     points.pressures(p).iter().zip(weights).map(|(p, w)| p * w.sqrt()).collect()
 }
 
-/// The fields that represent `fields` best, at most `most`, with all singular values; `values` are those by which products are taken.
+/// Returns the fields that best represent `fields`, at most `most`, and all singular values; scalar products are those of `values`.
 pub fn decompose(fields: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let n = fields.len();
     if n == 0 {
@@ -112,7 +112,7 @@ pub fn decompose(fields: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<
     (modes, order.iter().map(|&k| if first > 0.0 { size(k) / first } else { 0.0 }).collect())
 }
 
-/// Gram and Schmidt's method, twice; a field that is a combination of those before it is left out.
+/// Gram–Schmidt orthonormalisation, applied twice; a field that depends linearly on the previous ones is omitted.
 pub fn orthonormalise(fields: &mut Vec<Vec<f64>>, values: impl Fn(&[f64]) -> Vec<f64>) {
     let mut done: Vec<(Vec<f64>, Vec<f64>)> = vec![];
     for mut field in std::mem::take(fields) {
@@ -135,9 +135,9 @@ pub fn orthonormalise(fields: &mut Vec<Vec<f64>>, values: impl Fn(&[f64]) -> Vec
     *fields = done.into_iter().map(|(field, _)| field).collect();
 }
 
-/// For each pressure field the displacement that feels it most, at rest.
+/// Returns, for each pressure field, the displacement that couples to it most strongly, at rest.
 fn supremisers(scene: &Scene, points: &BodyPoints, pressures: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, ReductionError> {
-    // 2με : ε with μ = ½ is a norm like ∂u/∂X : ∂u/∂X (Korn), and a law of the library
+    // 2με : ε with μ = ½ is an equivalent norm to ∂u/∂X : ∂u/∂X (Korn), and is a law of the library
     let table = "law = 'linear'\nE = '1 Pa'\nnu = 0".parse().expect("a table");
     let mesh = &scene.body.mesh;
     let mut effects: Vec<Box<dyn Effect>> = vec![];

@@ -1,4 +1,4 @@
-//! The points of the elastic effects of a scene, at which fields and forces are taken.
+//! The points of the elastic effects of a scene at which fields and forces are evaluated.
 
 use crate::effect::{Constitution, cofactor_by_rows};
 use crate::material::volumetric::Volumetric;
@@ -19,16 +19,16 @@ pub struct BodyPoints<'a> {
 /// The points of one elastic effect.
 pub struct ElasticPoints<'a> {
     pub constitution: Constitution<'a>,
-    /// The law without the volumetric part that a pressure field takes over
+    /// The law without the volumetric part that a pressure field replaces
     law: Box<dyn Law>,
     volumetric: Option<Volumetric>,
-    /// The different forces by rates of its cells
+    /// The distinct rate-dependent forces of its cells
     pub rates: Vec<StoredRates>,
-    /// \[blocks\] which of them
+    /// \[blocks\] index into `rates`
     of_blocks: Vec<usize>,
 }
 
-/// A point: its part, its block there, and its number in the block.
+/// A point: its part, its block in the part, and its index in the block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     pub part: usize,
@@ -36,7 +36,7 @@ pub struct Place {
     pub point: usize,
 }
 
-/// P by rows \[Pa\], and G(J) where there is a pressure field \[–\].
+/// P row by row \[Pa\], and G(J) if there is a pressure field \[–\].
 pub type PointForce = ([f64; 9], f64);
 
 impl<'a> ElasticPoints<'a> {
@@ -49,14 +49,14 @@ impl<'a> ElasticPoints<'a> {
         Ok(Self { constitution, law, volumetric, rates, of_blocks })
     }
 
-    /// Bulk modulus of the part of the law that a pressure field has taken over \[Pa\].
+    /// Returns the bulk modulus of the part of the law that a pressure field replaces \[Pa\].
     pub fn bulk_modulus(&self) -> Option<f64> {
         self.volumetric.map(|volumetric| volumetric.kappa)
     }
 }
 
 impl<'a> BodyPoints<'a> {
-    /// Those of a scene; an error where the forces of an elastic effect depend on more than single points.
+    /// Collects the points of a scene; an error if the forces of an elastic effect depend on more than single points.
     pub fn of(scene: &'a Scene) -> Result<Self, ReductionError> {
         let law = |effect: &'a EffectSpec| match effect {
             EffectSpec::Elastic(solid) => Some(solid.law.as_str()),
@@ -76,7 +76,7 @@ impl<'a> BodyPoints<'a> {
         Ok(Self { parts: scene.stressed.iter().zip(laws).map(part).collect::<Result<_, ReductionError>>()? })
     }
 
-    /// The places of all points.
+    /// Returns the indices of all points.
     pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.parts.iter().enumerate().flat_map(|(part, of)| {
             let points = of.constitution.points.points();
@@ -85,22 +85,22 @@ impl<'a> BodyPoints<'a> {
         })
     }
 
-    /// The part of a point, and which of the forces by rates there it has.
+    /// Returns the part of a point, and the index of its rate-dependent forces.
     pub fn kind(&self, at: &Place) -> (usize, usize) {
         (at.part, self.parts[at.part].of_blocks[at.block])
     }
 
-    /// All pairs of a part and forces by rates there.
+    /// Returns all pairs of a part and an index of its rate-dependent forces.
     pub fn kinds(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.parts.iter().enumerate().flat_map(|(k, part)| (0..part.rates.len()).map(move |kind| (k, kind)))
     }
 
-    /// w det ∂X/∂ξ of each point \[m³\].
+    /// Returns w det ∂X/∂ξ of each point \[m³\].
     pub fn weights(&self) -> Vec<f64> {
         self.places().map(|at| self.parts[at.part].constitution.points.weight(at.block, at.point)).collect()
     }
 
-    /// ∂u/∂X by rows at each point, of a field \[unknowns\].
+    /// Returns ∂u/∂X row by row at each point, for a field \[unknowns\].
     pub fn gradients(&self, field: &[f64]) -> Vec<[f64; 9]> {
         let at = |at: Place| {
             let f = self.parts[at.part].constitution.points.deformation_gradient(field, at.block, at.point);
@@ -109,7 +109,7 @@ impl<'a> BodyPoints<'a> {
         self.places().map(at).collect()
     }
 
-    /// p \[Pa\] at each point, of a field \[unknowns\]; zero where there is no pressure field.
+    /// Returns p \[Pa\] at each point, for a field \[unknowns\]; zero without a pressure field.
     pub fn pressures(&self, field: &[f64]) -> Vec<f64> {
         let at = |at: Place| {
             let constitution = &self.parts[at.part].constitution;
@@ -122,17 +122,17 @@ impl<'a> BodyPoints<'a> {
         self.places().map(at).collect()
     }
 
-    /// Whether a part has a pressure field.
+    /// Whether any part has a pressure field.
     pub fn has_pressure(&self) -> bool {
         self.parts.iter().any(|part| part.volumetric.is_some())
     }
 
-    /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of all parts.
+    /// Returns aᵀ C b of two pressure fields \[unknowns\], with the compliance C of all parts.
     pub fn compliance(&self, a: &[f64], b: &[f64]) -> f64 {
         (0..self.parts.len()).map(|part| self.compliance_of(part, a, b)).sum()
     }
 
-    /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of one part.
+    /// Returns aᵀ C b of two pressure fields \[unknowns\], with the compliance C of one part.
     pub fn compliance_of(&self, part: usize, a: &[f64], b: &[f64]) -> f64 {
         let of_part = |part: &ElasticPoints| {
             let Constitution { blocks, pressure, .. } = &part.constitution;
@@ -148,7 +148,7 @@ impl<'a> BodyPoints<'a> {
         of_part(&self.parts[part])
     }
 
-    /// These points with other laws, each for the part of its index.
+    /// Returns these points with other laws, each given with the index of its part.
     pub fn with_laws(&self, cards: &[(usize, LawCard)]) -> Result<Self, ReductionError> {
         let part = |(k, of): (usize, &ElasticPoints<'a>)| {
             let law = cards.iter().find(|(part, _)| *part == k).map_or(&of.constitution.law, |(_, card)| card);
@@ -161,7 +161,7 @@ impl<'a> BodyPoints<'a> {
         Ok(Self { parts: self.parts.iter().enumerate().map(part).collect::<Result<_, ReductionError>>()? })
     }
 
-    /// A field of `other`, the points of the same body with other laws, in the unit of pressure that this one has.
+    /// Converts a field of `other`, the points of the same body with other laws, to the unit of pressure of these points.
     pub fn rescaled(&self, other: &BodyPoints, field: &[f64]) -> Vec<f64> {
         let mut out = field.to_vec();
         for (own, other) in self.parts.iter().zip(&other.parts) {
@@ -175,7 +175,7 @@ impl<'a> BodyPoints<'a> {
         out
     }
 
-    /// P and G(J) at a point from ∂u/∂X and the pressure there.
+    /// Returns P and G(J) at a point from ∂u/∂X and the pressure there.
     pub fn force(&self, part: usize, gradient: &[f64; 9], pressure: f64) -> Result<PointForce, ReductionError> {
         let ElasticPoints { law, volumetric, .. } = &self.parts[part];
         let undefined = |e: crate::material::LawError| ReductionError::Law(e.to_string());
@@ -190,11 +190,11 @@ impl<'a> BodyPoints<'a> {
     }
 }
 
-/// Forces by rates of the cells that no part has yet: where the laws of several parts add up they act once.
+/// Rate-dependent forces of the cells that are not yet assigned to a part: where the laws of several parts add up, they act once.
 struct RatesOfCells<'a> {
     /// η \[Pa s\]
     viscous: BTreeMap<u32, f64>,
-    /// Name of the law that relaxes, and its series
+    /// Name of the law that relaxes, and its Prony series
     relaxing: BTreeMap<u32, (&'a str, &'a Prony)>,
 }
 
@@ -214,7 +214,8 @@ impl<'a> RatesOfCells<'a> {
         all
     }
 
-    /// Those of a part with the law of this name, on these cells: the different ones, the first of the first cell, and which of them each cell has.
+    /// Takes the rate-dependent forces of a part with the law of this name, on these cells: returns the distinct ones, in the order of the cells, and
+    /// the index of those of each cell.
     fn take(&mut self, law: &str, cells: &[u32]) -> (Vec<StoredRates>, Vec<usize>) {
         let mut all = vec![];
         let of_blocks = cells.iter().map(|c| {

@@ -1,18 +1,18 @@
-//! Displacement gradients and pressures of fields at all points of a body, and the forces that follow from them.
+//! Displacement gradients and pressures of fields at all points of a body, and the resulting forces.
 
 use super::body_points::{BodyPoints, PointForce};
 use crate::reduction::error::ReductionError;
 
 /// Fields at all points of a body.
 pub struct FieldsAtPoints {
-    /// \[fields\]\[points\] ∂v/∂X by rows
+    /// \[fields\]\[points\] ∂v/∂X row by row
     pub gradients: Vec<Vec<[f64; 9]>>,
     /// \[fields\]\[points\] p \[Pa\]
     pub pressures: Vec<Vec<f64>>,
 }
 
 impl FieldsAtPoints {
-    /// The values of fields \[unknowns\], each with a displacement and a pressure.
+    /// Evaluates fields \[unknowns\], each with a displacement and a pressure.
     pub fn of(points: &BodyPoints, fields: &[Vec<f64>]) -> Self {
         Self {
             gradients: fields.iter().map(|f| points.gradients(f)).collect(),
@@ -20,7 +20,7 @@ impl FieldsAtPoints {
         }
     }
 
-    /// ∂u/∂X and p at all points of Σ y_k v_k.
+    /// Returns ∂u/∂X and p of Σ y_k v_k at all points.
     fn combine(&self, y: &[f64]) -> Vec<([f64; 9], f64)> {
         let points = self.gradients.first().map_or(0, Vec::len);
         let at = |p: usize| {
@@ -34,13 +34,13 @@ impl FieldsAtPoints {
         (0..points).map(at).collect()
     }
 
-    /// P and G at all points of Σ y_k v_k.
+    /// Returns P and G of Σ y_k v_k at all points.
     pub fn forces(&self, points: &BodyPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
         let places = points.places().zip(self.combine(y));
         places.map(|(at, (h, pressure))| points.force(at.part, &h, pressure)).collect()
     }
 
-    /// w (P : ∂v/∂X + p G) of a field at a point.
+    /// Returns w (P : ∂v/∂X + p G) of a field at a point.
     pub fn work(&self, field: usize, point: usize, weight: f64, (p, gap): &PointForce) -> f64 {
         let product: f64 = p.iter().zip(&self.gradients[field][point]).map(|(p, g)| p * g).sum();
         weight * (product + self.pressures[field][point] * gap)

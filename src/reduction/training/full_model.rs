@@ -1,6 +1,6 @@
-//! The full model behind a reduced one: equilibria of the scene that the reduced model was made of, one after the other.
+//! The full model behind a reduced one: successive equilibria of the scene from which the reduced model was made.
 //!
-//! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
+//! The scene runs in a separate thread, which waits between steps, so that each step starts from the last full state.
 
 use crate::material::KnownLaws;
 use crate::math::units::parts;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-/// Why a scene cannot stand behind a reduced model, or has no equilibrium.
+/// Reason why a scene cannot serve as the full model, or has no equilibrium.
 #[derive(Debug, thiserror::Error)]
 pub enum FullModelError {
     #[error(transparent)]
@@ -55,17 +55,17 @@ pub struct FullModel {
     /// Columns of the quantities
     names: Vec<String>,
     running: Option<Running>,
-    /// Files of the scene whose contents a model of an earlier version does not know, those of the mesh apart
+    /// Files of the scene, other than those of the mesh, whose contents a model of an earlier version does not record
     uncompared: Vec<String>,
 }
 
-/// A scene that runs, with the constants that it has.
+/// A running scene, with its constants.
 struct Running {
-    /// Values of the inputs behind the signals
+    /// Values of the inputs that follow the signals
     constants: Vec<f64>,
-    /// The signals of the last step; zero at rest
+    /// Signals of the last step; zero at rest
     signals: Vec<f64>,
-    /// None at its end
+    /// `None` when the scene is to end
     ask: Option<Sender<Vec<f64>>>,
     answer: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
@@ -78,15 +78,15 @@ enum Answer {
     Ended(String),
 }
 
-/// Steps that a scene can make without a new start.
+/// Number of steps that a scene can make before it is restarted.
 const STEPS: usize = 1_000_000;
 
 impl FullModel {
-    /// The scene in `file`, which must be that of the study that made the model, with the same files and on the same mesh.
+    /// Opens the scene in `file`, which must be that of the study that made the model, with the same files and the same mesh.
     ///
     /// # Errors
     ///
-    /// [`FullModelError`]: a scene that cannot be read, or is another one.
+    /// [`FullModelError`]: a scene that cannot be read, or is a different one.
     pub fn open(model: &ReducedModel, file: &Path) -> Result<Self, FullModelError> {
         if model.dynamics.is_some() {
             return Err(FullModelError::Moves);
@@ -140,12 +140,12 @@ impl FullModel {
         })
     }
 
-    /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest. Where quantities count turns, the way is cut into
-    /// parts, as that of the reduced model is.
+    /// Returns the quantities of the model at the equilibrium of these inputs in SI, starting from the last full state, or else from rest. If
+    /// quantities count turns, the change is divided into parts, as in the reduced model.
     ///
     /// # Errors
     ///
-    /// [`FullModelError::NoEquilibrium`]; the next step begins at rest.
+    /// [`FullModelError::NoEquilibrium`]; the next step starts at rest.
     pub fn step(&mut self, inputs: &[f64]) -> Result<Vec<f64>, FullModelError> {
         let (signals, constants) = inputs.split_at(self.signals.len());
         let is_other = |running: &Running| running.constants != constants;
@@ -171,12 +171,13 @@ impl FullModel {
         }
     }
 
-    /// Files of the scene that could not be compared with those of the study, since a model of an earlier version does not know them. The mesh was compared.
+    /// Returns the files of the scene that could not be compared with those of the study, because a model of an earlier version does not record them.
+    /// The mesh was compared.
     pub fn uncompared(&self) -> &[String] {
         &self.uncompared
     }
 
-    /// Back to rest.
+    /// Returns to rest.
     pub fn reset(&mut self) {
         self.running = None;
     }
@@ -195,7 +196,7 @@ impl FullModel {
 }
 
 impl Running {
-    /// The quantities at these signals, reached in parts in which none of the inputs changes by more than a share of its range.
+    /// Returns the quantities at these signals, reached in parts in which no input changes by more than a given share of its range.
     fn go(&mut self, inputs: &[Input], signals: &[f64]) -> Result<Vec<f64>, String> {
         let parts = (1.0 / largest_part(inputs, |k| self.signals[k], signals)).ceil();
         for part in 1..parts as usize {
@@ -219,7 +220,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // The thread waits for inputs, and ends where there are none
+        // The thread waits for inputs, and ends when there are none
         self.ask = None;
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
@@ -227,7 +228,7 @@ impl Drop for Running {
     }
 }
 
-/// Refuses files that are not those of the study. The names of files that cannot be compared, where none is known.
+/// Refuses files that differ from those of the study. Returns the names of the files that cannot be compared, if none are recorded.
 fn compare_files(
     known: &[FileDigest],
     scene: &Path,
@@ -246,7 +247,7 @@ fn compare_files(
     Ok(named.into_iter().map(|f| f.file).filter(|name| !of_mesh.contains(&Path::new(name))).collect())
 }
 
-/// Runs a scene as it is asked.
+/// Runs a scene as requested by the other thread.
 fn run(scene: &Scene, mut asked: Asked) {
     let tell = asked.tell.clone();
     let run = scene.run_with(RunOptions { controller: Some(&mut asked), undiagnosed: true, ..RunOptions::default() });
@@ -254,11 +255,11 @@ fn run(scene: &Scene, mut asked: Asked) {
         Status::Converged => "its steps are used up".into(),
         status => status.to_string(),
     };
-    // Nobody may listen any longer
+    // The receiver may no longer exist
     tell.send(Answer::Ended(run.failure.map_or(why, |failure| failure.to_string()))).ok();
 }
 
-/// Takes the signals from the other thread, and gives it what they have led to.
+/// Takes the signals from the other thread, and returns the resulting quantities.
 struct Asked {
     asked: Receiver<Vec<f64>>,
     tell: Sender<Answer>,
@@ -280,7 +281,7 @@ impl Controller for Asked {
     }
 }
 
-/// A controlled signal that has any value, also beyond the ranges of the reduced model, and none at the start, where the body is not deformed.
+/// Returns a controlled signal without a range, so that it may have any value, and without a load at the start, when the body is undeformed.
 fn unloaded(signal: &toml::Value) -> Option<toml::Value> {
     let mut signal = signal.as_table()?.clone();
     signal.remove("range")?;
@@ -290,7 +291,7 @@ fn unloaded(signal: &toml::Value) -> Option<toml::Value> {
     Some(signal.into())
 }
 
-/// Path of the first key that two scenes have in different ways.
+/// Returns the path of the first key in which two scenes differ.
 fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
     let below = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
     match (a, b) {
@@ -312,7 +313,7 @@ fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// A study marks its inputs by values within their ranges, which the undeformed body at the start does not have.
+    /// A study specifies its inputs by values within their ranges, which the undeformed body at the start does not have.
     #[test]
     fn a_full_model_begins_without_loads() {
         for (signal, expected) in [

@@ -1,8 +1,9 @@
 //! Greedy choice of training states: where the estimated error of the present model is largest.
 //!
-//! Source: Prud'homme et al., *J. Fluids Eng.* 124, 2002, and Grepl & Patera, *ESAIM: M2AN* 39, 2005, with the estimate along adjoint solutions in place of a bound.
-//! Several states are chosen from one model, so that they can be computed side by side; they keep apart, because the same forces are missing next to the largest error.
-//! The estimate is of first order and is made from the states that are there: where they say nothing about the error, a large one may be missed.
+//! Source: Prud'homme et al., *J. Fluids Eng.* 124, 2002, and Grepl & Patera, *ESAIM: M2AN* 39, 2005, with the estimate along adjoint solutions in
+//! place of a bound. Several states are chosen from one model, so that they can be computed in parallel; a minimum distance is kept between them,
+//! because states close to the largest error lack the same forces. The estimate is of first order and is based on the existing states: where these
+//! carry no information on the error, a large one may be missed.
 
 use super::train::Training;
 use crate::math::statistics::larger;
@@ -10,38 +11,38 @@ use crate::reduction::error::ReductionError;
 use crate::reduction::inputs::Input;
 use crate::reduction::running::twin::Twin;
 
-/// How states are to be chosen.
+/// Settings for the choice of states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Modes of the model whose error is estimated
+    /// Number of modes of the model whose error is estimated
     pub modes: usize,
-    /// See [`Training::model`]
+    /// Tolerance of the selection of points; see [`Training::model`]
     pub sampling: Option<f64>,
-    /// States that are chosen at once
+    /// Number of states chosen at once
     pub batch: usize,
 }
 
-/// Candidates at which full solutions are wanted.
+/// Candidates at which full solutions should be computed next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextStates {
-    /// Largest estimated error of a quantity at a candidate, as a share of its largest change in the training states; infinite where the model has no
+    /// Largest estimated error of a quantity at a candidate, relative to its largest change in the training states; infinite if the model has no
     /// equilibrium there, or no estimate
     pub largest: f64,
-    /// Estimated error in the median of the candidates, as such a share
+    /// Median over the candidates of the estimated error, relative in the same way
     pub median: f64,
-    /// Indices of the candidates, the one of the largest error first
+    /// Indices of the candidates, that with the largest error first
     pub chosen: Vec<usize>,
 }
 
-/// Distance of two states that are chosen at once, as a share of the ranges of the inputs, from which on they are apart.
+/// Smallest distance between states chosen at once, relative to the ranges of the inputs \[–\].
 const APART: f64 = 0.2;
 
 impl Search {
-    /// The candidates \[inputs in SI\] with the largest estimated errors.
+    /// Chooses the candidates \[inputs in SI\] with the largest estimated errors.
     ///
     /// # Errors
     ///
-    /// Those of [`Training::model`].
+    /// The errors of [`Training::model`].
     pub fn choose(&self, training: &Training, candidates: &[Vec<f64>]) -> Result<NextStates, ReductionError> {
         let mut twin = Twin::new(training.uncalibrated(self.modes, self.sampling)?)?;
         let errors: Vec<f64> = candidates.iter().map(|u| estimate(&mut twin, u)).collect();
@@ -55,7 +56,7 @@ impl Search {
     }
 }
 
-/// Largest estimated error of the quantities at these inputs, as a share of their sizes; infinite where one is not a number.
+/// Returns the largest estimated error of the quantities at these inputs, relative to their sizes; infinite if one is NaN.
 fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
     twin.reset();
     if twin.step(inputs).is_err() {
@@ -67,7 +68,7 @@ fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
     if largest.is_nan() { f64::INFINITY } else { largest }
 }
 
-/// The first candidates in this order that keep apart; where there are not enough, the first of the others.
+/// Returns the first candidates in this order that keep the distance; if there are not enough, also the first of the others.
 fn apart(order: &[usize], candidates: &[Vec<f64>], (inputs, count): (&[Input], usize)) -> Vec<usize> {
     let distance = |a: usize, b: usize| {
         let share = |(k, i): (usize, &Input)| (candidates[a][k] - candidates[b][k]) / (i.range[1] - i.range[0]);
@@ -89,7 +90,7 @@ fn apart(order: &[usize], candidates: &[Vec<f64>], (inputs, count): (&[Input], u
 mod tests {
     use super::*;
 
-    /// The largest first, no neighbour of it next, and neighbours where nothing else is left.
+    /// The candidate with the largest error comes first, not followed by its neighbours unless nothing else is left.
     #[test]
     fn chosen_states_keep_apart() {
         let inputs = [Input::new("u", [0.0, 10.0])];

@@ -1,4 +1,4 @@
-//! From runs of the full model to a reduced one.
+//! Training: from runs of the full model to a reduced model.
 
 pub mod adjoint_space;
 pub mod basis;

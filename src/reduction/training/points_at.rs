@@ -1,4 +1,4 @@
-//! The points of a body at the states of a training, each with the laws of its constants.
+//! The points of a body at the training states, each with the laws of its constants.
 
 use super::body_points::{BodyPoints, PointForce};
 use super::fields_at_points::FieldsAtPoints;
@@ -7,10 +7,10 @@ use crate::material::{LawCard, LawSpecError};
 use crate::reduction::constants::Constants;
 use crate::reduction::error::ReductionError;
 
-/// The laws of a body at the states of a training, where constants are inputs.
+/// The laws of a body at the training states, if constants are inputs.
 pub struct PointsAt<'a, 'b> {
     points: &'b BodyPoints<'a>,
-    /// \[states\] the laws of the parts that change
+    /// \[states\] the laws of the parts whose law varies
     laws: Vec<Vec<(usize, LawCard)>>,
 }
 
@@ -20,7 +20,7 @@ impl<'a, 'b> PointsAt<'a, 'b> {
         Ok(Self { points, laws })
     }
 
-    /// P and G at all points of Σ y_k v_k, by the laws of a state.
+    /// Returns P and G of Σ y_k v_k at all points, with the laws of a state.
     pub fn forces(&self, state: usize, fields: &FieldsAtPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
         match &self.laws[state][..] {
             [] => fields.forces(self.points, y),

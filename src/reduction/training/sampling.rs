@@ -1,7 +1,8 @@
 //! Selection of the points from which forces are summed, with their weights.
 //!
-//! The forces of the training states along the modes are reproduced by few points with weights that are not negative, so that the energy of
-//! the sum is one, and its tangent symmetric and as stable as that of each point (Farhat et al. 2014, section 4; [`nonnegative`](crate::math::nonnegative)).
+//! The forces of the training states along the modes are reproduced by few points with non-negative weights, so that the sum still derives from an
+//! energy, and its tangent is symmetric and as stable as that of each point (Farhat et al. 2014, section 4;
+//! [`nonnegative`](crate::math::nonnegative)).
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
@@ -16,25 +17,25 @@ use faer::Mat;
 /// Points with their weights, and the error of the sums over them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
-    /// (point, factor of its own weight), ascending
+    /// (point, factor on its own weight), in ascending order
     pub points: Vec<(usize, f64)>,
-    /// Error of the forces of the training states, relative to these
+    /// Relative error of the forces of the training states \[–\]
     pub error: f64,
 }
 
 impl Selection {
-    /// Every point as it is.
+    /// Selects every point with its own weight.
     pub fn all(points: usize) -> Self {
         Self { points: (0..points).map(|p| (p, 1.0)).collect(), error: 0.0 }
     }
 }
 
-/// Error of the sums beyond which points and weights are of no use.
+/// Error of the sums above which a selection is unusable \[–\].
 pub const WORST: f64 = 0.05;
-/// Share of the largest force of all states that the small ones are measured by.
+/// Force, relative to the largest of all states, that is the smallest scale for the errors \[–\].
 const SMALL: f64 = 0.05;
 
-/// Few points that reproduce the forces along the modes at the states with coordinates `states`, within `tolerance` of them.
+/// Selects few points that reproduce the forces along the modes at the states with coordinates `states`, within the relative `tolerance`.
 pub fn select(
     (points, at): (&BodyPoints, &PointsAt),
     fields: &FieldsAtPoints,
@@ -46,7 +47,7 @@ pub fn select(
     select_for(points, fields, basis, (forces, amplitudes), tolerance)
 }
 
-/// Few points that reproduce the forces along the modes, from these forces at all points.
+/// Selects few points that reproduce the forces along the modes, given the forces at all points.
 pub fn select_for(
     points: &BodyPoints,
     fields: &FieldsAtPoints,
@@ -74,13 +75,13 @@ pub fn select_for(
         let factor = 1.0 / (size + SMALL * largest);
         row.iter_mut().flatten().for_each(|value| *value *= factor);
     }
-    // The volume, by which a state at rest counts too
+    // The volume, so that a state at rest also counts
     let volume: f64 = weights.iter().sum();
     rows.push(weights.iter().map(|w| w / volume).collect());
     of_rows(&rows, tolerance)
 }
 
-/// Few points whose sums reproduce those of each row over all points.
+/// Selects few points whose weighted sums reproduce the sums of each row over all points.
 pub fn of_rows(rows: &[Vec<f64>], tolerance: f64) -> Result<Selection, ReductionError> {
     let count = rows.first().map_or(0, Vec::len);
     let a = Mat::from_fn(rows.len(), count, |i, p| rows[i][p]);
@@ -92,7 +93,7 @@ pub fn of_rows(rows: &[Vec<f64>], tolerance: f64) -> Result<Selection, Reduction
     Ok(Selection { points: found.weights, error: found.residual })
 }
 
-/// The chosen points law by law, and by their forces by rates, with modes and tests there.
+/// Returns the selected points by law and rate-dependent forces, with the modes and tests there.
 pub fn stored(
     points: &BodyPoints,
     selection: &Selection,

@@ -1,13 +1,14 @@
-//! Steps of runs in time whose states a training takes: one of each of equal parts of each run, drawn within it.
+//! Steps of transient runs whose states are used for training: each run is divided into equal parts, and one step is drawn at random from each.
 //!
-//! At even distances they could be in step with the runs, and then miss the same times of all of them.
+//! Equidistant steps could be in phase with the runs, and would then miss the same times in all of them.
 
 use crate::math::random::SplitMix;
 
-/// Seed of the steps that are drawn.
+/// Seed of the random steps.
 const SEED: u64 = 0;
 
-/// \[runs\] the steps that are taken of runs of these lengths, ascending, `most` in total or all: in proportion to the lengths, and at any time of a run.
+/// Returns the chosen steps of runs with these lengths, in ascending order \[runs\], `most` in total or all: in proportion to the lengths, and
+/// anywhere within a run.
 pub fn steps_of_runs(lengths: impl Iterator<Item = usize> + Clone, most: usize) -> Vec<Vec<usize>> {
     let total: usize = lengths.clone().sum();
     let (most, mut before, mut random) = (most.min(total), 0, SplitMix(SEED));
@@ -27,8 +28,8 @@ pub fn steps_of_runs(lengths: impl Iterator<Item = usize> + Clone, most: usize) 
 mod tests {
     use super::*;
 
-    /// Of any number of runs of any length: as many steps as asked for, of each run where there are enough, and of all times of the runs together. The
-    /// largest gap between n times that are drawn evenly is about (ln n)/n of their range; here it is 8.4/n at most.
+    /// For any number of runs of any length: as many steps as requested, some from each run if there are enough, and at all times of the runs taken
+    /// together. The largest gap between n uniformly drawn times is about (ln n)/n of their range; here it is at most 8.4/n.
     #[test]
     fn every_run_and_every_time_is_taken() {
         for most in [30, 60, 100, 240] {
@@ -49,7 +50,7 @@ mod tests {
         }
     }
 
-    /// Longer runs have more, and all steps are taken where there are no more than asked for.
+    /// Longer runs contribute more steps, and all steps are used if there are no more than requested.
     #[test]
     fn runs_of_other_lengths_have_their_share() {
         let count =

@@ -1,4 +1,4 @@
-//! From states of training runs to a reduced model.
+//! Training of a reduced model from states of the full model.
 
 use super::adjoint_space::{AdjointSpace, adjoint_solutions, adjoint_space};
 use super::basis::{Basis, strains, weighted};
@@ -20,7 +20,7 @@ use crate::reduction::running::twin::Twin;
 use crate::scene::Scene;
 use std::borrow::Cow;
 
-/// States of a scene whose inputs are controlled signals, from which reduced models of several sizes are made.
+/// States of a scene whose inputs are controlled signals, from which reduced models of various sizes can be made.
 pub struct Training<'a> {
     scene: &'a Scene,
     points: BodyPoints<'a>,
@@ -33,20 +33,20 @@ pub struct Training<'a> {
 }
 
 impl<'a> Training<'a> {
-    /// A training by states at training inputs, for models that give the recorded columns `names`.
+    /// Prepares a training from states at training inputs, for models that provide the recorded columns `names`.
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: parts of the scene without a reduced form, and states that do not belong to it.
+    /// [`ReductionError`]: parts of the scene without a reduced form, or states that do not belong to the scene.
     pub fn new(scene: &'a Scene, states: &'a [FullState], names: &[String]) -> Result<Self, ReductionError> {
         Self::with_constants(scene, None, states, names)
     }
 
-    /// Like [`Training::new`], where constants of laws are inputs too, after the signals.
+    /// Prepares a training as [`Training::new`] does, with constants of laws as additional inputs after the signals.
     ///
     /// # Errors
     ///
-    /// Those of [`Training::new`], and [`ReductionError::Unsupported`] of constants that cannot be inputs.
+    /// The errors of [`Training::new`], and [`ReductionError::Unsupported`] for constants that cannot be inputs.
     pub fn with_constants(
         scene: &'a Scene,
         constants: Option<&ConstantInputs>,
@@ -72,14 +72,14 @@ impl<'a> Training<'a> {
         Ok(Self { scene, points, inputs, states, names: names.to_vec(), constants: of, space })
     }
 
-    /// The model with this number of modes of the displacement, and of the pressure where there is one, whose forces differ from those of all
-    /// points by the share `sampling` at most; none takes all points. The bars hold for `held_back`, which took no part in the training;
-    /// without them the model has none.
+    /// Builds the model with `modes` displacement modes, and as many pressure modes if there are pressures. Its forces differ from those of all
+    /// points by at most the relative tolerance `sampling`; with `None` all points are used. The error bars hold for `held_back`, which are not used
+    /// for training; without such states the model has no bars.
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar, a bar that
-    /// is not a finite number.
+    /// [`ReductionError`]: points that do not reproduce the forces, undefined laws, too many held-back states without an equilibrium for an error
+    /// bar, or an error bar that is not finite.
     pub fn model(
         &self,
         modes: usize,
@@ -96,18 +96,19 @@ impl<'a> Training<'a> {
         model.sound()
     }
 
-    /// Like [`Training::model`], with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.
+    /// Builds a model as [`Training::model`] does, but with the absolute values of the estimates as error bars, without held-back states; this is
+    /// sufficient to find where the error is large.
     ///
     /// # Errors
     ///
-    /// Those of [`Training::model`].
+    /// The errors of [`Training::model`].
     pub fn uncalibrated(&self, modes: usize, sampling: Option<f64>) -> Result<ReducedModel, ReductionError> {
         let (space, mut model) = self.without_estimate(modes, sampling)?;
         self.add_estimate(&mut model, &space)?;
         Ok(model)
     }
 
-    /// The model with its space.
+    /// Builds the model without an estimate, and returns it with its space.
     fn without_estimate(
         &self,
         modes: usize,
@@ -133,11 +134,11 @@ impl<'a> Training<'a> {
         Ok((space, model))
     }
 
-    /// Singular values of the displacements and of the pressures of the states, as shares of the first.
+    /// Returns the singular values of the displacements and of the pressures of the states, relative to the first.
     ///
     /// # Errors
     ///
-    /// Those of [`Training::model`].
+    /// The errors of [`Training::model`].
     pub fn singular_values(&self) -> Result<(Vec<f64>, Vec<f64>), ReductionError> {
         let fields: Vec<&[f64]> = self.states.iter().map(|s| &s.x[..]).collect();
         let basis = Basis::of(self.scene, &self.points, &fields, 1)?;
@@ -156,7 +157,7 @@ impl<'a> Training<'a> {
         }
     }
 
-    /// Adds the error estimate, with bars that are the estimates themselves.
+    /// Adds the error estimate, with the estimates themselves as error bars.
     fn add_estimate(
         &self,
         model: &mut ReducedModel,
@@ -190,12 +191,12 @@ impl<'a> Training<'a> {
     }
 }
 
-/// Fewest training states.
+/// Smallest number of training states.
 const FEWEST: usize = 3;
-/// Least size of a coordinate by which polynomials are identified, as a share of all coordinates.
+/// Smallest magnitude of a coordinate for the identification of polynomials, relative to all coordinates \[–\].
 const STEP: f64 = 1e-3;
 
-/// Refuses names that the scene does not record, and states that are too few or of another scene.
+/// Refuses names that the scene does not record, and states that are too few or belong to a different scene.
 pub(super) fn check_names<'s>(
     scene: &Scene,
     states: impl Iterator<Item = &'s FullState>,
@@ -215,15 +216,15 @@ pub(super) fn check_names<'s>(
     if count < FEWEST { Err(ReductionError::TooFewStates(count, FEWEST)) } else { Ok(()) }
 }
 
-/// The space of a model with the training states in it.
+/// The space of a model, with the training states projected onto it.
 pub(super) struct Projected {
     pub basis: Basis,
     pub at_points: FieldsAtPoints,
     /// \[states × coordinates\]
     pub coordinates: Vec<Vec<f64>>,
-    /// Largest ‖q‖ of the states, of displacements and of pressures
+    /// Largest ‖q‖ of the states, for displacements and for pressures
     pub amplitudes: [f64; 2],
-    /// \[displacement coordinates\] sizes by which polynomials are identified
+    /// \[displacement coordinates\] magnitudes with which polynomials are identified
     pub steps: Vec<f64>,
 }
 
@@ -240,7 +241,7 @@ impl Projected {
     }
 }
 
-/// The model of a space whose forces are summed over the selection, at rest and without an estimate; the states tell the sizes of the
+/// Builds the static model of a space without an estimate, whose forces are summed over the selection; the states determine the scales of the
 /// quantities.
 pub(super) fn assemble(
     (scene, points): (&Scene, &BodyPoints),
@@ -283,7 +284,7 @@ pub(super) fn assemble(
     Ok(model)
 }
 
-/// Coordinates of states in the basis, which is orthonormal.
+/// Returns the coordinates of states in the basis, which is orthonormal.
 pub fn project(points: &BodyPoints, basis: &Basis, states: &[&[f64]]) -> Vec<Vec<f64>> {
     let weights = points.weights();
     let (displacements, pressures) = basis.modes.split_at(basis.displacements);
@@ -298,7 +299,7 @@ pub fn project(points: &BodyPoints, basis: &Basis, states: &[&[f64]]) -> Vec<Vec
     states.iter().map(one).collect()
 }
 
-/// Errors of the model at states that it was not trained on, and their estimates: \[states × quantities\].
+/// Returns the errors of the model at states that were not used for training, and their estimates: \[states × quantities\].
 pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64, f64)>>, ReductionError> {
     let mut twin = Twin::new(model.clone())?;
     let mut out = vec![];
@@ -315,16 +316,17 @@ pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64
     Ok(out)
 }
 
-/// Share of the median error that is added to an estimate, which may vanish.
+/// Share of the median error that is added to an estimate, because this may vanish \[–\].
 const FLOOR: f64 = 0.2;
-/// Share of the size of a quantity up to which an error counts as none, as that of the tension of a cable that is slack in both models.
+/// Error relative to the size of a quantity up to which it counts as zero \[–\], as for the tension of a cable that is slack in both models.
 pub const EXACT: f64 = 1e-9;
 
-/// Share of further errors that a bar is to contain, and the confidence that it does.
+/// Share of further errors that a bar is to contain, and the confidence of this \[–\].
 pub const COVERED: f64 = 0.95;
 
-/// How many of the largest of n ratios may be left out, so that at least [`COVERED`] of all further ones lie within the rest with that confidence,
-/// whatever their distribution (Wilks, *Ann. Math. Stat.* 12, 1941): none below n = 59, where even the largest gives less confidence.
+/// Returns how many of the largest of n ratios may be left out such that, with that confidence, at least [`COVERED`] of all further ones are below
+/// the largest remaining one, for any distribution (Wilks, *Ann. Math. Stat.* 12, 1941): zero below n = 59, where even the largest ratio gives less
+/// confidence.
 pub fn left_out(n: usize) -> usize {
     let (mut tail, mut term) = (0.0, COVERED.powi(n as i32));
     for outside in 0..n {
@@ -337,12 +339,12 @@ pub fn left_out(n: usize) -> usize {
     0
 }
 
-/// Confidence of bars that are made of so many states, or runs.
+/// Returns the confidence of error bars that are based on this number of states or runs.
 pub fn confidence(held_back: usize) -> f64 {
     (1.0 - COVERED.powi(i32::try_from(held_back).unwrap_or(i32::MAX))).min(COVERED)
 }
 
-/// Bars that hold for states that were held back.
+/// Returns error bars that hold for states that were held back.
 fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>, ReductionError> {
     let all = errors(model, held_back)?;
     let failed = all.iter().filter(|row| row.iter().any(|(error, _)| !error.is_finite())).count();
@@ -353,9 +355,9 @@ fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>,
     Ok(bars(model, &samples))
 }
 
-/// The bar of a quantity of this size by its errors and their estimates in independent samples, \[samples\]\[states\]. It holds for a sample where it
-/// contains the errors of all of its states. The floor is made of the errors that are more than nothing: where a quantity is exact in most states it is still
-/// that of the others. An error or an estimate that is not a number is as bad as an infinite error.
+/// Returns the error bar of a quantity of this size from its errors and their estimates in independent samples, \[samples\]\[states\]. It holds for a
+/// sample if it contains the errors of all of its states. The floor is determined from the errors that do not count as zero: for a quantity that is
+/// exact in most states it is that of the other states. An error or estimate that is NaN counts as an infinite error.
 pub(in crate::reduction) fn bar(samples: &[Vec<(f64, f64)>], size: f64) -> Bar {
     let least = (EXACT * size).max(f64::MIN_POSITIVE);
     let errors = samples.iter().flatten().map(|(error, _)| error.abs());
@@ -370,7 +372,7 @@ pub(in crate::reduction) fn bar(samples: &[Vec<(f64, f64)>], size: f64) -> Bar {
     Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
 }
 
-/// The bars of all quantities of a model by \[samples\]\[states × quantities\].
+/// Returns the error bars of all quantities of a model from \[samples\]\[states × quantities\].
 pub(in crate::reduction) fn bars(model: &ReducedModel, samples: &[&[Vec<(f64, f64)>]]) -> Vec<Bar> {
     let of = |k: usize| -> Vec<Vec<(f64, f64)>> {
         samples.iter().map(|rows| rows.iter().map(|row| row[k]).collect()).collect()
@@ -382,8 +384,8 @@ pub(in crate::reduction) fn bars(model: &ReducedModel, samples: &[&[Vec<(f64, f6
 mod tests {
     use super::*;
 
-    /// A cable that is slack in both models in most states: the bar is of the size of the errors where it is taut, and contains all of them but those
-    /// that may be left out.
+    /// For a cable that is slack in both models in most states, the error bar is of the size of the errors where it is taut, and contains all of them
+    /// except those that may be left out.
     #[test]
     fn a_quantity_that_is_exact_in_most_states_has_a_bar_of_the_size_of_its_errors() {
         for slack in [0, 30, 50, 58] {
@@ -396,7 +398,7 @@ mod tests {
         }
     }
 
-    /// One of 59 errors, or its estimate, that is not a number leaves no finite bar, as an infinite error does; of 120 samples it is among those that may be
+    /// If one of 59 errors, or its estimate, is NaN, there is no finite bar, as with an infinite error; of 120 samples it is among those that may be
     /// left out.
     #[test]
     fn an_error_that_is_not_a_number_is_as_bad_as_an_infinite_one() {
@@ -411,7 +413,7 @@ mod tests {
         }
     }
 
-    /// Without any error, and without any size, the bar is finite.
+    /// Without any error, and for a quantity of zero size, the bar is finite.
     #[test]
     fn a_bar_is_finite_without_errors() {
         for (error, size) in [(0.0, 2.0), (1e-12, 2.0), (0.0, 0.0), (1e-300, 0.0)] {

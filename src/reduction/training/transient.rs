@@ -1,7 +1,7 @@
-//! From runs in time to a reduced model that moves.
+//! Training of a dynamic reduced model from transient runs.
 //!
-//! Mass and constant damping are projected exactly. The points are chosen by the forces along the modes at states of the runs, with viscosity and
-//! the memory of relaxing parts, which follow from the states by the rule of the steps. Bars are made of whole runs.
+//! Mass and constant damping are projected exactly. The points are selected for the forces along the modes at states of the runs, including viscosity
+//! and the history of relaxing parts, which follow from the states by the time-stepping rule. Error bars are based on whole runs.
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
@@ -21,32 +21,32 @@ use crate::scene::Scene;
 use crate::solve::Integrator;
 use crate::system::{At, Effect, EnergyRole, Rates};
 
-/// Runs of a scene in time, from rest, whose inputs are controlled signals, from which reduced models that move are made.
+/// Transient runs of a scene from rest, whose inputs are controlled signals, from which dynamic reduced models can be made.
 pub struct TransientTraining<'a> {
     scene: &'a Scene,
     points: BodyPoints<'a>,
     inputs: Vec<Input>,
-    /// Their states at the ends of the steps
+    /// States at the ends of the steps of each run
     runs: &'a [Vec<FullState>],
     names: Vec<String>,
     time: (Integrator, f64),
 }
 
-/// States that the modes are made of, at most.
+/// Largest number of states from which the modes are made.
 const SNAPSHOTS: usize = 240;
-/// Rows of the equations of the weights, at most.
+/// Largest number of rows of the equations for the weights.
 const MOST_ROWS: usize = 1200;
-/// Fewest states that the rows are of.
+/// Smallest number of states from which the rows are taken.
 const FEWEST_STATES: usize = 30;
-/// Modes of the enriched model for each of the model.
+/// Number of modes of the enriched model per mode of the model.
 const ENRICHED: usize = 2;
-/// Share of the tolerance of the model's points that is that of the enriched model's.
+/// Tolerance for the points of the enriched model, relative to that of the model \[–\].
 const FINER: f64 = 0.1;
-/// Remedy for a model that cannot run: the mass of its modes.
+/// Remedy for a model that cannot run because of the mass of its modes.
 const REMEDY: &str = "give every part of the body an inertia; where the body can move as a whole, as one that slides, the strains of its modes do not tell that motion from others: \
                       take fewer modes, hold the body, or take bdf2 or implicit_euler, which need no acceleration at the start";
 
-/// The steps of a scene in time; refuses one with parts that have no reduced form in motion.
+/// Returns the integrator and the time step of a scene; refuses a scene with parts that have no reduced form in dynamics.
 pub(in crate::reduction) fn check_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
     let time = steps_in_time(scene)?;
     let by_rates = |effect: &dyn Effect| {
@@ -60,11 +60,11 @@ pub(in crate::reduction) fn check_in_time(scene: &Scene) -> Result<(Integrator, 
 }
 
 impl<'a> TransientTraining<'a> {
-    /// A training by the states of training runs after each step, for models that give the recorded columns `names`.
+    /// Prepares a training from the states of training runs after each step, for models that provide the recorded columns `names`.
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: parts of the scene without a reduced form, and runs that do not belong to it.
+    /// [`ReductionError`]: parts of the scene without a reduced form, or runs that do not belong to the scene.
     pub fn new(scene: &'a Scene, runs: &'a [Vec<FullState>], names: &[String]) -> Result<Self, ReductionError> {
         let time = check_in_time(scene)?;
         check_names(scene, runs.iter().flatten(), names)?;
@@ -72,12 +72,12 @@ impl<'a> TransientTraining<'a> {
         Ok(Self { scene, points, inputs: signals(scene, 0)?, runs, names: names.to_vec(), time })
     }
 
-    /// The model with this number of modes, as [`Training::model`](crate::reduction::Training::model), with bars that hold for whole runs like those of `held_back`, which took no
-    /// part in the training; without them the model has none.
+    /// Builds the model with this number of modes, as [`Training::model`](crate::reduction::Training::model) does, with error bars that hold for
+    /// whole runs like those of `held_back`, which are not used for training; without such runs the model has no bars.
     ///
     /// # Errors
     ///
-    /// As there.
+    /// The errors of [`Training::model`](crate::reduction::Training::model).
     pub fn model(
         &self,
         modes: usize,
@@ -103,22 +103,22 @@ impl<'a> TransientTraining<'a> {
         model.sound()
     }
 
-    /// Singular values of the displacements and of the pressures of the states, as shares of the first.
+    /// Returns the singular values of the displacements and of the pressures of the states, relative to the first.
     ///
     /// # Errors
     ///
-    /// Those of [`TransientTraining::model`].
+    /// The errors of [`TransientTraining::model`].
     pub fn singular_values(&self) -> Result<(Vec<f64>, Vec<f64>), ReductionError> {
         let basis = Basis::of(self.scene, &self.points, &self.snapshots(), 1)?;
         Ok((basis.singular_values, basis.pressure_values))
     }
 
-    /// Steps of each run that are taken, at most so many of all.
+    /// Returns the steps of each run that are used, at most `most` in total.
     fn taken(&self, most: usize) -> Vec<Vec<usize>> {
         steps_of_runs(self.runs.iter().map(Vec::len), most)
     }
 
-    /// States of the runs, no more than needed.
+    /// Returns states of the runs, no more than needed.
     fn snapshots(&self) -> Vec<&[f64]> {
         let taken = self.taken(SNAPSHOTS);
         self.runs.iter().zip(&taken).flat_map(|(run, steps)| steps.iter().map(|&k| &run[k].x[..])).collect()
@@ -155,7 +155,7 @@ impl<'a> TransientTraining<'a> {
             changes: self.changes(held_back),
             duration: *dt * runs.iter().chain(held_back).map(Vec::len).max().unwrap_or(0) as f64,
         });
-        // Such as a mass that is not positive
+        // For example a mass that is not positive
         match model.fault() {
             None => Ok((model, space.basis)),
             Some(fact) => Err(unsupported("the scene".into(), fact, REMEDY)),
@@ -175,7 +175,7 @@ impl<'a> TransientTraining<'a> {
         }
     }
 
-    /// Largest change of each input in a step of all runs.
+    /// Returns the largest change of each input per step over all runs.
     fn changes(&self, held_back: &[Vec<FullState>]) -> Vec<f64> {
         let of = |k: usize| {
             let range = self.inputs[k].range;
@@ -189,7 +189,7 @@ impl<'a> TransientTraining<'a> {
         (0..self.inputs.len()).map(of).collect()
     }
 
-    /// Forces at all points at some of the states of the runs, in the space of a model.
+    /// Returns the forces at all points for some of the states of the runs, in the space of a model.
     fn forces(&self, space: &Projected) -> Result<Vec<Vec<PointForce>>, ReductionError> {
         let Self { points, runs, time: (_, dt), .. } = self;
         let (n, modes) = (space.basis.displacements, space.basis.modes.len());
@@ -229,7 +229,8 @@ impl<'a> TransientTraining<'a> {
         Ok(out)
     }
 
-    /// \[coordinates of the richer space × coordinates of the poorer one\] modes of the one in those of the other, which contains them.
+    /// Returns the modes of a basis in terms of those of a richer one that contains them \[coordinates of the richer space × coordinates of the
+    /// poorer one\].
     fn embedding(&self, basis: &Basis, richer: &Basis) -> Vec<f64> {
         let fields: Vec<&[f64]> = basis.modes.iter().map(|m| &m[..]).collect();
         let columns = project(&self.points, richer, &fields);
@@ -237,7 +238,7 @@ impl<'a> TransientTraining<'a> {
     }
 }
 
-/// The integrator and the step of a scene; an error where they change, or leave no model that steps in the same way.
+/// Returns the integrator and the time step of a scene; an error if they change, or do not allow a model with the same steps.
 fn steps_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
     let refuse = |what: &str, why: &str, remedy: &str| Err(unsupported(what.into(), why, remedy));
     let Some(first) = scene.spans.first() else {
@@ -267,7 +268,7 @@ fn steps_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
     Ok((integrator, dt))
 }
 
-/// Vᵀ M V of the inertia, or Vᵀ C V of the damping by constant matrices, on modes of the displacement.
+/// Returns Vᵀ M V of the inertia, or Vᵀ C V of constant damping matrices, for displacement modes.
 fn constant_matrix(scene: &Scene, modes: &[Vec<f64>], kinetic: bool) -> Result<Vec<f64>, ReductionError> {
     let n = modes.len();
     let mut out = vec![0.0; n * n];
@@ -284,7 +285,7 @@ fn constant_matrix(scene: &Scene, modes: &[Vec<f64>], kinetic: bool) -> Result<V
             modes.iter().enumerate().for_each(|(i, test)| out[i * n + j] += dot(test, &force));
         }
     }
-    // The matrices are symmetric but for rounding
+    // The matrices are symmetric except for rounding
     let symmetric = |k: usize| 0.5 * (out[k] + out[k % n * n + k / n]);
     Ok((0..n * n).map(symmetric).collect())
 }
@@ -292,12 +293,12 @@ fn constant_matrix(scene: &Scene, modes: &[Vec<f64>], kinetic: bool) -> Result<V
 /// Error and estimate of each quantity at a state.
 type StateErrors = Vec<(f64, f64)>;
 
-/// Errors of the model in whole runs that it was not trained on, and their estimates: \[runs\]\[steps × quantities\].
+/// Returns the errors of the model in whole runs that were not used for training, and their estimates: \[runs\]\[steps × quantities\].
 pub fn errors_in_time(model: &ReducedModel, runs: &[Vec<FullState>]) -> Result<Vec<Vec<StateErrors>>, ReductionError> {
     let mut twin = Twin::new(model.clone())?;
     let mut of_run = |run: &Vec<FullState>| {
         twin.reset();
-        // After a step without a result the time of the model is another
+        // After a failed step the time of the model is no longer that of the run
         let mut failed = false;
         let step = |state: &FullState| {
             failed = failed || twin.step(&state.inputs).is_err();
@@ -312,7 +313,7 @@ pub fn errors_in_time(model: &ReducedModel, runs: &[Vec<FullState>]) -> Result<V
     Ok(runs.iter().map(&mut of_run).collect())
 }
 
-/// Bars that hold at every step of runs that were held back: the runs, not their steps, are drawn independently.
+/// Returns error bars that hold at every step of runs that were held back: the runs, not their steps, are drawn independently.
 fn calibrated(model: &ReducedModel, held_back: &[Vec<FullState>]) -> Result<Vec<Bar>, ReductionError> {
     let all = errors_in_time(model, held_back)?;
     let failed = all.iter().filter(|run| run.iter().flatten().any(|(error, _)| !error.is_finite())).count();

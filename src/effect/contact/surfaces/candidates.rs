@@ -1,6 +1,6 @@
-//! Pairs of a point and a triangle, and of two edges, that are near each other: boxes in the hierarchies of parry3d.
+//! Candidate pairs of a point and a triangle, and of two edges, found by the bounding volume hierarchies of parry3d.
 //!
-//! Pairs that share a node are none. The lists are in ascending order.
+//! Pairs that share a node do not count. The lists are in ascending order.
 
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
@@ -9,22 +9,22 @@ use crate::math::tensor::Vec3;
 use parry3d_f64::partitioning::BvhNode;
 use std::cell::Cell;
 
-/// Points of one surface, triangles of another.
+/// Points of one surface against triangles of another.
 pub struct Pass<'a> {
     pub points: &'a Surface,
     pub triangles: &'a Surface,
 }
 
-/// Indices into the lists of surfaces.
+/// Candidate pairs as indices into the lists of the surfaces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Candidates {
-    /// Pass by pass: point and triangle
+    /// Pairs of point and triangle, pass by pass
     pub points: Vec<Vec<[u32; 2]>>,
-    /// Edges of the first and of the second surface
+    /// Pairs of edges of the first and of the second surface
     pub edges: Vec<[u32; 2]>,
 }
 
-/// Pairs whose boxes are nearer than `radius`, from the boxes of points and of nodes. Of one surface each pair of edges is met once.
+/// Returns the pairs whose boxes, around points and nodes, are nearer than `radius`. For self-contact, each pair of edges occurs once.
 pub fn candidates(
     passes: &[Pass],
     radius: f64,
@@ -59,7 +59,8 @@ pub fn candidates(
     found
 }
 
-/// Least distance of a point and a triangle, at most `most`; boxes that are further than what is known are not looked into.
+/// Returns the smallest distance between a point and a triangle, at most `most`; boxes that are farther apart than the smallest distance so far are
+/// skipped.
 pub fn least_of_points(
     passes: &[Pass],
     most: f64,
@@ -82,7 +83,7 @@ pub fn least_of_points(
     best.get()
 }
 
-/// Least distance of two edges, in the same way.
+/// Returns the smallest distance between two edges, at most `most`; boxes that are farther apart than the smallest distance so far are skipped.
 pub fn least_of_edges(
     passes: &[Pass],
     most: f64,
@@ -109,12 +110,12 @@ fn around(nodes: &[u32], of_node: &dyn Fn(u32) -> Vec3) -> Span {
     nodes.iter().map(|&k| (of_node(k), of_node(k))).reduce(join).expect("a triangle or an edge has nodes")
 }
 
-/// Distance of two boxes \[m\].
+/// Distance between two boxes \[m\].
 fn apart(node: &BvhNode, (low, high): Span) -> f64 {
     (from_parry(node.mins()) - high).sup(&(low - from_parry(node.maxs()))).sup(&Vec3::zeros()).norm()
 }
 
-/// Edges and triangles whose boxes meet, that share no node: the edges of each surface with the triangles of the other.
+/// Returns the pairs of an edge and a triangle without a common node whose boxes overlap: the edges of each surface with the triangles of the other.
 pub fn pierced_by_edges(passes: &[Pass], of_node: &dyn Fn(u32) -> Span) -> Vec<([u32; 2], [u32; 3])> {
     let over = |nodes: &[u32]| nodes.iter().map(|&k| of_node(k)).reduce(join).expect("a triangle or an edge has nodes");
     let mut found = Vec::new();

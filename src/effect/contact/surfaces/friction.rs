@@ -1,6 +1,6 @@
-//! Coulomb friction between surfaces: that of [`friction`](crate::effect::contact::friction) on every term.
+//! Coulomb friction between surfaces: the law of [`friction`](crate::effect::contact::friction) applied to every term.
 //!
-//! The elastic slip is kept for each point of either surface, and is that of all terms of the point. Limits: terms of two edges have none.
+//! Each point of either surface has one elastic slip, which all its terms share. Limits: terms of two edges have no elastic slip.
 
 use super::pressed::PressedSurfaces;
 use super::terms::Term;
@@ -19,11 +19,11 @@ pub struct SurfaceFriction {
     name: String,
     pub pressing: Arc<PressedSurfaces>,
     law: Coulomb,
-    /// One without unknowns for each point, which has the history of it
+    /// One block without unknowns per point, which has the history of the point
     blocks: Blocks,
 }
 
-/// The terms at one state as blocks.
+/// The terms in one state as blocks.
 struct FrictionTerms<'a> {
     of: &'a SurfaceFriction,
     terms: Arc<Vec<Term>>,
@@ -36,7 +36,7 @@ impl SurfaceFriction {
         Self { name, pressing, law, blocks: Blocks::new(std::iter::repeat_n(&[][..], points)) }
     }
 
-    /// Block of the point of a term; none of two edges.
+    /// The block of the point of a term; `None` for a term of two edges.
     fn block(&self, term: &Term) -> Option<usize> {
         let (pass, point) = term.point?;
         Some(if pass == 0 { 0 } else { self.pressing.surfaces.first().points.len() } + point as usize)
@@ -44,13 +44,13 @@ impl SurfaceFriction {
 
     /// Adds the friction of a term to a block of its nodes.
     pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut BlockValues) {
-        // A term that is taken away again, next to a concave edge, takes its friction away too.
+        // A term with negative weight, next to a concave edge, also subtracts its friction.
         let Some(press) = self.pressing.normal_force(at.x, term) else { return };
         let (nodes, slip) = (&term.distance.nodes[..], self.block(term).map_or(Vec3::zeros(), |b| elastic_slip(at, b)));
         self.law.add(at, (nodes, slip), &press, 3 * nodes.len(), want, out);
     }
 
-    /// Terms of points at a state with the forces that they exert, block after block.
+    /// Returns the terms of points in a state, block by block, with the forces that they exert.
     fn presses<'a>(&self, at: &At, terms: &'a [Term]) -> BTreeMap<usize, Vec<(&'a [u32], NormalForce)>> {
         let mut of_blocks = BTreeMap::<usize, Vec<(&[u32], NormalForce)>>::new();
         for term in terms {
@@ -91,7 +91,7 @@ impl Effect for SurfaceFriction {
 }
 
 impl ActiveBlocks for SurfaceFriction {
-    /// None: those of points have no unknowns.
+    /// Empty: the blocks of points have no unknowns.
     fn active(&self, _: &At, _: &mut Caches) -> Vec<u32> {
         Vec::new()
     }
@@ -102,7 +102,7 @@ impl HistoryVariables for SurfaceFriction {
         HISTORY
     }
 
-    /// The block of all: which terms a point has is known once all terms are.
+    /// Advances all blocks and returns the values of this one: the terms of a point are known only once all terms are.
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         let mut all = vec![0.0; HISTORY * self.blocks.len()];
         self.advance_all(at, &mut all, &mut Caches::default())?;

@@ -1,8 +1,8 @@
-//! The longest motion on which two surfaces do not cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
+//! The longest motion during which two surfaces do not cross: additive continuous collision detection (Li, Kaufman & Jiang, ACM TOG 40,
 //! 2021, §4), pair by pair.
 //!
-//! The distance of a pair falls no faster than its parts move against each other, so d/speed is a safe share of the motion; it is
-//! taken until a tenth of the distance is left. What all nodes of a pair do in common does not count.
+//! The distance of a pair decreases no faster than its parts move relative to each other, so that d/speed is a safe share of the motion; this is
+//! repeated until a tenth of the distance is left. The common motion of all nodes of a pair does not count.
 
 use super::candidates::{Candidates, candidates};
 use super::pair::Surfaces;
@@ -15,7 +15,7 @@ use crate::system::{Caches, MotionLimit};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A point and a triangle, or two edges: four places and how they move.
+/// A point and a triangle, or two edges: four positions and their motions.
 struct Flight {
     at: [Vec3; 4],
     motion: [Vec3; 4],
@@ -28,7 +28,7 @@ impl Flight {
         if self.edges { between(&[a, b], &[c, d]) } else { to_triangle(&a, &[b, c, d]) }
     }
 
-    /// The distance falls no faster \[m\].
+    /// Upper bound of the decrease of the distance over the motion \[m\].
     fn speed(&self) -> f64 {
         let mean = self.motion.iter().sum::<Vec3>() / 4.0;
         let most = |list: &[Vec3]| list.iter().map(|m| (m - mean).norm()).fold(0.0, f64::max);
@@ -36,14 +36,15 @@ impl Flight {
         most(&self.motion[..first]) + most(&self.motion[first..])
     }
 
-    /// The admissible share of the motion, at most `end`, and the distance at the start. Pairs that stay further apart than a tenth of `reach` are free.
+    /// Returns the admissible share of the motion, at most `end`, and the distance at the start. Pairs that stay farther apart than a tenth of
+    /// `reach` are not limited.
     fn longest(&self, reach: f64, end: f64, tested: &mut usize) -> (f64, f64) {
         *tested += 1;
         let (gap, speed) = (self.distance(0.0), self.speed());
         let left = LEFT * gap.min(reach);
         let (mut share, mut free) = (0.0, gap - left);
         for _ in 0..ADVANCES {
-            // The bound is closed in on by a geometric sequence, whose rest does not matter.
+            // The bound is approached by a geometric sequence, whose remainder does not matter.
             if free <= 1e-3 * left {
                 break;
             }
@@ -58,7 +59,7 @@ impl Flight {
     }
 }
 
-/// The longest part of the motion dx from x on which no pair comes nearer than a tenth of its distance, or of the reach.
+/// Returns the largest share of the motion dx from x during which no pair comes nearer than a tenth of its distance, or of the reach.
 pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
     let start = Instant::now();
     let search: &mut SurfaceSearch = caches.entry(&surfaces.key);
@@ -99,7 +100,7 @@ pub fn max_step(surfaces: &Surfaces, x: &[f64], dx: &[f64], caches: &mut Caches)
     limit
 }
 
-/// Pairs that may come nearer than the reach during the motion: those that are known, where the margin covers it.
+/// Returns the pairs that may come nearer than the reach during the motion: the known candidates, if their margin covers it.
 fn in_reach_of(surfaces: &Surfaces, x: &[f64], dx: &[f64], search: &mut SurfaceSearch) -> Arc<Candidates> {
     let here = surfaces.displacements(x);
     let there: Vec<Vec3> = here.iter().zip(surfaces.displacements(dx)).map(|(a, d)| a + d).collect();

@@ -1,4 +1,4 @@
-//! Geometry of the two surfaces at a state.
+//! Geometry of the two surfaces in a state.
 
 use super::candidates::{Pass, least_of_edges, least_of_points, pierced_by_edges};
 use super::surface::{Edge, Surface};
@@ -11,39 +11,40 @@ use crate::mesh::overlap::pierces;
 use crate::system::CacheKey;
 use std::collections::BTreeMap;
 
-/// Part of the mean edge that nodes may move before pairs are looked for again \[–\].
+/// Distance that nodes may move before candidates are searched again, in mean edge lengths \[–\].
 const MARGIN: f64 = 0.1;
-/// Distance beyond which parts of one surface are not looked for, in mean edges \[–\].
+/// Distance beyond which parts of one surface are not searched for, in mean edge lengths \[–\].
 const NEAR: f64 = 10.0;
-/// Cosine of the angle between a normal and the inward normal of what it faces, at least: an edge has the mean of its sides \[–\].
+/// Smallest cosine of the angle between a normal and the inward normal of the part that it faces; the normal of an edge is the mean of its sides
+/// \[–\].
 const OPPOSED: f64 = 0.5;
 
-/// Two surfaces, or one.
+/// Two surfaces in contact, or one in contact with itself.
 pub struct Surfaces {
     pub name: String,
     pub(super) first: Surface,
-    /// None for contact of the first with itself
+    /// `None` for contact of the first with itself
     pub(super) second: Option<Surface>,
-    /// \[nodes of the mesh\] X − `centre` \[m\]: far from the origin distances of places would be rounded
+    /// \[nodes of the mesh\] X − `centre` \[m\]: far from the origin, differences of positions would lose digits
     pub(super) rest: Vec<Vec3>,
-    /// Middle of the nodes of both; all places here are seen from it \[m\]
+    /// Centre of the nodes of both surfaces; all positions here are relative to it \[m\]
     centre: Vec3,
     /// Pairs that are farther apart do not interact \[m\]
     pub(super) reach: f64,
-    /// Motion of a node that the candidates allow \[m\]
+    /// Motion of a node up to which the candidates remain valid \[m\]
     pub(super) margin: f64,
-    /// Nodes of both, ascending
+    /// Nodes of both surfaces, in ascending order
     pub(super) nodes: Vec<u32>,
     pub(super) key: CacheKey,
 }
 
 impl Surfaces {
-    /// Whether a node is on one of them.
+    /// Whether a node belongs to one of the surfaces.
     pub fn have(&self, node: u32) -> bool {
         self.nodes.binary_search(&node).is_ok()
     }
 
-    /// Surfaces of a mesh with nodes at `rest` \[m\].
+    /// Builds the surfaces of a mesh with nodes at `rest` \[m\].
     pub fn new(name: String, mut first: Surface, mut second: Option<Surface>, mut rest: Vec<Vec3>, reach: f64) -> Self {
         let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
         let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
@@ -61,7 +62,7 @@ impl Surfaces {
         &self.first
     }
 
-    /// Points of both.
+    /// Number of points of both surfaces.
     pub fn point_count(&self) -> usize {
         self.first.points.len() + self.second.as_ref().map_or(0, |s| s.points.len())
     }
@@ -71,7 +72,7 @@ impl Surfaces {
         self.second.is_none()
     }
 
-    /// Whether both surfaces share nodes.
+    /// Whether the two surfaces share nodes.
     pub fn is_joined(&self) -> bool {
         let Some(second) = &self.second else { return true };
         let own: Vec<u32> = self.first.nodes().collect();
@@ -86,12 +87,12 @@ impl Surfaces {
         }
     }
 
-    /// Place of a node at displacement x, from the centre \[m\].
+    /// Position of a node at displacement x, relative to the centre \[m\].
     pub(super) fn node(&self, x: &[f64], k: u32) -> Vec3 {
         self.rest[k as usize] + displacement(x, k)
     }
 
-    /// Place of a point at displacement x, from the centre \[m\].
+    /// Position of a point at displacement x, relative to the centre \[m\].
     pub(super) fn place(&self, x: &[f64], p: &SurfacePoint) -> Vec3 {
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + displacement(x, k) * *w)
     }
@@ -100,7 +101,7 @@ impl Surfaces {
         self.nodes.iter().map(|&k| displacement(x, k)).collect()
     }
 
-    /// Least distance \[m\] between parts that share no node, at displacement x; infinite where there is none.
+    /// Smallest distance \[m\] between parts that share no node, at displacement x; infinite if there are none.
     pub fn gap(&self, x: &[f64]) -> f64 {
         let corners = |pass: &Pass, t: u32| pass.triangles.triangles[t as usize].map(|k| self.node(x, k));
         let ends = |e: &Edge| e.nodes.map(|k| self.node(x, k));
@@ -111,8 +112,8 @@ impl Surfaces {
         least_of_edges(&passes, of_points, &node, &of_edges)
     }
 
-    /// Least distance \[m\] between the surfaces at displacement x. Of one with itself, and of two that share nodes, it is the least of a point from a triangle that
-    /// face each other, which neighbours on one face do not, and at most [`NEAR`] edges.
+    /// Smallest distance \[m\] between the surfaces at displacement x. For self-contact, and for surfaces that share nodes, it is the smallest
+    /// distance between a point and a triangle that face each other, which excludes neighbours on one face, and at most [`NEAR`] edge lengths.
     pub fn gap_between(&self, x: &[f64]) -> f64 {
         if !self.is_joined() {
             return self.gap(x);
@@ -137,7 +138,7 @@ impl Surfaces {
         least_of_points(&passes, most, &|p| self.place(x, p), &|k| self.node(x, k), &of_point)
     }
 
-    /// A place where an edge goes through a triangle at displacement x \[m\].
+    /// Returns a position where an edge pierces a triangle at displacement x \[m\].
     pub fn crossing(&self, x: &[f64]) -> Option<Vec3> {
         let passes = self.passes();
         let spot = |at: Vec3| -> Span { (at, at) };

@@ -1,35 +1,35 @@
-//! The distance d = |z| of two parts that move with some nodes, and its derivatives, in one formula for every pair of features.
+//! The distance d = |z| of two features that move with their nodes, and its derivatives, by one formula for all kinds of features.
 //!
-//! z = Σ_k s_k(β) x_k with the places β at which |z| is least: two in a triangle, one on each edge, none at a corner. With
-//! z_i = ∂z/∂β_i, s_k,i = ∂s_k/∂β_i, H_ij = z_i·z_j and B_i,k = s_k z_i + s_k,i z, by the theorem on envelopes
+//! z = Σ_k s_k(β) x_k with the parameters β that minimise |z|: two in a triangle, one on each edge, none at a corner. With z_i = ∂z/∂β_i, s_k,i =
+//! ∂s_k/∂β_i, H_ij = z_i·z_j and B_i,k = s_k z_i + s_k,i z, by the envelope theorem,
 //!
 //! ```text
 //! ∂d/∂x_k = s_k n, n = z/d        ∂²d/∂x_k∂x_l = (s_k s_l (I − nnᵀ) − Σ_ij H⁻¹_ij B_i,k B_j,lᵀ)/d
 //! ```
 //!
-//! Σ s_k = 0 and Σ s_k x_k = d n: forces balance, and so do their moments.
-//! Limits: ∂²d jumps where the nearest feature changes; H is singular for parallel edges.
+//! Σ s_k = 0 and Σ s_k x_k = d n: forces and their moments are in balance. Limits: ∂²d is discontinuous where the nearest feature changes; H is
+//! singular for parallel edges.
 
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{BlockValues, Want};
 use nalgebra::Matrix2;
 
-/// A pair of features at their nearest places.
+/// A pair of features at their nearest points.
 #[derive(Clone, Debug)]
 pub struct PairDistance {
     pub nodes: Vec<u32>,
     /// \[nodes\] s_k
     pub shares: Vec<f64>,
-    /// \[places\] s_k,i
+    /// \[parameters\] s_k,i
     slopes: Vec<Vec<f64>>,
     /// z \[m\]
     apart: Vec3,
-    /// \[places\] z_i \[m\]
+    /// \[parameters\] z_i \[m\]
     along: Vec<Vec3>,
 }
 
 impl PairDistance {
-    /// The pair of nodes at `x` \[m\], with the shares s and, place by place, their derivatives.
+    /// Builds the pair for nodes at `x` \[m\], from the shares s and their derivatives with respect to each parameter.
     pub fn new(nodes: Vec<u32>, x: impl Fn(u32) -> Vec3, shares: Vec<f64>, slopes: Vec<Vec<f64>>) -> Self {
         let at: Vec<Vec3> = nodes.iter().map(|&k| x(k)).collect();
         let sum = |s: &Vec<f64>| s.iter().zip(&at).map(|(s, x)| *x * *s).sum::<Vec3>();
@@ -37,17 +37,17 @@ impl PairDistance {
         Self { nodes, shares, slopes, apart, along }
     }
 
-    /// d \[m\]
+    /// The distance d \[m\].
     pub fn gap(&self) -> f64 {
         self.apart.norm()
     }
 
-    /// n, from the second part to the first
+    /// The normal n, from the second part to the first.
     pub fn normal(&self) -> Vec3 {
         self.apart / self.gap()
     }
 
-    /// ∂²d, block by block; none for parallel edges.
+    /// Returns ∂²d by blocks of two nodes; undefined for parallel edges.
     pub fn curvature(&self) -> impl Fn(usize, usize) -> Mat3 + '_ {
         let (d, n) = (self.gap(), self.normal());
         let plane = Mat3::identity() - n * n.transpose();
@@ -64,7 +64,7 @@ impl PairDistance {
         }
     }
 
-    /// H⁻¹, in the upper left.
+    /// Returns H⁻¹, in the upper left.
     fn inverse(&self) -> Matrix2<f64> {
         let h = |i: usize, j: usize| self.along[i].dot(&self.along[j]);
         match self.along.len() {

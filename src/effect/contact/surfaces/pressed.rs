@@ -1,7 +1,7 @@
-//! The barrier between surfaces: energy, forces and tangent of the [`Term`]s.
+//! The barrier between surfaces: energy, forces and tangent of its [`Term`]s.
 //!
 //! Π = w m(c) b(d): r = w (m b′ ∂d + b m′ ∂c), K = w (m (b″ ∂d ∂dᵀ + b′ ∂²d) + m′ b′ (∂c ∂dᵀ + ∂d ∂cᵀ) + b (m″ ∂c ∂cᵀ + m′ ∂²c)), with
-//! c = |u × v|² = |u|²|v|² − (u·v)² of the edges u and v, and m = 1 of a point.
+//! c = |u × v|² = |u|²|v|² − (u·v)² of the edges u and v, and m = 1 for a point.
 
 use super::motion;
 use super::pair::Surfaces;
@@ -18,11 +18,11 @@ use std::sync::Arc;
 pub struct PressedSurfaces {
     pub surfaces: Surfaces,
     pub barrier: Barrier,
-    /// It has none that stay
+    /// Empty: no block persists from one state to the next
     blocks: Blocks,
 }
 
-/// The terms at one state as blocks.
+/// The terms in one state as blocks.
 struct BarrierTerms<'a> {
     of: &'a PressedSurfaces,
     terms: Arc<Vec<Term>>,
@@ -34,7 +34,7 @@ impl PressedSurfaces {
         Self { surfaces, barrier, blocks: Blocks::new(std::iter::empty()) }
     }
 
-    /// w (b, b′, b″), with m where that is a point's.
+    /// Returns w (b, b′, b″) of a term, without the factor m of two edges, which is 1 for a point.
     fn potential(&self, term: &Term) -> Result<[f64; 3], EvalError> {
         let gap = term.distance.gap();
         let crossed =
@@ -42,7 +42,7 @@ impl PressedSurfaces {
         Ok(self.barrier.potential(gap).ok_or_else(crossed)?.map(|v| v * term.weight))
     }
 
-    /// Energy, r and K of a term into a block of its nodes.
+    /// Adds energy, r and K of a term to a block of its nodes.
     pub fn add(&self, x: &[f64], term: &Term, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let [energy, first, second] = self.potential(term)?;
         let Some(blunt) = term.blunt else {
@@ -80,7 +80,7 @@ impl PressedSurfaces {
         Ok(())
     }
 
-    /// The force of a term, as friction sees it.
+    /// Returns the force of a term in the form that friction needs.
     pub fn normal_force(&self, x: &[f64], term: &Term) -> Option<NormalForce> {
         let [_, first, second] = self.potential(term).ok()?;
         let bluntness = term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
@@ -102,7 +102,7 @@ impl PressedSurfaces {
     }
 }
 
-/// c = |u × v|² of two edges between the nodes 0, 1 and 2, 3.
+/// c = |u × v|² of two edges, from node 0 to 1 and from node 2 to 3.
 struct Cross {
     u: Vec3,
     v: Vec3,
@@ -113,13 +113,13 @@ impl Cross {
         self.u.cross(&self.v).norm_squared()
     }
 
-    /// m, m′, m″ at c.
+    /// Returns m, m′ and m″ at c.
     fn bluntness(&self, blunt: f64) -> [f64; 3] {
         let y = self.value() / blunt;
         if y < 1.0 { [2.0 * y - y * y, (2.0 - 2.0 * y) / blunt, -2.0 / (blunt * blunt)] } else { [1.0, 0.0, 0.0] }
     }
 
-    /// ∂c by the four nodes.
+    /// Returns the derivatives of c with respect to the four nodes.
     fn slopes(&self) -> [Vec3; 4] {
         let Self { u, v } = self;
         let by_u = (u * v.norm_squared() - v * u.dot(v)) * 2.0;
@@ -162,7 +162,7 @@ impl Effect for PressedSurfaces {
 
     fn capabilities(&self) -> Capabilities<'_> {
         Capabilities {
-            // As of points: a pressure on what turns or slides is negative somewhere.
+            // As for points: a pressure on surfaces that rotate or slide has negative curvature somewhere.
             semidefinite: true,
             transient: Some(self),
             step_limit: Some(self),

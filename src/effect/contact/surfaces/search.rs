@@ -1,4 +1,4 @@
-//! Search for the terms at a state, with the candidates that were found last in the caches of the run.
+//! Search for the terms in a state; the last candidates are stored in the caches of the run.
 
 use super::candidates::{Candidates, candidates};
 use super::pair::Surfaces;
@@ -10,10 +10,10 @@ use crate::system::Caches;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Distance below which pairs are in the sparsity pattern of the tangent, in reaches \[–\].
+/// Distance below which pairs belong to the sparsity pattern of the tangent, relative to the reach \[–\].
 const PATTERN_REACH: f64 = 3.0;
 
-/// Search of two surfaces over a run: the candidates and terms that were found last, and the counts.
+/// Search of two surfaces during a run: the last candidates and terms, and the counts.
 #[derive(Default)]
 pub(super) struct SurfaceSearch {
     /// \[nodes\] displacements at which the candidates were found \[m\]
@@ -25,12 +25,12 @@ pub(super) struct SurfaceSearch {
 }
 
 impl Surfaces {
-    /// Counts of the run that these caches belong to.
+    /// Counts of the run to which these caches belong.
     pub fn counts(&self, caches: &Caches) -> Counts {
         caches.get::<SurfaceSearch>(&self.key).map_or(Counts::default(), |search| search.counts)
     }
 
-    /// Terms nearer than the reach at displacement x, point by point, then edge by edge.
+    /// Returns the terms nearer than the reach at displacement x, point by point, then edge by edge.
     pub fn terms(&self, x: &[f64], caches: &mut Caches) -> Arc<Vec<Term>> {
         let start = Instant::now();
         let here = self.displacements(x);
@@ -48,7 +48,7 @@ impl Surfaces {
         search.last.1.clone()
     }
 
-    /// Nodes of the pairs that the sparsity pattern of the tangent includes.
+    /// Returns the nodes of the pairs that the sparsity pattern of the tangent includes.
     pub fn coupled_nodes(&self, x: &[f64], caches: &mut Caches) -> Vec<Vec<u32>> {
         let here = self.displacements(x);
         let search: &mut SurfaceSearch = caches.entry(&self.key);
@@ -56,7 +56,7 @@ impl Surfaces {
         nodes_within(self, x, &search.candidates, PATTERN_REACH * self.reach)
     }
 
-    /// Candidates that hold all pairs nearer than the room as long as no node moves further than the margin from x.
+    /// Updates the candidates such that they contain all pairs within the pattern reach as long as no node moves farther than the margin from x.
     pub(super) fn refresh(&self, search: &mut SurfaceSearch, x: &[f64], here: &[Vec3]) {
         if search.at.is_empty() || farthest(&search.at, here) > self.margin {
             search.candidates = Arc::new(self.around(x, PATTERN_REACH * self.reach + 2.0 * self.margin));
@@ -70,7 +70,7 @@ impl Surfaces {
     }
 }
 
-/// Longest of the differences.
+/// Largest norm of the differences.
 pub(super) fn farthest(a: &[Vec3], b: &[Vec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }

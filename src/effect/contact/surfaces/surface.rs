@@ -1,4 +1,4 @@
-//! A surface of flat triangles with the points that carry pressure, and what hangs together in it.
+//! A surface of flat triangles with the points that carry pressure, and its connectivity.
 
 use crate::effect::contact::{Sampling, SurfacePoint, points};
 use crate::math::tensor::Vec3;
@@ -7,7 +7,7 @@ use crate::mesh::flat::flat_triangles;
 use crate::mesh::{Order, TetMesh};
 use std::collections::BTreeMap;
 
-/// Shares of their area that the nodes of curved facets have as guards, where the surface is flat and where it is sharp \[–\].
+/// Areas of the nodes of curved facets as guards, relative to their area, where the surface is flat and where it is sharp \[–\].
 const FLAT: f64 = 1e-3;
 const SHARP: f64 = 0.1;
 
@@ -15,18 +15,18 @@ const SHARP: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     pub nodes: [u32; 2],
-    /// A third of the triangles that have it \[m²\]
+    /// A third of the area of its triangles \[m²\]
     pub area: f64,
-    /// 0 where its triangles are flat at rest, 1 from a right angle on, and where it has one triangle \[–\]
+    /// 0 if its triangles are coplanar at rest, 1 from a right angle on, and if it has only one triangle \[–\]
     pub sharp: f64,
 }
 
-/// Facets of a mesh.
+/// The surface of some facets of a mesh.
 pub struct Surface {
     pub points: Vec<SurfacePoint>,
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
-    /// Triangles about an edge, and about a node
+    /// Triangles at each edge, and around each node
     sides: BTreeMap<[u32; 2], Vec<u32>>,
     stars: BTreeMap<u32, Vec<u32>>,
 }
@@ -71,18 +71,18 @@ impl Surface {
         Self { points, triangles, edges, sides, stars }
     }
 
-    /// Nodes, ascending.
+    /// Nodes, in ascending order.
     pub fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
         self.stars.keys().copied()
     }
 
-    /// Triangles at a side that share no node with `own`.
+    /// Number of triangles at an edge that share no node with `own`.
     pub fn at_side(&self, side: &[u32; 2], own: &[u32]) -> usize {
         self.apart_from(&self.sides[side], own)
     }
 
-    /// 1 − the number of triangles at a corner that share no node with `own` + how often these meet at sides there, which is 0
-    /// for a fan with two ends and 1 for one that closes.
+    /// Returns 1 − n + m, with n the number of triangles at a corner that share no node with `own` and m the number of edges at which these meet
+    /// there. This is 0 for an open fan and 1 for a closed one.
     pub fn closes(&self, corner: u32, own: &[u32]) -> i32 {
         let star = &self.stars[&corner];
         let others = star.iter().flat_map(|&t| self.triangles[t as usize]).filter(|&k| k != corner);

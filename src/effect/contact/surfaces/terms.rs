@@ -1,4 +1,4 @@
-//! The terms of the potential at one state: which features are near, how often each counts, and with which weight.
+//! The terms of the potential in one state: which features are near, and with which multiplicity and weight.
 
 use super::candidates::{Candidates, Pass};
 use super::pair::Surfaces;
@@ -8,24 +8,24 @@ use crate::effect::contact::SurfacePoint;
 use crate::math::nearest::{Nearest, PARALLEL, between, on_segment, on_segments, on_triangle, to_triangle};
 use crate::math::tensor::Vec3;
 
-/// Share of the area of an edge that it has as a guard, where surfaces are flat \[–\].
+/// Weight of an edge as a guard where surfaces are flat, relative to its area \[–\].
 const GUARD: f64 = 1e-2;
-/// ε over |u|²|v|² at rest \[–\].
+/// ε relative to |u|²|v|² at rest \[–\].
 const BLUNT: f64 = 1e-3;
 
 /// A distance and its weight.
 #[derive(Clone, Debug)]
 pub struct Term {
     pub distance: PairDistance,
-    /// Pass and point; none of two edges
+    /// Pass and point; `None` for two edges
     pub point: Option<(usize, u32)>,
     /// ½ c W, or w \[m²\]
     pub weight: f64,
-    /// ε \[m⁴\] of two edges
+    /// ε of two edges \[m⁴\]; `None` for a point
     pub blunt: Option<f64>,
 }
 
-/// A feature of a surface of triangles.
+/// A feature of a triangle surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Feature {
     Corner(u32),
@@ -33,7 +33,7 @@ enum Feature {
     Face(u32),
 }
 
-/// All terms nearer than `reach`, of the candidates.
+/// Returns all terms of the candidates that are nearer than `reach`.
 pub(super) fn near(surfaces: &Surfaces, x: &[f64], of: &Candidates, reach: f64, tested: &mut usize) -> Vec<Term> {
     let mut found = Vec::new();
     let passes = surfaces.passes();
@@ -51,7 +51,7 @@ pub(super) fn near(surfaces: &Surfaces, x: &[f64], of: &Candidates, reach: f64, 
     found
 }
 
-/// Nodes of the candidates that are nearer than `reach`, pair by pair.
+/// Returns the nodes of the candidates that are nearer than `reach`, pair by pair.
 pub(super) fn nodes_within(surfaces: &Surfaces, x: &[f64], of: &Candidates, reach: f64) -> Vec<Vec<u32>> {
     let mut found = Vec::new();
     let passes = surfaces.passes();
@@ -73,7 +73,7 @@ pub(super) fn nodes_within(surfaces: &Surfaces, x: &[f64], of: &Candidates, reac
     found
 }
 
-/// The features near one point, of the triangles in `pairs`.
+/// The features near one point, from the triangles in `pairs`.
 fn at_point(
     surfaces: &Surfaces,
     x: &[f64],
@@ -175,7 +175,7 @@ fn at_feature(
     PairDistance::new([point.nodes.clone(), nodes].concat(), |k| surfaces.node(x, k), shares, slopes)
 }
 
-/// The term of two edges, unless they are parallel or too far apart.
+/// The term of two edges; `None` if they are parallel or too far apart.
 fn at_edges(surfaces: &Surfaces, x: &[f64], first: &Edge, second: &Edge, reach: f64) -> Option<Term> {
     let ends = |e: &Edge| e.nodes.map(|k| surfaces.node(x, k));
     let ([a, b], [c, d]) = (ends(first), ends(second));
