@@ -1,8 +1,9 @@
 //! Energy of a family of fibres spread over a material, after Holzapfel, Gasser & Ogden.
 //!
-//! ```text ψ = k₁/2k₂ [exp(k₂⟨Ē⟩²) − 1]    Ē = κ(Ī₁ − 3) + (1 − 3κ)(Ī₄ − 1) = J^{−2/3} F:FM − 1    M = κ I + (1 − 3κ) a⊗a P = ψ′ D    D =
-//! J^{−2/3}(2FM − ⅔ Q G)    A = ψ″ D⊗D + ψ′ ∂D    Q = F:FM, G = F⁻ᵀ ∂D = J^{−2/3}[2δ_ik M_JL − (4/3)(T_iJ G_kL + G_iJ T_kL) + (4/9) Q G_iJ G_kL + ⅔ Q
-//! G_iL G_kJ]    T = FM
+//! ```text
+//! ψ = k₁/2k₂ [exp(k₂⟨Ē⟩²) − 1]    Ē = κ(Ī₁ − 3) + (1 − 3κ)(Ī₄ − 1) = J^{−2/3} F:FM − 1    M = κ I + (1 − 3κ) a⊗a
+//! P = ψ′ D    D = J^{−2/3}(2FM − ⅔ Q G)    A = ψ″ D⊗D + ψ′ ∂D    Q = F:FM, G = F⁻ᵀ
+//! ∂D = J^{−2/3}[2δ_ik M_JL − (4/3)(T_iJ G_kL + G_iJ T_kL) + (4/9) Q G_iJ G_kL + ⅔ Q G_iL G_kJ]    T = FM
 //! ```
 //!
 //! Here a is the unit direction at rest; κ = 0 aligns all fibres with it (Holzapfel, Gasser & Ogden, J. Elast. 61, 2000, eq. 66), κ = ⅓ spreads them

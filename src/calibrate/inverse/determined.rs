@@ -4,7 +4,8 @@
 //! range between its bounds; otherwise, for a constant in pascal, the shear modulus at rest (or |θ| if larger), and for a number 1 (or |θ|). In the
 //! SVD w∂ŷ/∂u/‖wy‖ = UΣVᵀ the directions with
 //!
-//! ```text σ_k ≤ 4 ε      ε the accuracy to which the scene can reproduce the curve
+//! ```text
+//! σ_k ≤ 4 ε      ε the accuracy to which the scene can reproduce the curve
 //! ```
 //!
 //! are not determined: an error ε of the curve leaves more than a quarter of the range of these constants open. They get no interval, but the search

@@ -56,7 +56,7 @@ impl Group {
         samples.iter().filter(|s| self.has(s)).copied().collect()
     }
 
-    /// The places of its data points.
+    /// The indices of its data points.
     pub fn places(&self, samples: &[Sample]) -> Vec<usize> {
         (0..samples.len()).filter(|k| self.has(&samples[*k])).collect()
     }

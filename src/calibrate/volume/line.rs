@@ -1,6 +1,7 @@
 //! A straight line through data, with the errors of direct fits; several specimens share one slope and have separate offsets.
 //!
-//! ```text a = σ²/s²,   σ² = the least of   (median |xᵢ₋₁ − 2xᵢ + xᵢ₊₁|/(0.6745 √6))²   and   Σ r²/(n − p)/slope²
+//! ```text
+//! a = σ²/s²,   σ² = the smaller of   (median |xᵢ₋₁ − 2xᵢ + xᵢ₊₁|/(0.6745 √6))²   and   Σ r²/(n − p)/slope²
 //! ```
 //!
 //! Noise in x makes the least-squares slope too small by the share a of the variance s² of x that is noise (W. A. Fuller, *Measurement Error Models*,
