@@ -389,7 +389,7 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
     Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })
 }
 
-/// Smallest largest strain that a fit accepts: a stretch resolves strains to 1e-16, testing machines much less finely \[–\]
+/// Least value of the largest strain that a fit needs: a stretch resolves strains to 1e-16, testing machines much less finely \[–\]
 const LEAST_STRAIN: f64 = 1e-6;
 
 fn check_strain(experiment: &Experiment, fitted: &[Sample]) -> Result<(), FitError> {

@@ -29,7 +29,7 @@ const SMALL: f64 = 0.1;
 /// fractions
 const AGREE: f64 = 2.5;
 const HUNDRED: std::ops::RangeInclusive<f64> = 30.0..=300.0;
-/// Smallest largest strain without a unit that may be in percent: half a percent \[–\]
+/// Largest strain of a column without a unit from which on it may be in percent: half a percent \[–\]
 const PERCENT: f64 = 0.5;
 /// Misfit of a straight line up to which a curve counts as straight \[–\]
 const STRAIGHT: f64 = 0.05;

@@ -83,7 +83,7 @@ impl<'a> Conversion<'a> {
     /// λ and P \[–, Pa\] of the numbers of one direction. The cross-section under load follows from the stretch without the part of the machine.
     /// `section`: the measured cross-section under load relative to the undeformed one.
     fn point(&self, axis: usize, x: f64, y: f64, mode: Mode, section: Option<f64>) -> Result<(f64, f64), String> {
-        // Each pass leaves CσA/(Lλ²) of the error of a true stress, and none of a force; where it leaves all, λ is half of the measured stretch
+        // Each pass reduces the error of a true stress to the share CσA/(Lλ²), and of a force to zero; the share reaches 1 where λ is half of the measured stretch
         const PASSES: usize = 1000;
         const SETTLED: f64 = 4.0 * f64::EPSILON;
         let at = |stretch: f64| -> Result<(f64, f64), String> {
