@@ -221,7 +221,7 @@ impl IsochoricPart for Ogden {
 }
 
 impl ValanisLandel for Ogden {
-    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): the terms added to (μ/α) e^{αē} cancel in the sum because Σē = 0.
+    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): the terms added to (μ/α) e^{αē} cancel in the sum if Σē = 0.
     #[inline(always)]
     fn sums(&self, e: &[f64; 3]) -> Sums {
         let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };

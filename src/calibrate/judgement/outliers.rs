@@ -48,8 +48,8 @@ impl Outliers {
     }
 }
 
-/// Lines of one specimen whose residual differs from the median of the residuals of their neighbours (two on each side, same mode): a misfit of the
-/// law is smooth, an outlier is not.
+/// Lines of one specimen whose residual differs from the median of itself and its neighbours (two on each side, same mode): a misfit of the law is
+/// smooth, an outlier is not.
 fn outliers(rows: &[Residual]) -> Vec<u64> {
     let off = |k: usize| {
         let near = rows[k.saturating_sub(2)..(k + 3).min(rows.len())].iter().filter(|r| r.mode == rows[k].mode);

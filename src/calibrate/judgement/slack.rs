@@ -53,7 +53,7 @@ const PART: f64 = 0.25;
 /// Share of the smooth residual that a fit with the offsets may leave, and that the first step towards it may leave \[–\]
 const LEFT: f64 = 0.25;
 const LEFT_AT_FIRST: f64 = 0.9;
-/// One-sided 95 % quantile of the normal distribution, in standard deviations of that ratio
+/// One-sided 95 % quantile of the standard normal distribution
 const SIDE: f64 = 1.645;
 /// Strain up to which residuals determine the scatter at the beginning, relative to the slack \[–\]
 const BEGIN: f64 = 2.0;

@@ -9,8 +9,8 @@ use nalgebra::{DMatrix, DVector};
 pub struct ErrorRows {
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
-    /// The residual before a robust loss limits it. Limited residuals of correlated errors stay at their limits, which distorts the correlation of
-    /// neighbours
+    /// The residual before a robust loss limits it. Limited residuals of correlated errors stay at their limits, which does not reflect the
+    /// correlation of neighbours
     pub unlimited: DVector<f64>,
     pub fitted: DVector<f64>,
 }
