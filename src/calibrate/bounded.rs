@@ -16,7 +16,7 @@ impl Bounded {
         Self { interval: self.interval.map(|end| end.clamp(low, high)), ..self }
     }
 
-    /// The value with an interval that holds another one too.
+    /// The value with the smallest interval that holds both intervals.
     pub(super) fn with(self, other: &Self) -> Self {
         let ([a, b], [c, d]) = (self.interval, other.interval);
         Self { interval: [a.min(c), b.max(d)], ..self }
@@ -27,7 +27,8 @@ impl Bounded {
         (self.interval[1] - self.value).max(self.value - self.interval[0])
     }
 
-    /// `0.213 (0.198 to 0.228)` with a unit; pascals in the unit that fits. An end without a bound is open.
+    /// Describes the value with its interval and unit, as in `0.213 (0.198 to 0.228)`; pascals are scaled to a fitting unit. An infinite end is
+    /// printed as open.
     pub fn words(&self, unit: &str) -> String {
         let printed = within(self.value, unit, Some(self.interval));
         let [low, high] = self.interval.map(|end| printed.end(end));

@@ -1,12 +1,14 @@
 //! Every law on the same data, ranked by its prediction of data that were not fitted.
 //!
-//! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of |ln λ| of every fitted test, from its nearest fitted data
-//! point on, from the rest of them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
-//! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others, and after all of them those of which a prediction cannot be had. The misfit of the fit itself falls with every constant and
-//! decides only between laws that are alike in all of this.
+//! Each law makes two predictions, with misfits √(Σr²/ΣP²) over the data points left out. *Hold-out*: the last third of |ln λ| of every fitted test,
+//! measured from its nearest fitted data point, from a fit to the rest. *Cross-mode*: each fitted mode from the others (with one fitted mode: the
+//! other modes of the table from it). The score is the worse of the two; ties are decided by the better one, then by the number of constants. Laws
+//! with constants that the data do not determine come after the others, and laws without one of the predictions come last. The misfit of the fit
+//! itself falls with every constant and decides only between laws that are equal in all of this.
 //!
-//! Each law has the slack of its own fit: the strains of its data points are those without it, also of the data points left out. The stresses, over which the misfits are taken, are the same for all. With Huber's
-//! loss the misfits leave out the data points that most laws name as outliers: one of them would decide the order.
+//! Each law has the slack of its own fit, which is subtracted from the strains of its data points, including those left out. The stresses, over which
+//! the misfits are taken, are the same for all. With Huber's loss the misfits leave out the data points that most laws name as outliers; otherwise a
+//! single outlier could decide the order.
 
 use super::constant_format::stretch_text;
 use super::fit::{ChosenData, choose, headline, read, slack_estimates, without_slack};
@@ -28,13 +30,14 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-/// Part of |ln λ| from the nearest data point on that is fitted where the rest is held out \[–\]
+/// Part of the range of |ln λ|, from the nearest data point on, that is fitted when the rest is held out \[–\]
 const KEPT: f64 = 2.0 / 3.0;
 
-/// Relative misfit from which on the sizes are alike \[–\]
+/// Relative misfit above which misfits are no longer distinguished \[–\]
 const LARGEST: f64 = 10.0;
 
-/// One law. Misfits are relative \[–\]; `None`: there are too few data points for it, or no other mode; infinite, which JSON has not: the law is not defined there.
+/// A law in the comparison. Misfits are relative \[–\]. `None`: there are too few data points for it, or no other mode. Infinite, which JSON cannot
+/// hold: the law is not defined there.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Compared {
     pub law: &'static str,
@@ -45,12 +48,12 @@ pub struct Compared {
     pub misfit: f64,
     pub hold_out: Option<f64>,
     pub cross_mode: Option<f64>,
-    /// The worse of the two
+    /// The worse of the two predictions
     pub score: Option<f64>,
     /// Predictions that are infinite, `hold_out` or `cross_mode`
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<&'static str>,
-    /// Why some constants are not determined, in words; empty where all are
+    /// Reasons why some constants are not determined; empty if all are
     pub undetermined: Vec<String>,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
     pub lost: Vec<(Mode, f64)>,
@@ -59,31 +62,31 @@ pub struct Compared {
     pub slack: Vec<Slack>,
 }
 
-/// Laws, in the order of their predictions.
+/// The compared laws, in the order of their predictions.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Comparison {
-    /// Of the program that fitted
+    /// Version of the program that fitted
     pub version: &'static str,
     pub data: String,
     pub modes: Vec<Mode>,
     pub stretch: [f64; 2],
     pub rows: usize,
     pub laws: Vec<Compared>,
-    /// Reasons to doubt the data, in words
+    /// Reasons to doubt the data
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
 }
 
-/// Reads a table and compares all laws with all their numbers of terms; the law and terms of the options do not count.
+/// Reads a table and compares all laws with all their numbers of terms; the law and the terms of the options are ignored.
 pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
     compare_experiment(&read(request)?, &request.options)
 }
 
-/// Like [`compare`], of a table that was read already.
+/// Compares all laws on a table that has already been read, as [`compare`] does.
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
     let mut fits = Vec::new();
-    // Foams need Poisson's ratio, and predict other lateral stretches than those of the other laws
+    // Foams need Poisson's ratio, and predict lateral stretches different from those of the other laws
     for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
         for terms in law.fit.iter().flat_map(|f| f.term_counts) {
             let model = FittableLaw::new(law.info.name, Some(*terms)).expect("a number of the list");
@@ -100,7 +103,7 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
     Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws, doubts })
 }
 
-/// Those of the table, slack where it is not fitted with every law, and that there is no hold-out.
+/// Doubts about the table, about slack unless it is fitted with every law, and a note if there is no hold-out.
 fn doubts(experiment: &Experiment, laws: &[Compared]) -> Vec<String> {
     let slack = (!laws.iter().all(|c| !c.slack.is_empty())).then_some(AuditKind::Slack);
     let kinds = std::iter::once(AuditKind::Doubt).chain(slack);
@@ -109,7 +112,7 @@ fn doubts(experiment: &Experiment, laws: &[Compared]) -> Vec<String> {
     kinds.flat_map(|kind| experiment.audit.of(kind)).map(|entry| entry.message.clone()).chain(none).collect()
 }
 
-/// The outliers of more than half of the laws: those of one law may be its misfit.
+/// The outliers of more than half of the laws: an outlier of one law may be its misfit.
 fn named_by_most(fits: &[Fitted]) -> Outliers {
     let mut counts: BTreeMap<(usize, u64), usize> = BTreeMap::new();
     for f in fits {
@@ -123,7 +126,7 @@ fn named_by_most(fits: &[Fitted]) -> Outliers {
 struct Fitted<'a> {
     experiment: Cow<'a, Experiment>,
     choice: ChosenData,
-    /// Of the predictions, to which the strains without slack are given
+    /// Setting of the predictions, whose strains are given without slack
     given: LawSetting,
     setting: LawSetting,
     whole: LawFit,
@@ -178,7 +181,7 @@ impl<'a> Fitted<'a> {
     }
 }
 
-/// The last third of the |ln λ| of each test, from its nearest data point on, and the rest.
+/// The last third of the |ln λ| of each test, measured from its nearest data point, and the rest.
 fn hold_out(fitted: &[Sample]) -> (Vec<Sample>, Vec<Sample>) {
     let amount = |s: &Sample| s.reach().ln().abs();
     let limit = |(test, own): (Test, Vec<Sample>)| {
@@ -196,19 +199,20 @@ fn misfit(setting: &LawSetting, values: &[f64], samples: &[Sample]) -> f64 {
     Misfit::of(&residuals(samples, |s| setting.model.at(values, s))).map_or(f64::NAN, |m| m.rms_relative)
 }
 
-/// Misfit on the data points that are asked for after a fit to the others.
+/// Misfit of a fit to `rest` on the data points `asked`.
 fn predict(setting: &LawSetting, rest: &[Sample], asked: &[Sample]) -> Option<f64> {
     if asked.is_empty() || rest.len() <= setting.model.parameters().len() {
         return None;
     }
     let values = solve(setting, rest, None).ok()?.values;
-    // A law that is not defined there has failed
+    // A law that is not defined at these data points has failed
     Some(misfit(setting, &values, asked)).map(|m| if m.is_finite() { m } else { f64::INFINITY })
 }
 
 impl Compared {
-    /// The place in the order: laws that are not stable where they were fitted after the stable ones, those without one of the predictions after those that have it, those with
-    /// constants that are not determined after the determined ones. Misfits count as they are printed, so that a law with no larger number in any column is not behind another one.
+    /// Sort key: laws that are stable over the fitted range come first, then laws with both predictions, then laws whose constants are all
+    /// determined, then by misfit. Misfits count as printed, so that of two laws with equal printed numbers neither precedes the other because of
+    /// hidden digits.
     fn rank(&self) -> impl Ord + use<> {
         let shown = |misfit: Option<f64>| misfit.map_or(u32::MAX, |m| (1e3 * m.min(LARGEST)).round() as u32);
         let other = [self.hold_out, self.cross_mode].into_iter().flatten().reduce(f64::min);
@@ -225,7 +229,7 @@ impl Compared {
         )
     }
 
-    /// `yes`, or the modes and amounts at which stability ends
+    /// `yes`, or the modes and the amounts at which stability ends
     pub fn stable(&self) -> String {
         let one = |(mode, at): &(Mode, f64)| format!("{} to {at:.3}", mode.words());
         match &self.lost[..] {
@@ -236,7 +240,7 @@ impl Compared {
 }
 
 impl Comparison {
-    /// `compare.json`
+    /// Writes `compare.json`.
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
         let text = serde_json::to_string_pretty(self).expect("the result has string keys and serialisable values");
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })

@@ -1,4 +1,4 @@
-//! Constants and other numbers of a fit as they are printed: a unit that fits their size, and as many digits as the interval carries.
+//! Constants and other numbers of a fit as they are printed: in a unit that fits their size, with as many digits as the interval supports.
 
 use super::Estimate;
 
@@ -22,7 +22,7 @@ pub fn number_text(x: f64) -> String {
     format!("{x:.*}", decimals(x, 0.0).min(12))
 }
 
-/// `p = 0.40`, `p = 0.023`, `p < 0.001`: the probability of a test.
+/// The probability of a test as text: `p = 0.40`, `p = 0.023`, `p < 0.001`.
 pub fn probability_text(p: f64) -> String {
     match p {
         p if p < 1e-3 => "p < 0.001".into(),
@@ -37,12 +37,12 @@ pub fn stretch_text(v: f64) -> String {
     s.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// An interval that is a smaller part of its value is rounding, and says nothing about the digits \[–\]
+/// Width of an interval relative to its value below which it is rounding and says nothing about the digits \[–\]
 const EXACT: f64 = 1e-6;
-/// More decimals are written as a power of ten
+/// Largest number of decimals; numbers with more are written as a power of ten
 const LONG: usize = 7;
 
-/// Decimals that leave two digits of the half-width of an interval, and four of a value without one.
+/// Number of decimals that leaves two digits of the half-width of an interval, or four of a value without one.
 pub fn decimals(value: f64, half: f64) -> usize {
     let (size, digits) = if half.is_finite() && half > EXACT * value.abs() { (half, 2) } else { (value.abs(), 4) };
     if size == 0.0 || !size.is_finite() {
@@ -51,23 +51,23 @@ pub fn decimals(value: f64, half: f64) -> usize {
     (digits - 1 - size.log10().floor() as i32).clamp(0, 300) as usize
 }
 
-/// How the numbers of a constant are printed: the unit, and the digits of its interval.
+/// The format of the numbers of a constant: the unit, and the digits of its interval.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Printed<'a> {
     pub factor: f64,
     pub unit: &'a str,
     pub decimals: usize,
-    /// The interval dwarfs the value, whose digits would be too many for its ends
+    /// The interval is much larger than the value, whose digits would be too many for its ends
     pub wide: bool,
 }
 
 impl Printed<'_> {
-    /// A number without its unit \[SI\]; an end that is not finite is open.
+    /// Formats a number \[SI\] without its unit; an end that is not finite is open.
     pub fn number(&self, value: f64) -> String {
         if value.is_finite() { fixed(self.factor * value, self.decimals) } else { "open".into() }
     }
 
-    /// An end of the interval without the unit: two digits of its own where the interval is wide.
+    /// Formats an end of the interval without the unit, to two digits of its own if the interval is wide.
     pub fn end(&self, value: f64) -> String {
         let end = self.factor * value;
         if !self.wide || !end.is_finite() {
@@ -82,13 +82,13 @@ impl Printed<'_> {
         self.number(value) + &self.suffix()
     }
 
-    /// `334 to 380 kPa`
+    /// Formats both ends with the unit: `334 to 380 kPa`
     pub fn span(&self, ends: [f64; 2]) -> String {
         let is_open = !ends.iter().any(|end| end.is_finite());
         self.ends(ends) + &if is_open { String::new() } else { self.suffix() }
     }
 
-    /// `334 to 380`, without the unit
+    /// Formats both ends without the unit: `334 to 380`
     pub fn ends(&self, [low, high]: [f64; 2]) -> String {
         if !low.is_finite() && !high.is_finite() {
             return "open at both ends".into();
@@ -96,18 +96,18 @@ impl Printed<'_> {
         format!("{} to {}", self.end(low), self.end(high))
     }
 
-    /// A half-width or a deviation with its unit, in two digits of its own, so that a small one is not rounded away.
+    /// Formats a half-width or a deviation with its unit, to two digits of its own, so that a small one is not rounded away.
     pub fn width(&self, width: f64) -> String {
         Self { decimals: decimals(self.factor * width, self.factor * width), ..*self }.text(width)
     }
 
-    /// The unit behind a number.
+    /// The unit as printed after a number.
     pub fn suffix(&self) -> String {
         if matches!(self.unit, "–" | "1" | "") { String::new() } else { format!(" {}", self.unit) }
     }
 }
 
-/// A number with these decimals, without the sign of a zero; many decimals become a power of ten.
+/// A number with `decimals` decimals, without the sign of a zero; with many decimals it is written as a power of ten.
 fn fixed(value: f64, decimals: usize) -> String {
     if decimals > LONG {
         return if value == 0.0 { "0".into() } else { format!("{value:.1e}") };
@@ -119,40 +119,40 @@ fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// A constant with this interval \[SI\], in the unit that fits its size.
+/// The format of a constant with this interval \[SI\], in the unit that fits its size.
 pub fn within(value: f64, unit: &str, interval: Option<[f64; 2]>) -> Printed<'_> {
     within_size(value, value, unit, interval)
 }
 
-/// A constant with this interval \[SI\]; a stress is in the unit that fits `size`, the one of all constants of a table.
+/// The format of a constant with this interval \[SI\]; a stress is in the unit that fits `size`, the size that all constants of a table share.
 pub fn within_size(size: f64, value: f64, unit: &str, interval: Option<[f64; 2]>) -> Printed<'_> {
     let (factor, unit) = if unit == "Pa" { stress_unit(size) } else { (1.0, unit) };
     let half = interval.map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
-    // An interval that dwarfs the value leaves it two digits all the same
+    // A value with a much larger interval still gets two digits
     let wide = half > value.abs() && value != 0.0;
     let half = if wide { value.abs() } else { half };
     Printed { factor, unit, decimals: decimals(factor * value, factor * half), wide }
 }
 
-/// The largest stress among constants with their units \[Pa\]: it decides about the unit of all.
+/// The largest stress among constants with their units \[Pa\]; it determines the unit of all.
 pub fn largest_stress<'a>(constants: impl IntoIterator<Item = (f64, &'a str)>) -> f64 {
     constants.into_iter().filter(|(_, unit)| *unit == "Pa").map(|(v, _)| v.abs()).fold(0.0, f64::max)
 }
 
-/// How the constants of one list are printed: stresses in one unit.
+/// The formats of the constants of one list; all stresses have one unit.
 pub fn printed(all: &[Estimate]) -> Vec<Printed<'static>> {
     let size = largest_stress(all.iter().map(|e| (e.value, e.unit)));
     all.iter().map(|e| e.printed(size)).collect()
 }
 
-/// `μ₁ = 12 kPa, α₁ = 3.1`: values of constants, each with the digits of the own estimate.
+/// Values of constants as text, `μ₁ = 12 kPa, α₁ = 3.1`, each with the digits of its own estimate.
 pub fn list(own: &[Estimate], values: impl IntoIterator<Item = f64>) -> String {
     let one = |((e, p), v): ((&Estimate, Printed), f64)| format!("{} = {}", e.symbol, p.text(v));
     own.iter().zip(printed(own)).zip(values).map(one).collect::<Vec<_>>().join(", ")
 }
 
 impl Estimate {
-    /// Unit and digits among constants of which the largest stress is `size` \[Pa\].
+    /// Unit and digits of this constant in a list whose largest stress is `size` \[Pa\].
     pub fn printed(&self, size: f64) -> Printed<'static> {
         within_size(size, self.value, self.unit, self.std_error.is_finite().then_some(self.interval))
     }

@@ -1,4 +1,4 @@
-//! Data of a figure of a fit; drawing is done elsewhere.
+//! Data for the figure of a fit; it is drawn elsewhere.
 
 use super::{FittableLaw, Mode, Residual, Sample};
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,9 @@ pub struct ModeCurves {
     pub label: String,
     /// Samples that were fitted
     pub fitted: Vec<[f64; 2]>,
-    /// Samples that were not
+    /// Samples that were not fitted
     pub held_out: Vec<[f64; 2]>,
-    /// The law from λ = 1 over all samples of the mode, ascending; empty of a biaxial test
+    /// The law from λ = 1 over all samples of the mode, ascending; empty for a biaxial test
     pub curve: Vec<[f64; 2]>,
     /// `[λ, measured − law]` of all samples, ascending
     pub residuals: Vec<[f64; 2]>,
@@ -32,10 +32,11 @@ pub struct FitCurves {
     pub modes: Vec<ModeCurves>,
 }
 
-/// Points of a curve over a window
+/// Number of points of a curve over a window
 const POINTS: usize = 201;
 
-/// Stretches of a curve, ascending: over all samples, and as many over the fitted window, which has a panel of its own, where it is less than half of them.
+/// Stretches of a curve, ascending: over all samples, and over the fitted window, which has its own panel, as many again if it is less than half of
+/// the range.
 fn stretches(all: [f64; 2], fitted: [f64; 2]) -> Vec<f64> {
     let between = |[a, b]: [f64; 2]| (0..POINTS).map(move |k| a + (b - a) * k as f64 / (POINTS - 1) as f64);
     let window = [fitted[0].max(all[0]), fitted[1].min(all[1])];
@@ -64,7 +65,7 @@ impl FitCurves {
             let point = |s: &Sample| [s.stretch, s.stress];
             let low = own().map(|s| s.stretch).fold(1.0, f64::min);
             let high = own().map(|s| s.stretch).fold(1.0, f64::max);
-            // The stress of a biaxial test is no function of one stretch
+            // The stress of a biaxial test is not a function of one stretch
             let stretches = if mode == Mode::Biaxial { vec![] } else { stretches([low, high], fitted_stretch) };
             ModeCurves {
                 mode,
@@ -93,7 +94,7 @@ impl FitCurves {
 mod tests {
     use super::stretches;
 
-    /// A window of a tenth of the data has as many points as all of them, so that the law is no polygon there.
+    /// A window of a tenth of the data has as many points as the whole range, so that the law is not drawn as a polygon there.
     #[test]
     fn a_narrow_window_has_points_of_its_own() {
         let of = stretches([1.0, 17.0], [1.0, 1.6]);

@@ -1,4 +1,4 @@
-//! Why a fit was refused: the fact and the remedy.
+//! Errors of a fit: the fact and the remedy.
 
 use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
@@ -6,7 +6,7 @@ use crate::storage::columns::TableError;
 use crate::wording::{either, hint, joined, lines};
 use std::path::PathBuf;
 
-/// Why a fit could not be made, with the remedy.
+/// Reasons why a fit could not be made, each with the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
     #[error(
@@ -240,7 +240,7 @@ pub enum FitError {
     NoLaws { path: PathBuf, skipped: String },
 }
 
-/// A dimension that several lines of a header give differently.
+/// A dimension for which several lines of a header give different values.
 #[derive(Clone, Debug)]
 pub struct Unclear {
     pub key: &'static str,
@@ -248,7 +248,7 @@ pub struct Unclear {
 }
 
 impl FitError {
-    /// This refusal, or, where it misses a dimension that the lines above the table give differently, the one that names them.
+    /// This error, or, if it is about a missing dimension that the lines above the table give differently, the error that names these lines.
     pub(super) fn with_unclear(self, file: &str, unclear: &[Unclear]) -> Self {
         let is_missed = |u: &&Unclear| match self {
             Self::NoLength { .. } | Self::ErrorNeeds { flag: "gauge-length", .. } => u.key == "gauge_length",

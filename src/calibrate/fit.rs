@@ -28,7 +28,7 @@ use std::borrow::Cow;
 ///
 /// # Errors
 ///
-/// Where the table cannot be read or holds too little, the law is unknown or has no form for fits, or an option does not suit the data.
+/// An error is returned if the table cannot be read or holds too little, the law is unknown or cannot be fitted, or an option does not suit the data.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     let model = FittableLaw::new(&request.options.law, request.options.terms)?;
@@ -43,17 +43,17 @@ pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     poisson::check_slack(fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })?)
 }
 
-/// The tables of a request as one.
+/// The tables of a request, pooled.
 pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
     let prepared = tables::read(request)?.into_iter().map(|table| table.prepare(&request.preparation));
     Experiment::pool(prepared.collect::<Result<_, _>>()?)
 }
 
-/// Fits a law to a table that was read already.
+/// Fits a law to a table that has already been read.
 ///
 /// # Errors
 ///
-/// Those of [`fit`], apart from those of files.
+/// Returns the errors of [`fit`], except those of reading files.
 pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<FitResult, FitError> {
     let (model, poisson) = poisson::of_options(options, FittableLaw::new(&options.law, options.terms)?)?;
     let partner = options.partner.filter(|_| poisson.is_none()).map(|p| p.check()).transpose()?;
@@ -135,12 +135,12 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     Ok(with_open_constants(result, &answer, model))
 }
 
-/// The data points at which the law is finite: one of finite chains is not defined at every stretch outside the range.
+/// The data points at which the law is finite: a law of chains of finite length is not defined at every stretch outside the range.
 fn within_law(experiment: &Experiment, stress: impl Fn(&Sample) -> f64) -> Vec<Sample> {
     experiment.samples.iter().filter(|s| s.is_informative() && stress(s).is_finite()).copied().collect()
 }
 
-/// Outliers of the fitted data points, and misfit and validity by those that count. `defined`: of all modes, where the law is finite.
+/// Outliers among the fitted data points, with misfit and validity over the others. `defined`: data points of all modes at which the law is finite.
 fn described(
     fitted: &[Sample],
     (defined, modes): (&[Sample], &[Mode]),
@@ -155,14 +155,14 @@ fn described(
     (outliers, misfit, valid)
 }
 
-/// The fit with the constants that the data leave open: those without a sign, and all others.
+/// The fit with a list of the constants that the data leave open: those whose sign is not determined, and all others.
 fn with_open_constants(result: FitResult, answer: &LawFit, model: FittableLaw) -> FitResult {
     let mut result = open_signs(result, answer, model);
     result.undetermined = undetermined(&result.parameters, &result.open_signs, answer, model);
     result
 }
 
-/// The constants with the 95 % interval of the error model, by profile likelihood where the law is not linear in them, and of the stated errors of the
+/// The constants with the 95 % intervals of the error model (by profile likelihood if the law is not linear in them), and of the stated errors of the
 /// measurement, which are listed.
 pub(super) fn headline(
     setting: &LawSetting,
@@ -183,17 +183,17 @@ pub(super) fn headline(
     Ok((found, stated))
 }
 
-/// Covariance of the first constants, those of the law.
+/// Covariance of the first `count` constants, which are those of the law.
 fn covariance(answer: &LawFit, count: usize) -> Vec<Vec<f64>> {
     let c = &answer.errors.covariance;
     (0..count).map(|a| (0..count).map(|b| c[(a, b)]).collect()).collect()
 }
 
-/// Half-widths of intervals over those of a linear fit that differ by no more are those of one
+/// Largest ratio of the half-width of an interval to that of a linear fit at which the interval counts as that of a linear fit
 const LINEAR: f64 = 1.5;
 
-/// Correlation of the constants by the scatter and the shared errors together, each with the half-widths that it has in the intervals: t²C + 1.96²S. Empty where a variance is not finite, where no
-/// degree of freedom is left, and where intervals are far from those of a linear fit.
+/// Correlation of the constants due to the scatter and the shared errors together, each weighted as in the half-widths of the intervals: t²C +
+/// 1.96²S. Empty if a variance is not finite, if no degree of freedom is left, or if intervals are far from those of a linear fit.
 fn correlation(parameters: &[Estimate], answer: &LawFit, shared: &DMatrix<f64>) -> Vec<Vec<f64>> {
     if answer.errors.free == 0 {
         return vec![];
@@ -212,7 +212,8 @@ fn correlation(parameters: &[Estimate], answer: &LawFit, shared: &DMatrix<f64>) 
     if all.iter().flatten().all(|r| r.is_finite()) { all } else { vec![] }
 }
 
-/// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.
+/// The intervals, widened by the largest shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤
+/// ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.
 fn in_use(parameters: &[Estimate], answer: &LawFit) -> Vec<[f64; 2]> {
     let one = |(e, plain): (&Estimate, &f64)| {
         let shift = answer.errors.smooth * plain;
@@ -221,7 +222,7 @@ fn in_use(parameters: &[Estimate], answer: &LawFit) -> Vec<[f64; 2]> {
     parameters.iter().zip(&answer.errors.plain).map(one).collect()
 }
 
-/// The table with the strains from where the specimens carry load, and their offsets.
+/// The table with strains counted from where the specimens begin to carry load, and the strain offsets.
 pub(super) fn without_slack<'a>(
     experiment: &'a Experiment,
     options: &FitOptions,
@@ -229,7 +230,7 @@ pub(super) fn without_slack<'a>(
 ) -> Result<(Cow<'a, Experiment>, slack::SlackFit), FitError> {
     let choice = choose(experiment, options)?;
     let setting = choice.setting(options, model)?;
-    // A toe that was taken off is the slack
+    // If the toe has been removed, that removed the slack
     let is_shifted = experiment.alternatives.iter().any(|a| a.treatment == Treatment::WithoutToe);
     let asked = match options.slack {
         SlackChoice::Yes if is_shifted => {
@@ -244,7 +245,7 @@ pub(super) fn without_slack<'a>(
     }
     let mut rows = choice.fitted;
     for _ in 0..AGAIN {
-        // The range is one of the stretch without slack
+        // The range refers to the stretch without slack
         let inside = |s: &&Sample| {
             let real = offset::removed(&[**s], &found.offsets)[0];
             choice.modes.contains(&s.mode) && choice.range.contains(real.reach()) && s.is_informative()
@@ -270,10 +271,10 @@ pub(super) fn without_slack<'a>(
     Ok((Cow::Owned(own), found))
 }
 
-/// Changes of the fitted data points by slack that are followed
+/// How often the choice of data points is repeated when the slack changes it
 const AGAIN: usize = 4;
 
-/// The offsets with their intervals.
+/// The strain offsets with their intervals.
 pub(super) fn slack_estimates(
     setting: &LawSetting,
     fitted: &[Sample],
@@ -314,12 +315,12 @@ fn otherwise(
     experiment.alternatives.iter().filter_map(one).collect()
 }
 
-/// Rows of each specimen.
+/// Data points of each specimen.
 fn by_specimen(rows: &[Sample], specimens: usize) -> Vec<Vec<Sample>> {
     (0..specimens).map(|k| rows.iter().filter(|s| s.specimen == k).copied().collect()).collect()
 }
 
-/// The data points of a fit.
+/// The data points that a fit uses.
 pub(super) struct ChosenData {
     pub modes: Vec<Mode>,
     pub range: StretchRange,
@@ -373,7 +374,8 @@ fn choose_modes(experiment: &Experiment, asked: &[Mode]) -> Result<Vec<Mode>, Fi
     Ok(Mode::ALL.into_iter().filter(|m| asked.contains(m)).collect())
 }
 
-/// Data points at stretches other than 1 that a fit needs for any law; with fewer data points than constants the result names the directions that they leave open.
+/// Least number of data points at stretches other than 1 that a fit of any law needs; with fewer data points than constants the result names the
+/// directions that they leave open.
 const ROWS: usize = 2;
 
 fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitted: &[Sample]) -> Result<(), FitError> {
@@ -387,7 +389,7 @@ fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitt
     Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })
 }
 
-/// Largest strain that a fit needs: a stretch keeps strains to 1e-16, and machines resolve less \[–\]
+/// Least value of the largest strain that a fit needs: a stretch resolves strains to 1e-16, testing machines much less finely \[–\]
 const LEAST_STRAIN: f64 = 1e-6;
 
 fn check_strain(experiment: &Experiment, fitted: &[Sample]) -> Result<(), FitError> {
@@ -407,10 +409,11 @@ fn check_volumetric(model: FittableLaw, option: &str) -> Result<String, FitError
     }
 }
 
-/// Stretches per mode at which a linear law is kept stable
+/// Number of stretches per mode at which a linear law is kept stable
 const STABLE: u32 = 201;
 
-/// As asked in every mode; else each mode that was fitted from rest over its own fitted stretches: a law is not held back where no test of the mode has been.
+/// Stretches at which a linear law is kept stable: the requested range in every mode; by default, each mode that was fitted from rest over its own
+/// fitted stretches. A law is not constrained in modes without a test.
 fn stable_points(asked: Option<StretchRange>, fitted: &[Sample]) -> Vec<(Mode, f64)> {
     let range = |mode: Mode| match asked {
         Some(r) => [r.from.min(1.0), r.to.max(1.0)],
@@ -424,8 +427,9 @@ fn stable_points(asked: Option<StretchRange>, fitted: &[Sample]) -> Vec<(Mode, f
     Mode::PULLED.into_iter().flat_map(of).collect()
 }
 
-/// The stretch \[–\] that a data point reaches in a mode, 1 where it is none of it. Stability is a matter of the principal stretches: simple shear has those of the planar test, and a
-/// biaxial state counts as planar in each direction and as equibiaxial up to the stretch that is nearer to rest.
+/// The stretch \[–\] that a data point reaches in a mode; 1 if it does not belong to the mode. Stability depends on the principal stretches: simple
+/// shear has those of the planar test, and a biaxial state counts as planar in each direction and as equibiaxial up to the stretch that is nearer to
+/// rest.
 fn stretch_as(mode: Mode, s: &Sample) -> f64 {
     match (mode, s.mode) {
         (Mode::Planar, Mode::SimpleShear | Mode::Biaxial) => s.stretch,

@@ -18,12 +18,12 @@ pub struct FittableLaw {
     pub law: &'static LawEntry,
     pub form: &'static FitForm,
     pub terms: usize,
-    /// Poisson's ratio that the lateral stretches of a test follow: ½ where the law is fitted as incompressible
+    /// Poisson's ratio that determines the lateral stretches of a test: ½ if the law is fitted as incompressible
     pub nu: f64,
 }
 
 impl FittableLaw {
-    /// `terms`: the usual number where none is asked for.
+    /// Finds a law by name. `terms`: the number of terms, by default the law's usual one.
     pub fn new(name: &str, terms: Option<usize>) -> Result<Self, FitError> {
         let known = fittable_laws();
         let (law, form) = known
@@ -39,7 +39,8 @@ impl FittableLaw {
         }
     }
 
-    /// This model where the lateral stretches follow this Poisson's ratio, which all terms then have; only of a law that is fitted as compressible.
+    /// This model with lateral stretches that follow Poisson's ratio `nu`, which all terms then have; it has no effect on laws that are not fitted as
+    /// compressible.
     #[must_use]
     pub fn with_poisson(self, nu: f64) -> Self {
         if self.form.compressible { Self { nu, ..self } } else { self }
@@ -50,7 +51,7 @@ impl FittableLaw {
         self.law.info.name
     }
 
-    /// `Ogden with 3 terms`, or the title of the law where there is no choice
+    /// `Ogden with 3 terms`, or the title of the law if the number of terms is fixed
     pub fn label(&self) -> String {
         let title = self.law.info.title;
         if self.form.term_counts.len() == 1 {
@@ -68,12 +69,12 @@ impl FittableLaw {
         }
     }
 
-    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`FittableLaw::at`].
+    /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]. For biaxial tests, where both stretches count, use [`FittableLaw::at`].
     pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
         self.nominal(values, mode, mode.stretches_with(self.nu, stretch, 1.0))
     }
 
-    /// P \[Pa\] where a sample was taken.
+    /// P \[Pa\] at a sample.
     pub fn at(&self, values: &[f64], sample: &Sample) -> f64 {
         self.nominal(values, sample.mode, sample.stretches(self.nu))
     }
@@ -94,7 +95,7 @@ impl FittableLaw {
         }
     }
 
-    /// ∂P/∂value of each constant where a sample was taken.
+    /// ∂P/∂value of each constant at a sample.
     pub fn sensitivities(&self, values: &[f64], sample: &Sample) -> Vec<f64> {
         let (mode, s) = (sample.mode, sample.stretches(self.nu));
         match &self.form.terms {
@@ -115,23 +116,23 @@ impl FittableLaw {
         }
     }
 
-    /// Keys of Poisson's ratio in the terms of a law that is fitted as compressible.
+    /// Keys of Poisson's ratio of each term of a law that is fitted as compressible.
     pub fn poisson_keys(&self) -> impl Iterator<Item = String> + use<> {
         let count = if self.form.compressible { self.terms } else { 0 };
         (1..=count).map(|n| format!("nu{n}"))
     }
 
-    /// The choice of the volumetric part, of a law that has no default.
+    /// The choice of the volumetric part, if the law has no default for it.
     pub fn volumetric(&self) -> Option<&'static Choice> {
         self.law.info.choices.iter().find(|c| c.name == "volumetric" && c.default.is_none())
     }
 
-    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\], which a law that is fitted as compressible has already.
+    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\]; κ is ignored by a law that is fitted as compressible.
     pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
         self.law_with(values, Partner::Kappa(kappa), None)
     }
 
-    /// The same with ν or κ and a volumetric part, quadratic unless it is chosen.
+    /// The law of scenes with these constants \[SI\], with ν or κ and a volumetric part, by default the quadratic one.
     pub fn law_with(
         &self,
         values: &[f64],

@@ -14,7 +14,7 @@ use crate::storage::{self, TEXT_LIMIT};
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Digits that a value at an end of its interval may have lost \[–\]
+/// Relative rounding that a value at an end of its interval may have \[–\]
 const ROUNDING: f64 = 1e-9;
 
 impl FitResult {
@@ -99,7 +99,8 @@ impl FitResult {
         toml::to_string(&root).expect("a table of strings, numbers and arrays can be written")
     }
 
-    /// The table `correlation` of the constants by pairs of names, `C10_C01`; none of one constant, and where it says nothing about the intervals.
+    /// The table `correlation` of the constants by pairs of names, `C10_C01`; `None` for a single constant, and if it says nothing about the
+    /// intervals.
     fn correlation_table(&self) -> Option<(String, Value)> {
         let name = |k: usize| self.parameters[k].name;
         let of_row = |(a, row): (usize, &Vec<f64>)| {
@@ -116,7 +117,7 @@ impl FitResult {
     }
 }
 
-/// The law block and the provenance (empty where there is none).
+/// Reads the law block and the provenance (empty if there is none).
 pub fn read_law_file(path: &Path) -> Result<(Table, Table), FitError> {
     let refuse = |message: String| FitError::LawFile { path: path.into(), message };
     let text = storage::read_text(path, TEXT_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
@@ -132,7 +133,7 @@ pub fn read_law_file(path: &Path) -> Result<(Table, Table), FitError> {
     }
 }
 
-/// A pressure \[Pa\] or a number of the provenance, `-inf Pa` as the open end of an interval.
+/// A pressure \[Pa\] or a number of the provenance, with `-inf Pa` for the open end of an interval.
 fn provenance_number(value: &Value) -> Option<f64> {
     let text = |text: &str| match text.split_whitespace().next()? {
         "inf" => Some(f64::INFINITY),
@@ -148,8 +149,8 @@ pub fn provenance_pair(provenance: &Table, key: &str) -> Option<[f64; 2]> {
     Some([provenance_number(a)?, provenance_number(b)?])
 }
 
-/// The 95 % interval of a constant \[SI\], none where the file has none. An end that the data leave open is infinite; both are where the file says why there is no interval.
-/// The terms of a foam share Poisson's ratio and its interval.
+/// The 95 % interval of a constant \[SI\]; `None` if the file has none. An end that the data leave open is infinite; both are infinite if the file
+/// states why there is no interval. The terms of a foam share Poisson's ratio and its interval.
 pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
     if provenance.contains_key(&format!("{constant}_without_interval")) {
         return Some([f64::NEG_INFINITY, f64::INFINITY]);
@@ -159,7 +160,7 @@ pub fn interval_of(provenance: &Table, constant: &str) -> Option<[f64; 2]> {
         .or_else(|| is_poisson_of_term(constant).then(of_poisson).flatten())
 }
 
-/// The interval of a constant with this value \[SI\]; none where the value lies outside, so that it is not the one of the file.
+/// The interval of a constant with this value \[SI\]; `None` if the value lies outside it, so that it is not the value of the file.
 pub fn interval_at(provenance: &Table, constant: &str, value: f64) -> Option<[f64; 2]> {
     let slack = ROUNDING * value.abs();
     interval_of(provenance, constant).filter(|[low, high]| (low - slack..=high + slack).contains(&value))
@@ -170,18 +171,18 @@ pub fn correlation_key(a: &str, b: &str) -> String {
     format!("{a}_{b}")
 }
 
-/// Correlation of two constants \[–\], zero where the file has none.
+/// Correlation of two constants \[–\], zero if the file has none.
 pub fn correlation_of(provenance: &Table, a: &str, b: &str) -> f64 {
     let known = |key: String| provenance.get("correlation")?.get(key)?.as_float();
     known(correlation_key(a, b)).or_else(|| known(correlation_key(b, a))).unwrap_or(0.0)
 }
 
-/// Whether this constant is Poisson's ratio of one term of a foam, `nu2`.
+/// Whether this constant is Poisson's ratio of one term of a foam, such as `nu2`.
 pub fn is_poisson_of_term(constant: &str) -> bool {
     constant.strip_prefix("nu").is_some_and(|term| term.parse::<usize>().is_ok())
 }
 
-/// The law block alone, as a scene includes it: `law` and the constants.
+/// Reads the law block alone, as a scene includes it: `law` and the constants.
 pub fn read_law_table(path: &Path) -> Result<Table, FitError> {
     read_law_file(path).map(|(law, _)| law)
 }

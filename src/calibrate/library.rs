@@ -1,8 +1,9 @@
 //! A library of law files: each with its constants, their intervals, the range of its data, its stability, and its stiffness.
 //!
-//! The stiffness of a law that is fitted as incompressible is that of an incompressible material, so that laws of different kinds can be compared: the shear modulus μ₀ at rest,
-//! and the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus. Foams, laws that are not fitted, and laws given by other constants than those of
-//! a fit have the stiffness and the volume change of their file. Ogden's constants are those of Ogden's convention, whatever the one of the file.
+//! The stiffness of a law that is fitted as incompressible is that of an incompressible material, so that laws of different kinds can be compared:
+//! the shear modulus μ₀ at rest, and the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus. Foams, laws that are
+//! not fitted, and laws given by constants other than those of a fit have the stiffness and the volume change of their file. Ogden's constants are
+//! listed in Ogden's convention, whichever convention the file uses.
 
 use super::constant_format::{largest_stress, within_size};
 use super::fittable_law::unit;
@@ -15,14 +16,14 @@ use crate::storage::{self, TEXT_LIMIT};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// A constant as a law file gives it.
+/// A constant as given in a law file.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ListedConstant {
     pub symbol: &'static str,
     /// \[SI\]
     pub value: f64,
     pub unit: &'static str,
-    /// 95 % interval \[SI\], where the file has one; an open end is infinite
+    /// 95 % interval \[SI\], if the file has one; an open end is infinite
     pub interval: Option<[f64; 2]>,
 }
 
@@ -32,23 +33,24 @@ pub struct ListedLaw {
     pub file: PathBuf,
     pub law: &'static str,
     pub constants: Vec<ListedConstant>,
-    /// Stretches of the data, where the file says so
+    /// Range of stretches of the data, if the file states it
     pub fitted_stretch: Option<[f64; 2]>,
     /// Shear modulus at rest \[Pa\]
     pub shear_modulus: f64,
-    /// Nominal stress in uniaxial tension at λ = 2 \[Pa\]; infinite where the law ends before
+    /// Nominal stress in uniaxial tension at λ = 2 \[Pa\]; infinite if the law is not defined there
     pub stress_at_2: f64,
-    /// λ = 2 was within the data
+    /// Whether λ = 2 was within the data
     pub measured_at_2: bool,
-    /// Stretches over which the law is materially stable in uniaxial, equibiaxial and planar tests alike, as far as principal stretches of 1.5 times the data and at least 3 \[–\]
+    /// Stretches over which the law is materially stable in uniaxial, equibiaxial and planar tests, examined up to principal stretches of 1.5 times
+    /// the data and at least 3 \[–\]
     pub stable: [f64; 2],
-    /// Mode that ends the stable stretches at their lower and upper end; `None` where no mode does within the examined range
+    /// Mode that limits the stable stretches at their lower and upper end; `None` if no mode does within the examined range
     pub stable_modes: [Option<&'static str>; 2],
     /// Range of stability of every mode
     pub stability: Vec<StableRange>,
     /// Number of warnings of the fit
     pub warnings: usize,
-    /// Table from which the constants come
+    /// Table from which the constants were determined
     pub data: Option<String>,
     pub source: Option<String>,
 }
@@ -57,13 +59,13 @@ pub struct ListedLaw {
 #[derive(Clone, PartialEq, Debug)]
 pub struct Library {
     pub laws: Vec<ListedLaw>,
-    /// Files with a law, or with errors, that are not listed, and why
+    /// Files with a law, or with errors, that are not listed, each with the reason
     pub skipped: Vec<(PathBuf, String)>,
-    /// TOML files of something else, which have no key `law`
+    /// TOML files of other kinds, which have no key `law`
     pub others: Vec<PathBuf>,
 }
 
-/// The laws among the TOML files of a folder and its folders, by file. Refuses a folder without any.
+/// Lists the laws among the TOML files of a folder and its subfolders, by file. Refuses a folder without any.
 pub fn library(folder: &Path) -> Result<Library, FitError> {
     let mut found = Library { laws: vec![], skipped: vec![], others: vec![] };
     for path in toml_files(folder)? {
@@ -79,7 +81,7 @@ pub fn library(folder: &Path) -> Result<Library, FitError> {
     Ok(found)
 }
 
-/// TOML files of a folder and its folders, in order.
+/// TOML files of a folder and its subfolders, in order.
 fn toml_files(folder: &Path) -> Result<Vec<PathBuf>, FitError> {
     let mut found = vec![];
     let mut folders = vec![folder.to_path_buf()];
@@ -103,7 +105,7 @@ fn is_other(path: &Path) -> bool {
     table.is_some_and(|table| !table.contains_key("law"))
 }
 
-/// A law with its constants as they are listed, and its stiffness and stability.
+/// A law with its listed constants, its stiffness and its stability.
 struct Described {
     constants: Vec<(&'static Parameter, f64)>,
     shear_modulus: f64,
@@ -111,18 +113,18 @@ struct Described {
     stability: Vec<StableRange>,
 }
 
-/// The law of a file, or why it has none that can be listed.
+/// The law of a file, or the reason why it cannot be listed.
 fn listed(path: &Path) -> Result<ListedLaw, String> {
-    // The error of a file names it again
+    // The error of a file would repeat its name
     let own = |e: FitError| match e {
         FitError::LawFile { message, .. } => message,
         other => other.to_string(),
     };
     let (table, provenance) = read_law_file(path).map_err(own)?;
     let mut given = registry::given(&table).map_err(|e| e.to_string())?;
-    // An interval of μ in another convention is none of the μ that is listed, which depends on α too
+    // An interval of μ in another convention does not apply to the listed μ, which depends on α too
     let converted = given.0.to_own_convention.is_some_and(|convert| convert(&mut given.1, &mut given.2));
-    // Of a whole specimen, whose parts stretch from rest to the largest value
+    // For a whole specimen, whose parts stretch from rest to the largest value
     let reached = || provenance.get("largest_stretch").and_then(toml::Value::as_float).map(|largest| [1.0, largest]);
     let fitted_stretch = provenance_pair(&provenance, "fitted_stretch").or_else(reached);
     let reach = fitted_stretch.map_or(2.0, |[low, high]| high.max(1.0 / low));
@@ -155,7 +157,7 @@ fn listed(path: &Path) -> Result<ListedLaw, String> {
     })
 }
 
-/// The model and the constants of a law that has those of an incompressible fit.
+/// The model and the constants of a law that is given by the constants of an incompressible fit.
 fn fitted((entry, values, _): &Given) -> Option<(FittableLaw, Vec<f64>)> {
     let form = entry.fit.filter(|form| !form.compressible)?;
     let given = form.parameters.iter().filter(|q| values.contains_key(q.name)).count();
@@ -190,7 +192,7 @@ fn as_given((entry, values, options): &Given, reach: f64) -> Result<Described, S
     })
 }
 
-/// Stretches over which the law is stable in every mode with a stretch, and the modes that end them.
+/// Stretches over which the law is stable in all modes that have a stretch, and the modes that limit them.
 fn common(stability: &[StableRange]) -> ([f64; 2], [Option<&'static str>; 2]) {
     // Simple shear has the principal stretches of the planar mode
     let modes = || stability.iter().filter(|r| r.mode != Mode::SimpleShear);
@@ -202,7 +204,7 @@ fn common(stability: &[StableRange]) -> ([f64; 2], [Option<&'static str>; 2]) {
 }
 
 impl Library {
-    /// The files that are not listed, a line each with the reason; those of something else in one line. Empty where there are none.
+    /// The files that are not listed, one per line with the reason; files of other kinds in one line. Empty if there are none.
     pub fn passed_over(&self, folder: &Path) -> String {
         let name = |path: &Path| path.strip_prefix(folder).unwrap_or(path).display().to_string();
         let mut lines: Vec<String> =

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How the test piece is deformed; λ is the stretch in the loaded direction, J = 1.
+/// Mode of deformation of the test piece; λ is the stretch in the loaded direction, J = 1.
 ///
 /// | mode | F | loaded directions |
 /// |---|---|---|
@@ -12,7 +12,7 @@ use std::str::FromStr;
 /// | equibiaxial | diag(λ, λ, λ⁻²) | 1 and 2, the same nominal stress in both |
 /// | planar (pure shear) | diag(λ, 1, λ⁻¹) | 1; the stress that holds direction 2 is not recorded |
 /// | simple_shear | I + γ e₁⊗e₂ | the shear stress P₁₂; λ is the principal stretch, γ = λ − λ⁻¹ |
-/// | biaxial | diag(λ, λ₂, 1/(λλ₂)) | 1 and 2, one sample each: the other direction has the other stretch |
+/// | biaxial | diag(λ, λ₂, 1/(λλ₂)) | 1 and 2, one sample each; `second` is the stretch of the other direction |
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
@@ -44,7 +44,7 @@ impl Mode {
         self.name().replace('_', " ")
     }
 
-    /// The mode that a word in a file means: its name, and what tables call it.
+    /// The mode that a word in a file denotes: its name, or a usual name in tables.
     pub fn from_word(word: &str) -> Option<Self> {
         let word: String = word.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
         match word.as_str() {
@@ -73,8 +73,8 @@ impl Mode {
         }
     }
 
-    /// Principal stretches \[–\] at λ of a material whose stress-free directions follow a constant logarithmic Poisson's ratio ν: e₃ = −ν e₁ where directions 2 and 3 are free, else
-    /// −ν(e₁ + e₂)/(1 − ν) with e = ln λ. ν = ½ keeps the volume.
+    /// Principal stretches \[–\] at λ for a material whose stress-free directions follow a constant logarithmic Poisson's ratio ν: e₃ = −ν e₁ if
+    /// directions 2 and 3 are free, otherwise −ν(e₁ + e₂)/(1 − ν), with e = ln λ. ν = ½ keeps the volume.
     pub fn stretches_with(self, nu: f64, l: f64, second: f64) -> [f64; 3] {
         let plane = -nu / (1.0 - nu);
         match self {
@@ -82,14 +82,14 @@ impl Mode {
             Self::Uniaxial => [l, l.powf(-nu), l.powf(-nu)],
             Self::Equibiaxial => [l, l, l.powf(2.0 * plane)],
             Self::Planar => [l, 1.0, l.powf(plane)],
-            // Simple shear keeps the volume of every material
+            // Simple shear keeps the volume for every material
             Self::SimpleShear => self.stretches(l, second),
             Self::Biaxial => [l, second, (l * second).powf(plane)],
         }
     }
 
-    /// Nominal stress P \[Pa\] of a law with these τ \[Pa\]: (τ₁ − τ₃)/λ, as the pressure leaves direction 3 free; in simple shear
-    /// P₁₂ = dψ/dγ = (τ₁ − τ₃)/(λ + λ⁻¹), as γ = 2 sinh ln λ.
+    /// Nominal stress P \[Pa\] of a law with the principal Kirchhoff stresses τ \[Pa\]: (τ₁ − τ₃)/λ, because the pressure makes direction 3
+    /// stress-free; in simple shear P₁₂ = dψ/dγ = (τ₁ − τ₃)/(λ + λ⁻¹), because γ = 2 sinh ln λ.
     pub fn nominal(self, tau: [f64; 3], l: f64) -> f64 {
         (tau[0] - tau[2]) / if self == Self::SimpleShear { l + 1.0 / l } else { l }
     }
@@ -111,7 +111,7 @@ impl fmt::Display for Mode {
     }
 }
 
-/// A word that names no mode of deformation, with its line in a table.
+/// A word that does not name a mode of deformation, with its line in a table.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error(
     "{}\"{word}\" is not a mode of deformation; known: uniaxial, equibiaxial, planar (pure_shear), simple_shear, biaxial",

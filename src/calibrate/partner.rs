@@ -3,7 +3,7 @@
 use super::FitError;
 use serde::Serialize;
 
-/// The constant that goes with μ in a compressible law. Tests of an incompressible material do not determine it.
+/// The constant that complements μ in a compressible law. Tests of an incompressible material do not determine it.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Partner {
@@ -14,7 +14,7 @@ pub enum Partner {
 }
 
 impl Partner {
-    /// Refuses a value that no stable compressible law can have.
+    /// Returns the value; refuses one that no stable compressible law can have.
     pub fn check(self) -> Result<Self, FitError> {
         match self {
             Self::Nu(nu) if !(nu > -1.0 && nu < 0.5) => Err(FitError::Partner {

@@ -1,11 +1,11 @@
 //! Poisson's ratio of a law that is fitted as compressible: as given, or from the lateral strain of the tables.
 //!
-//! The law has one ν in all terms, with which ln λ_t = −ν ln λ in uniaxial stress whatever its other constants are: the lateral stretch of zero
-//! lateral stress in closed form. ν is therefore the slope of that line, with the errors of direct fits ([`crate::calibrate::volume`]), and the stress is
-//! fitted at this ν. Its interval is a stated error that all data points share, of which [`super::judgement::measurement`] takes account.
+//! The law has one ν in all terms, so that ln λ_t = −ν ln λ in uniaxial stress for any other constants: the closed form of the lateral stretch at
+//! zero lateral stress. ν is therefore the slope of that line, with the errors of direct fits ([`crate::calibrate::volume`]), and the stress is
+//! fitted with this ν. Its interval enters as a stated error that all data points share ([`super::judgement::measurement`]).
 //!
-//! Limits: the tables are read as they are written, in all rows. Where the stretches that are fitted are others, by slack, toe, compliance or a strain of another kind than its name
-//! says, or some rows are of another mode than uniaxial, there is no ν by this line, and it has to be given.
+//! Limits: the tables are read as written, with all rows. If the fitted stretches differ from them (by slack, toe, compliance, or a strain of a kind
+//! that differs from its name), or if some rows are not uniaxial, this line gives no ν, and ν has to be stated.
 
 use super::intake::accuracy::SharedError;
 use super::intake::card::Card;
@@ -17,11 +17,12 @@ use super::{
 };
 use crate::wording::all;
 
-/// Poisson's ratio for a request: the given one, else that of the lateral strain. `None` for laws that are fitted as incompressible.
+/// Poisson's ratio for a request: the given one, otherwise that of the lateral strain. `None` for laws that are fitted as incompressible.
 ///
 /// # Errors
 ///
-/// Where neither is there, the lateral strain is not that of the data points of the `experiment`, or that of a material which keeps its volume.
+/// Returns an error if there is neither a given ratio nor a lateral strain, or if the lateral strain does not belong to the data points of the
+/// `experiment` or is that of a material that keeps its volume.
 pub fn of_request(
     request: &FitRequest,
     model: FittableLaw,
@@ -32,7 +33,7 @@ pub fn of_request(
     }
     let card = Card::find(request.card.as_deref(), &request.data)?;
     let choice = Card::complete(card.as_ref(), &request.columns)?;
-    // As the fit reads them: with the card, of the test that was chosen, and with the sign that both columns give
+    // Columns as the fit reads them: with the card, of the chosen test, and with the sign that both columns imply
     let Lateral { strain, across, positive } = experiment.lateral.clone();
     let roles = |strain: Option<String>, lateral: Option<String>| {
         [(Role::Strain, strain), (Role::Lateral, lateral)]
@@ -59,10 +60,10 @@ pub fn of_request(
     Ok(Some(Poisson { ratio: fit.value, measured: true, doubts: fit.summary.messages }))
 }
 
-/// Difference of ln λ below which two data points are the same \[–\]
+/// Difference of ln λ below which two data points are equal \[–\]
 const SAME: f64 = 1e-9;
 
-/// Why the lateral strain is not that of the data points that are fitted.
+/// The reason why the lateral strain does not belong to the fitted data points.
 fn other_points(fit: &VolumeFit, request: &FitRequest, experiment: &Experiment) -> Option<String> {
     let is_in_range = |s: &&Sample| request.options.range.is_none_or(|range| range.contains(s.stretch));
     let samples = || experiment.single.iter().filter(is_in_range);
@@ -87,7 +88,7 @@ fn other_points(fit: &VolumeFit, request: &FitRequest, experiment: &Experiment) 
     ))
 }
 
-/// Refuses a fit with slack at a ratio by the lateral strain, which is compared with a strain that has the slack in it.
+/// Refuses a fit with slack whose ratio comes from the lateral strain, because that was compared with a strain that includes the slack.
 pub fn check_slack(fit: FitResult) -> Result<FitResult, FitError> {
     let is_measured = fit.poisson.as_ref().is_some_and(|poisson| poisson.measured);
     match fit.slack.first().filter(|_| is_measured) {
@@ -105,7 +106,7 @@ pub fn check_slack(fit: FitResult) -> Result<FitResult, FitError> {
     }
 }
 
-/// Why the tables give no ratio, with the flags of `fit`.
+/// The reason why the tables give no ratio, with the flags of `fit`.
 fn reason(error: &VolumeError) -> String {
     let (file, missing, found) = match error {
         VolumeError::Column(ColumnError::Columns { file, missing, found }) => (file, missing, found),
@@ -130,7 +131,7 @@ fn reason(error: &VolumeError) -> String {
     format!("{file}: no line names a column of {words}; the nearest one has {}. Name it by {flags}", found.join(", "))
 }
 
-/// A message with the flags of `fit` for those of `volume`.
+/// The message with the flags of `fit` in place of those of `volume`.
 fn with_own_flags(message: String) -> String {
     [Role::Strain.name(), Role::Lateral.name()].into_iter().fold(message, |text, role| {
         text.replace(&format!("--unit {role}="), &format!("--{role}-unit "))
@@ -138,7 +139,7 @@ fn with_own_flags(message: String) -> String {
     })
 }
 
-/// The model at its Poisson's ratio, and the ratio, for a table that was read already: found before, or given by the options.
+/// The model with its Poisson's ratio, and the ratio, for a table that has already been read: found before, or given by the options.
 pub fn of_options(options: &FitOptions, model: FittableLaw) -> Result<(FittableLaw, Option<Poisson>), FitError> {
     let stated = options.accuracy.0.get(&SharedError::Poisson).copied();
     if !model.form.compressible {

@@ -47,15 +47,15 @@ impl FromStr for StretchRange {
 /// Poisson's ratio of a law that is fitted as compressible.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Poisson {
-    /// Without an interval where it was given without its accuracy
+    /// Without an interval if it was given without its accuracy
     pub ratio: Bounded,
-    /// From lateral strain; else as given
+    /// Whether it is from lateral strain; otherwise it was given
     pub measured: bool,
-    /// Limits of its use, in words
+    /// Limits of its use
     pub doubts: Vec<String>,
 }
 
-/// Measure of the error of one data point.
+/// The measure in which the errors of the data points are equal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
@@ -67,14 +67,14 @@ pub enum Weighting {
     Noise,
 }
 
-/// Weight of data points far from the law.
+/// Loss function of a residual, which determines the weight of data points far from the law.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
-    /// Its square
+    /// The square of the residual
     #[default]
     Squares,
-    /// Huber's loss: its square up to 1.345 robust standard deviations, linear beyond
+    /// Huber's loss: the square of the residual up to 1.345 robust standard deviations, linear beyond
     Huber,
 }
 
@@ -106,12 +106,12 @@ impl FromStr for Loss {
 pub struct FitOptions {
     /// Name of a law of [`super::fittable_laws`]
     pub law: String,
-    /// `None`: the usual number of terms of the law
+    /// Number of terms; by default the usual number of the law
     pub terms: Option<usize>,
-    /// Modes fitted together; empty: the only mode of the table (several are refused)
+    /// Modes that are fitted together; if empty, the only mode of the table (a table with several modes is refused)
     pub modes: Vec<Mode>,
-    /// `None`: every data point. No other default is defensible without knowing the use of the law; how the answer depends on
-    /// the range is part of the result.
+    /// Fitted range of stretch; `None`: all data points. No other default is defensible without knowing the use of the law; the dependence of the
+    /// answer on the range is part of the result.
     pub range: Option<StretchRange>,
     pub weighting: Weighting,
     /// Standard deviation of the stress \[Pa\] for [`Weighting::Noise`]; `None`: estimated from the data of each mode
@@ -119,9 +119,9 @@ pub struct FitOptions {
     pub loss: Loss,
     /// Stretches over which a linear law is kept stable in every mode; `None`: the fitted modes over the fitted range
     pub stable: Option<StretchRange>,
-    /// `None`: the law file lacks the constant and the scene has to add it
+    /// The constant that complements the law; `None`: the law file lacks it and the scene has to add it
     pub partner: Option<Partner>,
-    /// Poisson's ratio of a law that is fitted as compressible, where it was found already; else `partner` gives it
+    /// Poisson's ratio of a law that is fitted as compressible, if it has already been found; otherwise `partner` gives it
     pub poisson: Option<Poisson>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
@@ -131,9 +131,10 @@ pub struct FitOptions {
     pub slack: SlackChoice,
     /// Relative misfit up to which the law describes the data \[–\]
     pub tolerance: f64,
-    /// Ends of the range, about as many, with which the fit is repeated for its dependence on the range; 0: it is not repeated, in about a third of the time
+    /// Approximate number of ends of the range for which the fit is repeated, to show its dependence on the range; with 0 it is not repeated, which
+    /// takes about a third of the time
     pub ranges: usize,
-    /// Set from outside to end the fit
+    /// Flag that is set from outside to stop the fit
     pub stop: Option<Arc<AtomicBool>>,
 }
 
@@ -166,7 +167,7 @@ pub struct FitRequest {
     pub data: PathBuf,
     /// Tables of further specimens of the same test
     pub more: Vec<PathBuf>,
-    /// `None`: the `card.toml` next to the table, if it names the table
+    /// The card; by default the `card.toml` next to the table, if it names the table
     pub card: Option<PathBuf>,
     pub columns: ColumnChoice,
     pub preparation: Preparation,

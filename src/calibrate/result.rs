@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
 
-/// Assumptions of the interval.
+/// Describes the assumptions of the intervals.
 pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, measurement: &[Contribution]) -> String {
     let Errors { model, free, .. } = errors;
     let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
@@ -38,15 +38,15 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
     )
 }
 
-/// Data points that were not fitted.
+/// Kinds of data points that were not fitted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionKind {
     /// A fitted mode outside the fitted range
     OutsideRange,
-    /// Another mode, same range of λ
+    /// Another mode, in the same range of λ
     OtherModeInRange,
-    /// Another mode, every data point
+    /// Another mode, all data points
     OtherMode,
 }
 
@@ -63,21 +63,22 @@ pub struct Prediction {
 /// A fit over a range that ends earlier or later.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RangeRow {
-    /// λ of its end \[–\], the farthest from 1
+    /// λ of its end farthest from 1 \[–\]
     pub to: f64,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// Whether each parameter differs from that of the fitted range by more than the errors of both explain; false of a range that is no part of it
+    /// Whether each parameter differs from that of the fitted range by more than the errors of both explain; false for a range that is not part of
+    /// the fitted range
     pub departs: Vec<bool>,
     pub rms_pa: f64,
     pub rms_relative: f64,
 }
 
-/// A fit to data that were treated otherwise.
+/// A fit to data under another treatment.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Otherwise {
     pub treatment: Treatment,
-    /// True where the treatment that was taken was not requested
+    /// Whether the treatment that the fit uses was not requested
     pub unasked: bool,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
@@ -85,11 +86,12 @@ pub struct Otherwise {
     pub change: f64,
 }
 
-/// Where the law describes the data of each test: from rest on √(Σr²/ΣP²) stays within the tolerance, or the misfit within 2 % of the rms stress of the fit.
+/// Range in which the law describes the data of each test: from rest on, √(Σr²/ΣP²) stays within the tolerance, or the misfit within 2 % of the rms
+/// stress of the fit.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Validity {
     pub tolerance: f64,
-    /// Of the fitted modes; results of before do not have it
+    /// Ranges of the fitted modes; results of earlier versions do not have them
     #[serde(default)]
     pub tests: Vec<ValidRange>,
 }
@@ -98,13 +100,13 @@ pub struct Validity {
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ValidRange {
     pub test: Test,
-    /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
+    /// Beginning of the range; nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit. `None`: the range begins at rest
     pub from: Option<f64>,
-    /// `None`: nowhere
+    /// End of the range; `None`: the law is valid nowhere
     pub to: Option<f64>,
 }
 
-/// Everything about one fit. Stresses and stiffnesses in Pa, stretches \[–\].
+/// The complete result of one fit. Stresses and stiffnesses in Pa, stretches \[–\].
 #[derive(Clone, Debug, Serialize)]
 pub struct FitResult {
     pub law: &'static str,
@@ -116,43 +118,44 @@ pub struct FitResult {
     /// File name of the table
     pub data: String,
     pub data_sha256: String,
-    /// Authors, journal, year of the card
+    /// Authors, journal and year from the card
     pub data_source: Option<String>,
     pub version: &'static str,
     pub modes: Vec<Mode>,
-    /// As requested; `None`: every data point
+    /// Range as requested; `None`: all data points
     pub asked_range: Option<StretchRange>,
     /// Smallest and largest fitted λ
     pub stretch: [f64; 2],
-    /// Data points that take part; those at λ = 1 with zero stress carry no information and are not counted
+    /// Number of data points that are used; those at λ = 1 with zero stress carry no information and are not counted
     pub rows: usize,
     pub weighting: Weighting,
-    /// By mode, where the weights ask for it
+    /// Noise of each mode, if the weights need it
     pub noise: Vec<ModeNoise>,
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
-    /// Of the constants by the scatter of the data, without the stated errors of the measurement \[SI²\]
+    /// Covariance of the constants due to the scatter of the data, without the stated errors of the measurement \[SI²\]
     pub covariance: Vec<Vec<f64>>,
-    /// Correlation of the constants by all that is in their intervals \[–\]; empty where one of them has no finite variance, no degree of freedom is left, or intervals are far from those of a linear fit
+    /// Correlation of the constants due to all contributions to their intervals \[–\]; empty if one of them has no finite variance, no degree of
+    /// freedom is left, or intervals are far from those of a linear fit
     pub correlation: Vec<Vec<f64>>,
     pub interval_assumption: String,
-    /// 95 % of each constant where the law is used over the fitted range: with its misfit
+    /// 95 % interval of each constant for use of the law over the fitted range: it includes the misfit
     pub in_use: Vec<[f64; 2]>,
-    /// Chosen by the data
+    /// Error model, chosen by the data
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
-    /// Errors of the measurement that data points share, stated or of a correction, and their part in the intervals
+    /// Errors of the measurement that data points share, stated or due to a correction, and their contributions to the intervals
     pub measurement: Vec<Contribution>,
-    /// Fitted offsets of the strain
+    /// Fitted strain offsets
     pub slack: Vec<Slack>,
-    /// Between specimens, where there are several
+    /// Scatter between specimens, if there are several
     pub scatter: Option<Scatter>,
     /// The answer under other treatments of the data
     pub otherwise: Vec<Otherwise>,
-    /// Directions that the data do not determine, or hardly
+    /// Directions that the data do not determine, or hardly determine
     pub unidentified: Vec<Direction>,
-    /// Why some constants are not determined, in words; empty where all are
+    /// Reasons why some constants are not determined; empty if all are
     pub undetermined: Vec<String>,
     /// Symbols of constants that may have either sign: the fitted modes have the same stresses with both
     pub open_signs: Vec<&'static str>,
@@ -167,8 +170,8 @@ pub struct FitResult {
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
     pub range_dependence: Vec<RangeRow>,
-    /// Smallest and largest value of each parameter over the fitted range and those that end within it, where their errors do not explain the difference: what the choice of
-    /// the range does to the answer
+    /// Smallest and largest value of each parameter over the fitted range and the ranges that end within it, where their errors do not explain the
+    /// difference: the effect of the choice of the range on the answer
     pub range_spread: Vec<[f64; 2]>,
     pub solver_check: Option<SolverCheck>,
     pub warnings: Vec<FitWarning>,
@@ -178,7 +181,8 @@ pub struct FitResult {
 }
 
 impl FitResult {
-    /// `fit.json`: all of this value, `messages`, the warnings as text, `notes`, those of them that limit nothing, and `doubtful`, whether one is grave
+    /// Writes `fit.json`: all fields of this value, and in addition `messages` (the warnings as text), `notes` (those of them that limit nothing) and
+    /// `doubtful` (whether a warning is grave).
     pub fn write_json(&self, path: &Path) -> Result<(), FitError> {
         let mut value = serde_json::to_value(self).expect("the result has string keys and serialisable values");
         value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
@@ -188,13 +192,13 @@ impl FitResult {
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }
 
-    /// This fit as a law of scenes.
+    /// The law of this fit in the form that scenes use.
     pub fn written(&self, model: FittableLaw) -> Written<'_> {
         let values = self.parameters.iter().map(|e| e.value).collect();
         Written { model, values, fitted: &self.residuals, volumetric: self.volumetric.as_deref() }
     }
 
-    /// Lines that a scene adds to the law file that it includes, each with its other options: the data determine none of them.
+    /// Lines that a scene adds to the law file that it includes, each with its alternatives: the data determine none of these constants.
     pub fn scene_lines(&self) -> Vec<String> {
         let Ok(model) = FittableLaw::new(self.law, Some(self.terms)) else { return vec![] };
         let partner = (!model.form.compressible && self.partner.is_none()).then(|| {
@@ -211,7 +215,7 @@ impl FitResult {
         self.undetermined.is_empty()
     }
 
-    /// `μ = … Pa [… , …]`, one per parameter
+    /// The constants with their intervals, `μ = … Pa [… , …]` for each parameter.
     pub fn answer(&self) -> String {
         let one = |((e, p), wide): ((&Estimate, Printed), &[f64; 2])| {
             let head = format!("{} = {}", e.symbol, p.text(e.value));
@@ -261,7 +265,7 @@ impl fmt::Display for FitResult {
 }
 
 impl FitResult {
-    /// Noise levels, and the answer under other treatments.
+    /// Writes the noise levels, and the answer under other treatments.
     fn write_noise(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for n in &self.noise {
             let (factor, unit) = stress_unit(n.std_pa);
@@ -279,7 +283,7 @@ impl FitResult {
         Ok(())
     }
 
-    /// Basis of the intervals, slack, specimens and shorter ranges.
+    /// Writes the basis of the intervals, slack, specimens and shorter ranges.
     fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "intervals: {}", self.interval_assumption)?;
         let printed = printed(&self.parameters);
@@ -299,7 +303,7 @@ impl FitResult {
         for s in &self.slack {
             let why = match (s.asked, s.rows) {
                 (true, _) => "as asked".into(),
-                // The data point at rest shows no slack
+                // The data point at rest does not show slack
                 (false, 0 | 1) => "with that of the other specimens".into(),
                 (false, rows) => format!("{rows} data points carry no stress"),
             };
@@ -327,7 +331,7 @@ impl FitResult {
         Ok(())
     }
 
-    /// Where the law describes the data, what it predicts, and where it is stable.
+    /// Writes where the law describes the data, its predictions, and where it is stable.
     fn write_validity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.validity.tolerance;
         for ValidRange { test, from, to } in &self.validity.tests {

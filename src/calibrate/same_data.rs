@@ -1,15 +1,15 @@
-//! One measurement in two spellings: files that differ in bytes, and hold the same numbers.
+//! One measurement in two files: they differ in bytes but hold the same numbers.
 
-/// Difference of equal numbers in other units, over their size \[–\]
+/// Relative difference of equal numbers in different units \[–\]
 const ROUNDING: f64 = 1e-9;
 
-/// Whether two lists of numbers are those of one measurement, up to the rounding of units.
+/// Whether two lists of numbers hold one measurement, up to the rounding of units.
 pub fn are_same_numbers(a: &[f64], b: &[f64]) -> bool {
     let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
     a.len() == b.len() && a.iter().zip(b).all(is_same)
 }
 
-/// The first two lists of the same numbers; empty ones are no measurements.
+/// Indices of the first two lists with the same numbers; empty lists do not count.
 pub fn first_pair(lists: &[Vec<f64>]) -> Option<[usize; 2]> {
     let earlier = |k: usize| (0..k).find(|j| are_same_numbers(&lists[*j], &lists[k])).map(|j| [j, k]);
     (0..lists.len()).filter(|k| !lists[*k].is_empty()).find_map(earlier)

@@ -1,4 +1,4 @@
-//! The part of a fit of a law in service that a page shows: words, constants, data and curve.
+//! The part of a fit of a law in service that a page shows: description, constants, data and curve.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -11,7 +11,7 @@ pub struct CurveSet {
     pub fitted: Vec<[f64; 2]>,
     /// `[x, measured − fitted]`
     pub residuals: Vec<[f64; 2]>,
-    /// Lines of the fit, where they are not the fitted values joined in their order
+    /// Lines of the fit, if they are not the fitted values joined in their order
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Vec<[f64; 2]>>,
 }
@@ -27,7 +27,7 @@ pub struct MeasuredCurves {
     pub sets: Vec<CurveSet>,
 }
 
-/// Words, constants, data and curve of a fit.
+/// Description, constants, data and curve of a fit.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct FitSummary {
     pub title: String,
@@ -39,7 +39,7 @@ pub struct FitSummary {
     pub method: Vec<String>,
     /// Limits of the use of the numbers
     pub messages: Vec<String>,
-    /// Entries on reading and on changes
+    /// Notes on reading and on changes
     pub notes: Vec<String>,
     /// Name of the file that a scene includes
     pub file: String,

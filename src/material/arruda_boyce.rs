@@ -1,15 +1,15 @@
-//! Arruda–Boyce eight-chain law, the series of five terms of the inverse Langevin function.
+//! Arruda–Boyce eight-chain law, with the five-term series of the inverse Langevin function.
 //!
 //! ψ = μ Σ_{n=1..5} c_n λ_m^{2−2n} (Ī₁ⁿ − 3ⁿ) + U(J), c = 1/2, 1/20, 11/1050, 19/7000, 519/673750
 //!
-//! μ is the constant of the chain statistics; the shear modulus at F = I is larger:
-//! μ₀ = μ(1 + 3/(5λ_m²) + 99/(175λ_m⁴) + 513/(875λ_m⁶) + 42039/(67375λ_m⁸)).
+//! μ is the constant of the chain statistics; the shear modulus at F = I is larger: μ₀ = μ(1 + 3/(5λ_m²) + 99/(175λ_m⁴) + 513/(875λ_m⁶) +
+//! 42039/(67375λ_m⁸)).
 //!
-//! Source: Arruda & Boyce, *A three-dimensional constitutive model for the large stretch behavior of rubber elastic materials*, J. Mech.
-//! Phys. Solids 41, 1993.
+//! Source: Arruda & Boyce, *A three-dimensional constitutive model for the large stretch behavior of rubber elastic materials*, J. Mech. Phys. Solids
+//! 41, 1993.
 //!
-//! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite
-//! and too soft.
+//! Limits: J > 0. The series does not lock: at Ī₁ → 3λ_m², where the chains of the inverse Langevin function are fully stretched, it stays finite and
+//! too soft.
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
@@ -26,7 +26,7 @@ use crate::math::units::Dimension;
 /// c_n of the series of the inverse Langevin function.
 pub const SERIES: [f64; 5] = [1.0 / 2.0, 1.0 / 20.0, 11.0 / 1050.0, 19.0 / 7000.0, 519.0 / 673_750.0];
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -121,7 +121,7 @@ impl InvariantEnergy for ArrudaBoyce {
 }
 
 impl Parametric for ArrudaBoyce {
-    /// μ λ_m^{2−2n} changes by dμ/μ + (2 − 2n) dλ_m/λ_m of itself.
+    /// Along θ, μ λ_m^{2−2n} has the relative rate dμ/μ + (2 − 2n) dλ_m/λ_m.
     fn partials_along(&self, rates: &[f64], i: f64, _: f64) -> Result<Partials, LawError> {
         let (w, w1, w11) = self.sums(i, |n| rates[0] / self.mu + (2.0 - 2.0 * n) * rates[1] / self.limit);
         Ok(Partials { w, w1, w11, ..Partials::default() })
@@ -129,8 +129,8 @@ impl Parametric for ArrudaBoyce {
 }
 
 impl ArrudaBoyce {
-    /// W and its first two derivatives by Ī₁ at Ī₁ = 3 + i. Ī₁ⁿ − 3ⁿ = i q_n, q_n = Ī₁ q_{n−1} + 3^{n−1}, keeps the digits of small i.
-    /// `factor` of n weights the terms.
+    /// W and its first two derivatives with respect to Ī₁ at Ī₁ = 3 + i. Ī₁ⁿ − 3ⁿ = i q_n, q_n = Ī₁ q_{n−1} + 3^{n−1}, avoids cancellation at small
+    /// i. `factor` of n weights the terms.
     #[inline(always)]
     fn sums(&self, i: f64, factor: impl Fn(f64) -> f64) -> (f64, f64, f64) {
         let (i1, z) = (3.0 + i, 1.0 / (self.limit * self.limit));

@@ -2,7 +2,7 @@
 
 use crate::math::lanes::Real;
 
-/// c δ_ik δ_JL + w G_iJ G_kL + x G_iL G_kJ, the shape shared by laws in F and G = F⁻ᵀ.
+/// c δ_ik δ_JL + w G_iJ G_kL + x G_iL G_kJ, the form of all laws in F and G = F⁻ᵀ.
 #[inline(always)]
 pub(crate) fn isotropic<S: Real>(c: S, w: S, x: S, g: &[S; 9]) -> [[S; 9]; 9] {
     let mut a = [[S::of(0.0); 9]; 9];

@@ -1,4 +1,4 @@
-//! A law as data: its name, values and options, from which it is built again.
+//! A law as data: its name, values and options, from which it can be rebuilt.
 
 use super::law::Law;
 use super::parameter::LawSpecError;
@@ -20,11 +20,11 @@ impl LawCard {
         Self { name: law.info().name.into(), values: law.values(), choices }
     }
 
-    /// The law of this card.
+    /// Rebuilds the law of this card.
     ///
     /// # Errors
     ///
-    /// Those of a law file: this program does not know the law, or a value is outside its bounds.
+    /// Returns the errors of a law file: this program does not know the law, or a value is outside its bounds.
     pub fn build(&self) -> Result<Box<dyn Law>, LawSpecError> {
         let choices: Vec<&str> = self.choices.iter().map(String::as_str).collect();
         find(&self.name)?.build_with(&self.values, &choices)

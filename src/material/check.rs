@@ -3,13 +3,12 @@
 //! [`check_law`] takes the declaration of a law, draws constants inside their bounds and deformation gradients, and compares energy, stress and
 //! tangent with each other. The laws of the library pass it in the tests; a law defined elsewhere is checked in the same way.
 //!
-//! Finite differences. D(h) = (g(h) − g(−h))/2h = g′ + c₂h² + c₄h⁴ + c₆h⁶ + …; from h, h/2, h/4 Richardson's
-//! D₆ = (64 D(h/4) − 20 D(h/2) + D(h))/45 leaves the term c₆h⁶/64. A law is analytic in a ball of radius ρ around F (to the
-//! nearest J = 0 or s₂ + s₃ = 0), so |c₆| ≤ M/ρ⁷ by Cauchy's estimate, M the size of g there. With h = ρ/50:
-//! truncation ≤ (1/50)⁶/64 · M/ρ ≈ 1e-12 M/ρ. Rounding: each g carries k ulp of M, and the weights give
-//! (64·4 + 20·2 + 1)/45 ≈ 6.6 of them over h: 330 k ε M/ρ ≈ 7e-14 k M/ρ. The bound used is 1e-10 M/ρ: k up to 1000, which is
-//! the condition of invariants for stretches in [0.3, 3] and κ/μ ≤ 500 (ln J costs κ/μ ulp of μ, part of M). M is taken as the
-//! largest |g| on the stencil plus ρ|g′|.
+//! Finite differences. D(h) = (g(h) − g(−h))/2h = g′ + c₂h² + c₄h⁴ + c₆h⁶ + …; from h, h/2, h/4 Richardson's D₆ = (64 D(h/4) − 20 D(h/2) + D(h))/45
+//! leaves the term c₆h⁶/64. A law is analytic in a ball of radius ρ around F (to the nearest J = 0 or s₂ + s₃ = 0), so |c₆| ≤ M/ρ⁷ by Cauchy's
+//! estimate, with M the size of g there. With h = ρ/50: truncation ≤ (1/50)⁶/64 · M/ρ ≈ 1e-12 M/ρ. Rounding: each g carries k ulp of M, and the
+//! weights give (64·4 + 20·2 + 1)/45 ≈ 6.6 of them over h: 330 k ε M/ρ ≈ 7e-14 k M/ρ. The bound used is 1e-10 M/ρ: k up to 1000, which is the
+//! condition of invariants for stretches in [0.3, 3] and κ/μ ≤ 500 (ln J costs κ/μ ulp of μ, part of M). M is taken as the largest |g| on the stencil
+//! plus ρ|g′|.
 
 // A[3i+J][3k+L] is read by its indices, as in the formulae.
 #![allow(clippy::needless_range_loop)]
@@ -43,19 +42,19 @@ pub enum LawProperty {
     Objectivity,
     /// ψ(I) = 0, P(I) = 0, and A(I) is Hooke's law with the constants of [`Law::small_strain`]
     Reference,
-    /// ψ keeps its digits at small strain
+    /// ψ keeps its significant digits at small strain
     SmallStrain,
     /// The law is the sum of the parts of [`Law::split`], the first of them isochoric where it is declared
     Split,
-    /// Energy and stress are the same whatever else is wanted, and nothing that is not wanted is filled in
+    /// Energy and stress do not depend on what else is requested, and nothing is computed that is not requested
     Want,
-    /// J ≤ 0 is refused, or survived with finite values where that is declared
+    /// J ≤ 0 is refused, or, if the law declares so, handled with finite values
     Inversion,
     /// The values and choices of a law rebuild the same law
     Values,
     /// [`Law::eval_lanes`] agrees with [`Law::eval`]
     Lanes,
-    /// [`Law::along`] is the derivative by the constants
+    /// [`Law::along`] is the derivative with respect to the constants
     Constants,
 }
 
@@ -77,7 +76,7 @@ impl LawProperty {
         Self::Constants,
     ];
 
-    /// Help for a law that does not have it.
+    /// Help for a law that lacks the property.
     fn remedy(self) -> &'static str {
         match self {
             Self::Declaration => "complete the description of the law",
@@ -102,21 +101,21 @@ impl LawProperty {
     }
 }
 
-/// A property that a law does not have.
+/// A violation of a property by a law.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("law `{law}` fails the check {property:?}: {detail}; {}", property.remedy())]
 pub struct LawViolation {
     pub law: &'static str,
     pub property: LawProperty,
-    /// Constants, the deformation gradient where it is not given by the property, and the numbers that differ
+    /// Constants, the deformation gradient if the property does not determine it, and the numbers that differ
     pub detail: String,
 }
 
-/// Checks every property of a law; the error is the first one that does not hold.
+/// Checks every property of a law.
 ///
 /// # Errors
 ///
-/// The first property that does not hold, with the state at which it does not.
+/// Returns the first property that does not hold, with the state at which it fails.
 pub fn check_law(entry: &LawEntry) -> Result<(), LawViolation> {
     LawProperty::ALL.into_iter().try_for_each(|property| check_property(entry, property))
 }
@@ -125,7 +124,7 @@ pub fn check_law(entry: &LawEntry) -> Result<(), LawViolation> {
 ///
 /// # Errors
 ///
-/// The property, if it does not hold, with the state at which it does not.
+/// Returns the property if it does not hold, with the state at which it fails.
 pub fn check_property(entry: &LawEntry, property: LawProperty) -> Result<(), LawViolation> {
     let result = match property {
         LawProperty::Declaration => declaration(entry),
@@ -143,18 +142,18 @@ pub fn check_property(entry: &LawEntry, property: LawProperty) -> Result<(), Law
         LawProperty::Lanes => at_random_states(entry, 12, lanes),
         LawProperty::Constants => constants(entry),
     };
-    // A message of the law in it brings a remedy of its own, which is for runs
+    // A message of the law may contain its own remedy, which is meant for runs
     result.map_err(|detail| LawViolation { law: entry.info.name, property, detail: detail.replace("; ", ", ") })
 }
 
 type Check = Result<(), String>;
 
-/// An error with this text unless the condition holds.
+/// Returns an error with this text unless the condition holds.
 fn ensure(condition: bool, text: impl FnOnce() -> String) -> Check {
     if condition { Ok(()) } else { Err(text()) }
 }
 
-/// Runs a check over random parameters and random states (inverted ones where the law takes them), which its failure names.
+/// Runs a check over random parameters and random states (inverted ones if the law accepts them); an error names them.
 fn at_random_states(
     entry: &LawEntry,
     seed: u64,
@@ -165,7 +164,7 @@ fn at_random_states(
     })
 }
 
-/// The same, where a failure names the parameters only.
+/// Runs a check over random parameters; an error names only the parameters.
 fn of_random_laws(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut SplitMix) -> Check) -> Check {
     let mut random = SplitMix(seed);
     for n in 0..60 {
@@ -187,7 +186,7 @@ fn eval(law: &dyn Law, f: &Mat3) -> Result<Response, String> {
     law.eval(f, Want::Tangent).map_err(|e| format!("refused at F = {:?}: {e}", by_rows(f)))
 }
 
-/// The constants of a law with their units: `with E = 180000 Pa, nu = 0.3`.
+/// The constants of a law with their units, such as `with E = 180000 Pa, nu = 0.3`.
 fn constants_of(law: &dyn Law) -> String {
     let one = |(p, value): (&Parameter, f64)| match p.dimension {
         Dimension::NONE => format!("{} = {}", p.name, shown(value)),
@@ -207,9 +206,9 @@ fn norm(r: &Response) -> f64 {
     r.a.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// The radius for the differences: a quarter of the distance to the singularity, so that a pole of a high power (λ⁻¹⁰) has not grown out of
-/// scale there, or half of the length over which P changes by itself where that is shorter (exponentials, locking). The lower end is for P near
-/// zero, where that length means nothing.
+/// The radius for the differences: a quarter of the distance to the singularity, so that a pole of high order (λ⁻¹⁰) does not dominate the scale, or
+/// half of the length over which P changes by its own size if that is shorter (exponentials, locking). The lower bound is for P near zero, where that
+/// length has no meaning.
 fn smooth(r: &Response, rho: f64) -> f64 {
     (0.25 * rho).min(0.5 * r.p.norm() / norm(r)).max(1e-4 * rho)
 }
@@ -282,7 +281,7 @@ fn tangent(law: &dyn Law, f: &Mat3, rho: f64, _: &mut SplitMix) -> Check {
     Ok(())
 }
 
-/// Double (either pair) and triple principal stretches, and ones 1e-3 … 1e-12 apart.
+/// Two (either pair) or three equal principal stretches, and stretches 1e-3 … 1e-12 apart.
 fn repeated_stretches(entry: &LawEntry) -> Check {
     let mut random = SplitMix(12);
     for gap in [0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-3] {
@@ -297,7 +296,7 @@ fn repeated_stretches(entry: &LawEntry) -> Check {
             let law = defined.ok_or_else(|| format!("no draw of constants is defined at the stretches {s:?}"))??;
             let law = law.as_ref();
             let r = eval(law, &f)?;
-            // Undeformed the lengths of `smooth` mean nothing; a power of 10 or a rate of 10 is smooth over 1/20.
+            // In the undeformed state the lengths of `smooth` have no meaning; a power of 10 or a rate of 10 is smooth over 1/20.
             let rho = 0.05 * locking(law);
             for column in 0..9 {
                 for row in 0..9 {
@@ -317,7 +316,7 @@ fn repeated_stretches(entry: &LawEntry) -> Check {
     Ok(())
 }
 
-/// Ī₁ − 3 ≈ (4/3)d² \[–\] of the largest extension d ≤ 1 at which the law is defined, at most 1.
+/// Ī₁ − 3 ≈ (4/3)d² \[–\] for the largest extension d ≤ 1 at which the law is defined, at most 1.
 fn locking(law: &dyn Law) -> f64 {
     let defined = |d: f64| law.eval(&Mat3::from_diagonal(&Vec3::new(1.0 + d, 1.0, 1.0)), Want::Energy).is_ok();
     if defined(1.0) {
@@ -331,7 +330,7 @@ fn locking(law: &dyn Law) -> f64 {
     (4.0 / 3.0 * inside * inside).clamp(1e-6, 1.0)
 }
 
-/// Symmetric to the rounding of a sum of a handful of terms of the size of A.
+/// A is symmetric up to the rounding of a sum of a few terms of the size of A.
 fn major_symmetry(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     let a = eval(law, f)?.a;
     let size = a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -344,8 +343,8 @@ fn major_symmetry(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     Ok(())
 }
 
-/// F̃ = QF differs from the exact product by δ ≈ 3ε‖F‖, which moves ψ by |P|δ and P by |A|δ; the bound leaves 30 times that for the
-/// rounding inside the law.
+/// F̃ = QF differs from the exact product by δ ≈ 3ε‖F‖, which changes ψ by |P|δ and P by |A|δ; the bound allows 30 times that for the rounding inside
+/// the law.
 fn objectivity(law: &dyn Law, f: &Mat3, _: f64, random: &mut SplitMix) -> Check {
     let q = rotation(random);
     let (r, rotated) = (eval(law, f)?, eval(law, &(q * f))?);
@@ -384,8 +383,8 @@ fn reference(law: &dyn Law) -> Check {
     Ok(())
 }
 
-/// ψ(I + H) = μ ε:ε + ½λ tr²ε + O(‖H‖³) keeps its digits at ‖H‖ ≈ 1e-6, where I₁ − 3 − 2 ln J cancels twelve of them. The
-/// cubic term is at most of the size κ‖H‖³ (a handful of them), and H = F − I is exact as formed here. Objective laws have the same ε:ε.
+/// ψ(I + H) = μ ε:ε + ½λ tr²ε + O(‖H‖³) keeps its digits at ‖H‖ ≈ 1e-6, where twelve of them cancel in I₁ − 3 − 2 ln J. The cubic term is at most a
+/// few times κ‖H‖³, and H = F − I is exact as formed here. Objective laws have the same ε:ε.
 fn small_strain(law: &dyn Law, random: &mut SplitMix) -> Check {
     let f = Mat3::identity() + Mat3::from_fn(|_, _| random.between(-1e-6, 1e-6));
     let h = f - Mat3::identity();
@@ -399,8 +398,8 @@ fn small_strain(law: &dyn Law, random: &mut SplitMix) -> Check {
     })
 }
 
-/// A split law is the sum of its parts, P = P_rest + U′C; an isochoric rest does not depend on the volume: ψ_rest(cF) = ψ_rest(F),
-/// P_rest:F = 0. Rounding: a handful of terms of the size of A‖F‖.
+/// A split law is the sum of its parts, P = P_rest + U′C; an isochoric rest does not depend on the volume: ψ_rest(cF) = ψ_rest(F), P_rest:F = 0.
+/// Rounding: a few terms of the size of A‖F‖.
 fn split(law: &dyn Law, f: &Mat3, _: f64, random: &mut SplitMix) -> Check {
     let Some((rest, u)) = law.split() else {
         return ensure(!law.info().isochoric, || "it declares an isochoric part and gives none".into());
@@ -439,7 +438,7 @@ fn want(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     ensure(tangent.a.as_flattened().iter().any(|x| *x != 0.0), || "A = 0".into())
 }
 
-/// F = 0, collapsed to a line and to a plane, reflected, turned inside out, and not a number.
+/// Checks F = 0, F collapsed to a line and to a plane, reflected, turned inside out, and NaN.
 fn inversion(entry: &LawEntry) -> Check {
     let d = |x, y, z| Mat3::from_diagonal(&Vec3::new(x, y, z));
     let q = rotation(&mut SplitMix(8));
@@ -475,7 +474,7 @@ fn values(entry: &LawEntry, law: &dyn Law, f: &Mat3) -> Check {
     ensure(eval(law, f)?.p == eval(again.as_ref(), f)?.p, || "rebuilt it has another stress".into())
 }
 
-/// Equal to rounding: the lanes may contract products and sums.
+/// Lanes agree with single evaluations up to rounding: they may contract products and sums.
 fn lanes(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     let mut packed = [Lanes::ZERO; 9];
     for (k, entry) in packed.iter_mut().enumerate() {
@@ -495,7 +494,7 @@ fn lanes(law: &dyn Law, f: &Mat3, _: f64, _: &mut SplitMix) -> Check {
     Ok(())
 }
 
-/// ∂/∂θ of ψ, P and A of the example by each of its values, against differences over θ(1 ± h), h = 1e-2, h/2, h/4: truncation h⁶/64 over
+/// Compares ∂/∂θ of ψ, P and A of the example, for each of its values, with differences over θ(1 ± h), h = 1e-2, h/2, h/4: truncation h⁶/64 with
 /// poles 0.25 θ away is 1e-10 of the value, rounding 7ε/h·k ≈ 2e-13 k; the bound is 1e-8 of the size on the stencil.
 fn constants(entry: &LawEntry) -> Check {
     let law = entry.example().map_err(|e| e.to_string())?;
@@ -506,7 +505,7 @@ fn constants(entry: &LawEntry) -> Check {
     let mut random = SplitMix(31);
     for _ in 0..12 {
         let mut h = Mat3::from_fn(|_, _| random.between(-0.25, 0.25));
-        // A margin of the domain, which moves with the constants
+        // A margin to the boundary of the domain, which moves with the constants
         while matches!(law.eval(&(Mat3::identity() + h * 1.1), Want::Energy), Err(LawError::Undefined))
             && h.norm() > 1e-6
         {

@@ -34,8 +34,8 @@ pub static INFO: LawInfo = LawInfo {
 /// The law in the registry.
 pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(Corotational(Moduli::from_map(v)?))));
 
-/// Smallest s_i + s_j \[–\] by which the derivative of R is divided. Below it ∂R/∂F, infinite at the kink, is cut off at
-/// 2/(s_i + s_j) = 2e6; above it A is exact.
+/// Smallest s_i + s_j \[–\] by which the derivative of R is divided. Below it ∂R/∂F, which is infinite at the kink, is limited to 2/(s_i + s_j) =
+/// 2e6; above it A is exact.
 const NEAR_KINK: f64 = 1e-6;
 
 /// Corotational law.
@@ -77,7 +77,7 @@ impl Law for Corotational {
             out.a = isotropic(2.0 * mu, lambda, 0.0, &rows(&r));
             for (i, j) in [(0, 1), (0, 2), (1, 2)] {
                 let t = twist(&svd, i, j);
-                // T = √2 T_ij, so its dyad counts half of the 2/(s_i + s_j).
+                // T = √2 T_ij, so that its dyad has half the factor 2/(s_i + s_j).
                 add_dyad(&mut out.a, (lambda * tr - 2.0 * mu) / (s[i] + s[j]).max(NEAR_KINK), &t, &t);
             }
         }
@@ -107,14 +107,14 @@ mod tests {
         Corotational(Moduli::from_e_nu(100e3, 0.3).expect("within bounds"))
     }
 
-    /// Inverted, with s₂ + s₃ = δ, and turned so that no entry is zero.
+    /// An inverted gradient with s₂ + s₃ = δ, rotated so that no entry is zero.
     fn near_kink(delta: f64) -> Mat3 {
         let q = nalgebra::Rotation3::from_euler_angles(0.4, -0.9, 1.7).into_inner();
         q * Mat3::from_diagonal(&Vec3::new(1.2, 0.6, delta - 0.6)) * q * q
     }
 
-    /// A : D against the central difference of P along D, extrapolated once, at δ = 1e-2. With h = δ/400 the truncation is (1/400)⁴/4 of A
-    /// and the rounding, ε/δ in R over h, 1e-11 of A (A ≈ 2μ·2/δ).
+    /// Compares A : D with the central difference of P along D, extrapolated once, at δ = 1e-2. With h = δ/400 the truncation is (1/400)⁴/4 of A and
+    /// the rounding, ε/δ in R over h, 1e-11 of A (A ≈ 2μ·2/δ).
     #[test]
     fn tangent_is_exact_near_the_kink() {
         let f = near_kink(1e-2);
@@ -131,7 +131,7 @@ mod tests {
         }
     }
 
-    /// ψ is continuous across the kink, where P jumps, and A stays below its cut-off.
+    /// ψ is continuous across the kink, where P jumps, and A stays below its limit.
     #[test]
     fn the_kink_is_finite() {
         let at = |delta| law().eval(&near_kink(delta), Want::Tangent).expect("defined for every F");

@@ -14,7 +14,8 @@ pub fn rotation(random: &mut SplitMix) -> Mat3 {
     nalgebra::UnitQuaternion::from_quaternion(q).to_rotation_matrix().into_inner()
 }
 
-/// Parameters inside their bounds, moduli of either sign where it is free, any number of the optional ones, any option; drawn again until the shear modulus at F = I is positive.
+/// Draws a law: parameters inside their bounds, moduli of either sign if that is allowed, any number of the optional parameters, any option; repeated
+/// until the shear modulus at F = I is positive.
 pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law>, String> {
     let info = entry.info;
     for _ in 0..1000 {
@@ -28,7 +29,7 @@ pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law
         match entry.build_with(&values, &options) {
             Ok(law) => return Ok(law),
             Err(LawSpecError::NotStable { .. } | LawSpecError::NoBulk { .. }) => {}
-            // Half of a pair (μ, α) is left
+            // Half of a pair (μ, α) remains
             Err(LawSpecError::Missing { .. }) if absent > 0 => {}
             Err(e) => return Err(format!("{e} from {values:?}, which are inside their bounds")),
         }
@@ -36,7 +37,8 @@ pub(super) fn law(random: &mut SplitMix, entry: &LawEntry) -> Result<Box<dyn Law
     Err("no draw of constants inside their bounds has a positive shear modulus".into())
 }
 
-/// A number inside its bounds: a modulus over three decades, any other up to ten; near that of the example where the bounds leave nothing of these.
+/// Draws a number inside its bounds: a modulus over three decades, any other number up to ten; near the value of the example if the bounds exclude
+/// these.
 fn value(random: &mut SplitMix, p: &Parameter, example: f64) -> f64 {
     let (lower, upper) = p.bounds;
     let drawn = if p.dimension == Dimension::PRESSURE {
@@ -51,12 +53,12 @@ fn value(random: &mut SplitMix, p: &Parameter, example: f64) -> f64 {
     drawn.unwrap_or_else(|| example + (random.unit() - 0.5) * (example - lower).min(upper - example))
 }
 
-/// F with principal stretches in [0.3, 3], inverted on request, and its distance ρ to the nearest singularity of any law.
+/// Draws F with principal stretches in [0.3, 3], inverted on request, and returns it with its distance ρ to the nearest singularity of any law.
 pub fn gradient(random: &mut SplitMix, inverted: bool) -> (Mat3, f64) {
     gradient_within(random, inverted, 1.0)
 }
 
-/// Like [`gradient`], with the logarithms of the stretches times `range`.
+/// Draws F like [`gradient`], with the logarithms of the stretches scaled by `range`.
 pub(super) fn gradient_within(random: &mut SplitMix, inverted: bool, range: f64) -> (Mat3, f64) {
     let mut s = [0, 1, 2].map(|_| (0.3 * 10_f64.powf(random.unit())).powf(range));
     s.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! A law as the registry lists it: its declaration and how it is built from values.
+//! A law as listed in the registry: its declaration and its construction from values.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,13 +13,13 @@ use crate::wording::hint;
 /// Builds a law from its values \[SI\] and options by key.
 pub type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
 
-/// Rates of [`Law::values`] by one of the keys that were given, the others held.
+/// Rates of [`Law::values`] with respect to one of the given keys, with the others held.
 pub type Rates = fn(&dyn Law, &Values, &str) -> Vec<f64>;
 
-/// Builds a law that is known at run time only, from its values \[SI\] and options by key.
+/// Builds a law that is only known at run time, from its values \[SI\] and options by key.
 pub type Maker = dyn Fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError> + Send + Sync;
 
-/// How a law is made from its values.
+/// The function that builds a law from its values.
 #[derive(Clone, Copy)]
 enum Make {
     Function(Build),
@@ -32,27 +32,27 @@ impl fmt::Debug for Make {
     }
 }
 
-/// Turns constants of another convention, with its option, into those of one convention; false where they are that already.
+/// Converts constants given in another convention, with its option, to the law's own convention; returns false if they are already in it.
 pub type Convert = fn(&mut Values, &mut BTreeMap<String, String>) -> bool;
 
 /// The declaration of a law: its description, its constants, an example and the form in which it is fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct LawEntry {
     pub info: &'static LawInfo,
-    /// Keys taken from a file: the parameters or what they can be computed from
+    /// Keys that are read from a file: the parameters, or quantities from which they can be computed
     pub keys: &'static [Parameter],
     /// Values of `info.parameters` in their order \[SI\], as an example for checks; optional ones may be absent at the end
     pub sample: &'static [f64],
-    /// How the law is fitted to homogeneous tests; None for a law that is not fitted
+    /// The form in which the law is fitted to homogeneous tests; `None` for a law that is not fitted
     pub fit: Option<FitForm>,
-    /// Turns constants of another convention into those that are fitted, and says whether they were of another one
+    /// Converts constants of another convention to those that are fitted, and returns whether they were in another one
     pub to_own_convention: Option<Convert>,
     make: Make,
     pub(super) rates: Rates,
 }
 
 impl LawEntry {
-    /// A law of the constants `keys`, read from a file by `build` and differentiated by `rates`.
+    /// Declares a law of the constants `keys`, read from a file by `build` and differentiated by `rates`.
     pub const fn new(
         info: &'static LawInfo,
         keys: &'static [Parameter],
@@ -63,7 +63,7 @@ impl LawEntry {
         Self { info, keys, sample, fit: None, to_own_convention: None, make: Make::Function(build), rates }
     }
 
-    /// A law whose `make` is known at run time only, such as one that another language declares. It is kept as long as the process.
+    /// Declares a law whose `make` is only known at run time, such as one that another language declares. It is kept for the life of the process.
     pub fn made_by(
         info: &'static LawInfo,
         keys: &'static [Parameter],
@@ -82,20 +82,20 @@ impl LawEntry {
         }
     }
 
-    /// A law of two elastic constants, any two of E, ν, μ, λ, κ. The example has E = 100 kPa and ν = 0.4.
+    /// Declares a law of two elastic constants, any two of E, ν, μ, λ, κ. The example has E = 100 kPa and ν = 0.4.
     pub const fn elastic(info: &'static LawInfo, build: Build) -> Self {
         let rates: Rates = |law, given, key| law.small_strain().rates(given, key);
         Self::new(info, moduli::KEYS, &[100e3, 0.4], build, rates)
     }
 
-    /// This law with the form in which it is fitted.
+    /// This entry with the form in which the law is fitted.
     #[must_use]
     pub const fn with_fit(mut self, fit: FitForm) -> Self {
         self.fit = Some(fit);
         self
     }
 
-    /// This law with the conversion of its constants into one convention.
+    /// This entry with the conversion of its constants to one convention.
     #[must_use]
     pub const fn with_conversion(mut self, convert: Convert) -> Self {
         self.to_own_convention = Some(convert);
@@ -106,13 +106,13 @@ impl LawEntry {
     ///
     /// # Errors
     ///
-    /// Where the law refuses its own example.
+    /// Returns an error if the law refuses its own example.
     pub fn example(&self) -> Result<Box<dyn Law>, LawSpecError> {
         let options: Vec<&str> = self.info.choices.iter().map(|c| c.default.unwrap_or(c.options[0])).collect();
         self.build_with(self.sample, &options)
     }
 
-    /// The example as the table of a file.
+    /// The example as a table of a file.
     pub fn example_table(&self) -> toml::Table {
         let mut table = toml::Table::new();
         table.insert("law".into(), self.info.name.into());
@@ -133,11 +133,11 @@ impl LawEntry {
         table
     }
 
-    /// The law with these values \[SI\] and options by key.
+    /// Builds the law with these values \[SI\] and options by key.
     ///
     /// # Errors
     ///
-    /// Where a value is missing, unknown or out of its range, or an option is none of the law.
+    /// Returns an error if a value is missing, unknown or out of its range, or if the law does not have an option.
     pub fn build(&self, values: &Values, options: &BTreeMap<String, String>) -> Result<Box<dyn Law>, LawSpecError> {
         for (key, value) in values {
             check_bounds(std::slice::from_ref(self.key(key)?), key, *value)?;
@@ -153,21 +153,21 @@ impl LawEntry {
         }
     }
 
-    /// The law with the values of `info.parameters` in their order \[SI\], and what it takes where nothing is chosen.
+    /// Builds the law with the values of `info.parameters` in their order \[SI\], and the default options.
     ///
     /// # Errors
     ///
-    /// Where a value is out of its range, or their number is not that of the parameters.
+    /// Returns an error if a value is out of its range, or if the number of values is not that of the parameters.
     pub fn build_from(&self, values: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
         self.build_with(values, &[])
     }
 
-    /// The law with the values of `info.parameters` and the options of `info.choices` in their order: the inverse of [`Law::values`] and
+    /// Builds the law with the values of `info.parameters` and the options of `info.choices` in their order: the inverse of [`Law::values`] and
     /// [`Law::choices`].
     ///
     /// # Errors
     ///
-    /// Those of [`LawEntry::build_from`], and options that the law does not have.
+    /// Returns the errors of [`LawEntry::build_from`], and an error for options that the law does not have.
     pub fn build_with(&self, values: &[f64], options: &[&str]) -> Result<Box<dyn Law>, LawSpecError> {
         let keys = self.info.parameters.iter().map(|p| p.name.to_string());
         let names = self.info.choices.iter().map(|c| c.name.to_string());
@@ -195,7 +195,7 @@ impl LawEntry {
         })
     }
 
-    /// The parameter of this key in files.
+    /// The parameter with this key in files.
     pub fn parameter(&self, key: &str) -> Option<&'static Parameter> {
         self.keys.iter().find(|p| p.name == key)
     }

@@ -6,15 +6,15 @@
 //! ∂D = J^{−2/3}[2δ_ik M_JL − (4/3)(T_iJ G_kL + G_iJ T_kL) + (4/9) Q G_iJ G_kL + ⅔ Q G_iL G_kJ]    T = FM
 //! ```
 //!
-//! a is the unit direction at rest; κ = 0 aligns all fibres with it (Holzapfel, Gasser & Ogden, J. Elast. 61, 2000, eq. 66), κ = ⅓ spreads them
-//! over all directions (Gasser, Ogden & Holzapfel, J. R. Soc. Interface 3, 2006, eq. 4.6). ⟨Ē⟩ is Ē where it is positive, else 0: the
-//! fibres act in tension only. ψ ignores changes of volume.
+//! Here a is the unit direction at rest; κ = 0 aligns all fibres with it (Holzapfel, Gasser & Ogden, J. Elast. 61, 2000, eq. 66), κ = ⅓ spreads them
+//! over all directions (Gasser, Ogden & Holzapfel, J. R. Soc. Interface 3, 2006, eq. 4.6). ⟨Ē⟩ is Ē if positive, otherwise 0: the fibres act in
+//! tension only. ψ is independent of the volume.
 
 use super::kinematics::Invariants;
 use super::response::{LawError, Response, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
-/// Exponent beyond which exp overflows soon, with its square in the tangent.
+/// Exponent beyond which exp, multiplied by its square in the tangent, would soon overflow.
 const MOST_EXPONENT: f64 = 300.0;
 
 /// Constants of a family.
@@ -22,14 +22,14 @@ const MOST_EXPONENT: f64 = 300.0;
 pub struct FibreFamily {
     /// k₁ > 0 \[Pa\]
     pub k1: f64,
-    /// k₂ ≥ 0 \[–\]; of 0 the energy is ½ k₁ ⟨Ē⟩²
+    /// k₂ ≥ 0 \[–\]; for 0 the energy is ½ k₁ ⟨Ē⟩²
     pub k2: f64,
     /// κ, 0 ≤ κ ≤ ⅓ \[–\]
     pub kappa: f64,
 }
 
 impl FibreFamily {
-    /// ψ, P and A of the fibres along the unit vector `a` at F; refuses det F ≤ 0, and fibres stretched so far that exp overflows.
+    /// ψ, P and A of the fibres along the unit vector `a` at F; refuses det F ≤ 0, and fibres that are stretched so far that exp overflows.
     pub fn eval(&self, a: &Vec3, f: &Mat3, want: Want) -> Result<Response, LawError> {
         let invariants = Invariants::of_positive(f)?;
         let (j, g) = (invariants.j, invariants.cof / invariants.j);

@@ -4,7 +4,7 @@
 //!
 //! Source: Gent, *A new constitutive relation for rubber*, Rubber Chem. Technol. 69, 1996.
 //!
-//! Limits: J > 0 and Ī₁ − 3 < J_m, refused beyond: there the chains are fully stretched and ψ is infinite.
+//! Limits: J > 0 and Ī₁ − 3 < J_m; beyond, where the chains would be fully stretched and ψ infinite, the state is refused.
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
@@ -18,7 +18,7 @@ use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required
 use super::volumetric::CHOICES;
 use crate::math::units::Dimension;
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,

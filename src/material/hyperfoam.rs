@@ -2,16 +2,16 @@
 //!
 //! ψ = Σ (2μ_n/α_n²)\[λ₁^{α_n} + λ₂^{α_n} + λ₃^{α_n} − 3 + (J^{−α_nβ_n} − 1)/β_n\], β_n = ν_n/(1 − 2ν_n)
 //!
-//! At F = I the shear modulus is Σ μ_n and the bulk modulus Σ 2μ_n(⅓ + β_n). With one ν in all terms the logarithmic Poisson's ratio of a uniaxial
-//! test is ν at every stretch, λ₂ = λ^{−ν}; ν = 0 is the limit β → 0, in which (J^{−αβ} − 1)/β → −α ln J.
+//! At F = I the shear modulus is Σ μ_n and the bulk modulus Σ 2μ_n(⅓ + β_n). If all terms have the same ν, the logarithmic Poisson's ratio of a
+//! uniaxial test is ν at every stretch, λ₂ = λ^{−ν}; ν = 0 is the limit β → 0, in which (J^{−αβ} − 1)/β → −α ln J.
 //!
 //! The foam of Blatz & Ko is α = −2, ν = ¼: ψ = ½μ(I₂/I₃ + 2√I₃ − 5).
 //!
-//! In eᵢ = ln λᵢ and s = ln J the law is Σ w(eᵢ) + g(s), with c = 2μ/α of each term the w of [`super::ogden`], and, with z = −αβs,
-//! g = −c s (e^z − 1 − z)/z, g′ = −c(e^z − 1), g″ = c α β e^z.
+//! In eᵢ = ln λᵢ and s = ln J the law is Σ w(eᵢ) + g(s), where, with c = 2μ/α for each term, w is that of [`super::ogden`], and, with z = −αβs, g =
+//! −c s (e^z − 1 − z)/z, g′ = −c(e^z − 1), g″ = c α β e^z.
 //!
-//! Sources: Ogden, Proc. R. Soc. A 328, 1972, 567–583; Hill, Adv. Appl. Mech. 18, 1978; Storåkers, J. Mech. Phys. Solids 34, 1986, 125–145; Blatz & Ko,
-//! Trans. Soc. Rheol. 6, 1962.
+//! Sources: Ogden, Proc. R. Soc. A 328, 1972, 567–583; Hill, Adv. Appl. Mech. 18, 1978; Storåkers, J. Mech. Phys. Solids 34, 1986, 125–145; Blatz &
+//! Ko, Trans. Soc. Rheol. 6, 1962.
 //!
 //! Limits: J > 0. Terms with μ_n < 0 or ν_n < 0 may lose stability at some stretch; see [`super::material_stability()`].
 
@@ -83,7 +83,7 @@ pub const ENTRY: LawEntry = LawEntry::new(
 )
 .with_fit(FIT);
 
-/// Keys of the constants that a fit finds; ν is the one of the lateral strain in all terms.
+/// Keys of the constants that a fit finds; ν comes from the lateral strain and is the same in all terms.
 const FITTED: &[Parameter] = &[KEYS[0], KEYS[1], KEYS[3], KEYS[4], KEYS[6], KEYS[7]];
 
 const FIT: FitForm = FitForm {
@@ -102,18 +102,18 @@ const FIT: FitForm = FitForm {
 pub struct Hyperfoam {
     /// μ \[Pa\], α, ν of each term
     terms: Vec<[f64; 3]>,
-    /// Its part in the stretches
+    /// The part in the principal stretches
     stretches: Ogden,
     hooke: Moduli,
 }
 
-/// β of ν.
+/// β as a function of ν.
 fn beta(nu: f64) -> f64 {
     nu / (1.0 - 2.0 * nu)
 }
 
 impl Hyperfoam {
-    /// A foam of one to three terms μ \[Pa\], α, ν. Refuses exponents of zero, and constants whose moduli at F = I are not positive.
+    /// A foam of one to three terms μ \[Pa\], α, ν. Refuses zero exponents, and constants whose moduli at F = I are not positive.
     pub fn new(terms: &[[f64; 3]]) -> Result<Self, LawSpecError> {
         if let Some(n) = terms.iter().position(|t| t[1] == 0.0) {
             return Err(LawSpecError::ZeroExponent { key: KEYS[3 * n + 1].name });
@@ -155,7 +155,7 @@ fn ratio(z: f64) -> f64 {
     if z == 0.0 { 0.0 } else { exp_m1_minus_y(z) / z }
 }
 
-/// ∂/∂z of it, \[z(e^z − 1) − (e^z − 1 − z)\]/z²
+/// Derivative of [`ratio`] with respect to z, \[z(e^z − 1) − (e^z − 1 − z)\]/z²
 fn ratio_by_z(z: f64) -> f64 {
     // The series ½ + z/3 + z²/8: the next term is z³/30 < 1e-17
     if z.abs() < 1e-5 { 0.5 + z / 3.0 + z * z / 8.0 } else { (z * z.exp_m1() - exp_m1_minus_y(z)) / (z * z) }
@@ -193,7 +193,7 @@ impl Law for Hyperfoam {
     }
 }
 
-/// ∂ψ/∂θ with these rates of μ, α, ν of each term.
+/// ∂ψ/∂θ for these rates of μ, α, ν of each term.
 #[derive(Clone, Debug)]
 struct Along {
     law: Hyperfoam,
@@ -203,7 +203,7 @@ struct Along {
 }
 
 impl Along {
-    /// ∂/∂θ of g, g′ and g″ at s, with dc of c and dz = −s d(αβ) of z.
+    /// ∂/∂θ of g, g′ and g″ at s, where c has the rate dc and z the rate dz = −s d(αβ).
     fn volume(&self, s: f64) -> [f64; 3] {
         let terms = self.law.terms.iter().zip(&self.rates);
         terms.fold([0.0; 3], |[g, d, h], ([mu, alpha, nu], [dmu, dalpha, dnu])| {
@@ -238,7 +238,7 @@ impl Law for Along {
         coupled(&self.stretches, |s| self.volume(s), f, want)
     }
 
-    /// By the same law: see [`Law::along`].
+    /// Derivatives are those of the same law: see [`Law::along`].
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
         self.law.along(rates)
     }
@@ -254,7 +254,8 @@ mod tests {
         (r.psi, r.p.diagonal())
     }
 
-    /// The foam of Blatz & Ko: its energy by the invariants, to the rounding of their terms, and its uniaxial stress μ(λ₂⁻² − λ⁻²)/λ, λ₂ = λ^{−1/4}.
+    /// The foam of Blatz & Ko: its energy from the invariants, to the rounding of their terms, and its uniaxial stress μ(λ₂⁻² − λ⁻²)/λ, λ₂ =
+    /// λ^{−1/4}.
     #[test]
     fn blatz_and_ko() {
         let law = Hyperfoam::new(&[[40e3, -2.0, 0.25]]).expect("a foam");
@@ -272,7 +273,8 @@ mod tests {
         }
     }
 
-    /// Hydrostatic stress of every term, P = (2μ/α)(λ^α − λ^{−3αβ})/λ, also at ν = 0, and the same ν in all terms keeps λ₂ = λ^{−ν} free of stress.
+    /// Hydrostatic stress of every term, P = (2μ/α)(λ^α − λ^{−3αβ})/λ, also at ν = 0; and with one ν in all terms the stretch λ₂ = λ^{−ν} is
+    /// stress-free.
     #[test]
     fn closed_forms() {
         let terms = [[30e3, 7.0, 0.0], [12e3, -3.0, 0.3], [8e3, 1.5, -0.2]];
@@ -297,7 +299,7 @@ mod tests {
         }
     }
 
-    /// The derivative of the ratio on both sides of its switch: the difference loses ε/z² there.
+    /// The derivative of the ratio on both sides of the switch to its series: the difference formula loses ε/z² there.
     #[test]
     fn the_series_meets_the_difference() {
         for s in [-1.0, 1.0] {

@@ -20,7 +20,7 @@ use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, Row9, rows};
 use std::marker::PhantomData;
 
-/// W \[J/m³\] and its derivatives \[Pa\] by Ī₁ and Ī₂.
+/// W \[J/m³\] and its derivatives \[Pa\] with respect to Ī₁ and Ī₂.
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Partials {
     pub w: f64,
@@ -33,19 +33,19 @@ pub struct Partials {
 
 /// An isochoric part W(Ī₁, Ī₂), given by its derivatives.
 pub trait InvariantEnergy {
-    /// Depends on Ī₂; without it the second invariant is not computed
+    /// Whether it depends on Ī₂; otherwise the second invariant is not computed
     const SECOND: bool;
-    /// W and its derivatives at i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 where it does not depend on it)
+    /// W and its derivatives at i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 if it does not depend on Ī₂)
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
-/// A part with constants of its own.
+/// An isochoric part whose constants are parameters.
 pub trait Parametric: InvariantEnergy {
     /// ∂/∂θ of [`InvariantEnergy::partials`], where the values of the part change by `rates` per unit of θ
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
-/// ∂W/∂θ of a part: of the same form, with the derivatives of its derivatives.
+/// ∂W/∂θ of a part, itself an energy of the same form: its derivatives are ∂/∂θ of the derivatives of W.
 pub struct Along<'a, W> {
     pub part: &'a W,
     /// ∂/∂θ of its values
@@ -76,7 +76,7 @@ pub fn response<W: InvariantEnergy>(part: &W, u: &Volumetric, f: &Mat3, want: Wa
     Ok(r)
 }
 
-/// ψ = W + U, P and A at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+/// ψ = W + U, P and A at [`LANES`] deformation gradients, given by rows; if one is refused, the error has its lane and the reason.
 #[inline(always)]
 pub fn lanes<W: InvariantEnergy>(
     part: &W,
@@ -99,16 +99,16 @@ pub fn lanes<W: InvariantEnergy>(
     Ok(())
 }
 
-/// ⅓I₁, I₂, U′J, c₁ = 2W₁J^{−2/3}, c₂ = 2W₂J^{−4/3}, the factors of G_iJ G_kL and G_iL G_kJ, and those of d₁⊗d₁, d₁⊗d₂ and d₂⊗d₂ with
-/// d₁ = J^{2/3}D₁ and d₂ = J^{4/3}D₂. I₂ and what follows from it are 0 in a part without Ī₂.
+/// ⅓I₁, I₂, U′J, c₁ = 2W₁J^{−2/3}, c₂ = 2W₂J^{−4/3}, the factors of G_iJ G_kL and G_iL G_kJ, and those of d₁⊗d₁, d₁⊗d₂ and d₂⊗d₂ with d₁ = J^{2/3}D₁
+/// and d₂ = J^{4/3}D₂. I₂ and the factors that depend on it are 0 for a part without Ī₂.
 type Factors<S> = [S; 10];
 
 /// ψ, G by rows, and the factors of the tensors in P and A.
 #[inline(always)]
 fn scalars<W: InvariantEnergy>(part: &W, u: &Volumetric, f: &Mat3) -> Result<(f64, Row9, Factors<f64>), LawError> {
     let k = Invariants::of_positive(f)?;
-    // With c = J^{1/3}, d = c − 1 and x = J − 1 = d³ + 3d² + 3d: J^{−2/3} I₁ − 3 = c⁻²{[I₁ − 3 − 2x] + d²(3 + 2d)}; Ī₂(F) = Ī₁(cof F), where
-    // c² and d(2 + d) take the places of c and d
+    // With c = J^{1/3}, d = c − 1 and x = J − 1 = d³ + 3d² + 3d: J^{−2/3} I₁ − 3 = c⁻²{[I₁ − 3 − 2x] + d²(3 + 2d)}; Ī₂(F) = Ī₁(cof F), where c² and
+    // d(2 + d) replace c and d
     let c = k.j.cbrt();
     let d = k.x / (1.0 + c + c * c);
     let m = 1.0 / (c * c);
@@ -168,7 +168,7 @@ impl<S: Real> Directions<S> {
         p
     }
 
-    /// The dyads with G, d₁ or d₂ on the right.
+    /// Adds the dyads with G, d₁ or d₂ on the right.
     #[inline(always)]
     fn tangent<W: InvariantEnergy>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>, a: &mut [[S; 9]; 9]) {
         let [third, _, _, c1, c2, ww, xx, k11, k12, k22] = *factors;
@@ -261,7 +261,7 @@ mod tests {
     use super::*;
     use crate::material::volumetric::VolumetricKind;
 
-    /// Ī₁ − 3 or Ī₂ − 3 itself.
+    /// The energy Ī₁ − 3 or Ī₂ − 3 itself.
     struct Invariant {
         second: bool,
     }
@@ -274,8 +274,8 @@ mod tests {
         }
     }
 
-    /// Ī₁ − 3 and Ī₂ − 3 of F = I + H against 60 digits for the same F in double precision (the module decimal of Python), on both sides of the
-    /// switch in [`Invariants`]. The brackets lose a digit at most, so 1e-14 leaves one.
+    /// Compares Ī₁ − 3 and Ī₂ − 3 of F = I + H with 60-digit values for the same F in double precision (the Python module decimal), on both sides of
+    /// the switch in [`Invariants`]. The brackets lose at most a digit, so that 1e-14 leaves a margin of one.
     #[test]
     fn invariants_keep_their_digits() {
         let h = Mat3::new(0.3, -0.5, 0.7, 0.2, 0.4, -0.6, -0.1, 0.8, 0.5);

@@ -1,4 +1,4 @@
-//! Invariants of F = I + H without cancellation near F = I, where ψ = O(‖H‖²) is the difference of terms of order one.
+//! Invariants of F = I + H without cancellation near F = I, where ψ = O(‖H‖²) is a difference of terms of order one.
 
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 
@@ -7,7 +7,7 @@ use super::response::LawError;
 /// Invariants of one F, each without cancellation.
 #[derive(Clone, Copy, Debug)]
 pub struct Invariants {
-    /// ‖H‖² < 0.1: the differences are taken in H, elsewhere in F, where they do not cancel
+    /// Whether ‖H‖² < 0.1: the differences are then formed from H, otherwise from F, where they do not cancel
     near: bool,
     /// cof F = J F⁻ᵀ \[–\]
     pub cof: Mat3,
@@ -17,12 +17,12 @@ pub struct Invariants {
     pub x: f64,
     /// I₁ − 3 \[–\] = 2 tr H + H:H
     pub i: f64,
-    /// I₁ − 3 − 2x \[–\]; the terms linear in H cancel by hand: 2 ε:ε − tr²H − 2 det H, ε = sym H
+    /// I₁ − 3 − 2x \[–\], with the terms linear in H cancelled analytically: 2 ε:ε − tr²H − 2 det H, ε = sym H
     pub i_2x: f64,
 }
 
 impl Invariants {
-    /// The invariants of any F, singular and inverted ones included.
+    /// The invariants of any F, including singular and inverted ones.
     #[inline(always)]
     pub fn of(f: &Mat3) -> Self {
         let cof = cofactor(f);
@@ -42,7 +42,7 @@ impl Invariants {
         }
     }
 
-    /// The invariants of an F with J > 0, refused otherwise (and where J is not a number).
+    /// The invariants of an F with J > 0; refused otherwise, also for NaN.
     #[inline(always)]
     pub fn of_positive(f: &Mat3) -> Result<Self, LawError> {
         let k = Self::of(f);
@@ -61,8 +61,8 @@ impl Invariants {
         if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
 
-    /// I₁(K) − 3 − 2(det K − 1) \[–\] of K = cof F, det K = J²: I₂ − 3 − 2(J² − 1) since I₂ = K:K. Near F = I from
-    /// K − I = tr H I − Hᵀ + cof H.
+    /// I₁(K) − 3 − 2(det K − 1) \[–\] of K = cof F, det K = J²: I₂ − 3 − 2(J² − 1) because I₂ = K:K. Near F = I computed from K − I = tr H I − Hᵀ +
+    /// cof H.
     #[inline(always)]
     pub fn second_2x(&self, f: &Mat3) -> f64 {
         if !self.near {
@@ -75,7 +75,7 @@ impl Invariants {
     }
 }
 
-/// x − ln(1 + x) \[–\] to full relative accuracy: with y = x/(2 + x), ln(1 + x) = 2 artanh y, so it is xy − 2(y³/3 + y⁵/5 + …).
+/// x − ln(1 + x) \[–\] to full relative accuracy: with y = x/(2 + x) and ln(1 + x) = 2 artanh y it is xy − 2(y³/3 + y⁵/5 + …).
 #[inline]
 pub fn x_minus_ln_1p(x: f64) -> f64 {
     if x.abs() >= 0.2 {
@@ -94,7 +94,7 @@ pub fn exp_m1_minus_y(y: f64) -> f64 {
     if y.abs() >= 0.5 {
         return y.exp_m1() - y;
     }
-    // y²/2 (1 + y/3 (1 + y/4 (…))): the term dropped is 2 y¹³/15! of the first one, below 1e-15 at |y| = ½.
+    // y²/2 (1 + y/3 (1 + y/4 (…))): the first neglected term is 2 y¹³/15! relative to the first one, below 1e-15 at |y| = ½.
     let tail = (3..=15).rev().fold(1.0, |s, n| 1.0 + s * y / f64::from(n));
     0.5 * y * y * tail
 }
@@ -103,7 +103,7 @@ pub fn exp_m1_minus_y(y: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The leading terms of the Taylor series are the independent value where the argument is small.
+    /// The leading terms of the Taylor series are the independent reference for small arguments.
     #[test]
     fn small_differences_keep_their_digits() {
         for x in [1e-9_f64, -3e-7, 2e-6] {
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Both branches agree: the direct difference loses no more than a few digits at the switch.
+    /// Both branches agree: the direct difference loses only a few digits at the switch.
     #[test]
     fn branches_agree_at_the_switch() {
         for s in [-1.0, 1.0] {

@@ -12,31 +12,31 @@ use crate::math::tensor::Mat3;
 pub struct LawInfo {
     /// Name in files, e.g. `neo_hookean`
     pub name: &'static str,
-    /// Name as a paper writes it, e.g. `Neo-Hookean`
+    /// Name as in papers, e.g. `Neo-Hookean`
     pub title: &'static str,
     /// ψ as text, in the letters of the code
     pub formula: &'static str,
     /// Author, year, equation
     pub source: &'static str,
-    /// Where it is not to be used
+    /// Conditions under which the law must not be used
     pub limits: &'static str,
     /// Independent parameters; their bounds form a box, so a fit may move each alone
     pub parameters: &'static [Parameter],
-    /// Number of the last parameters that may be absent: terms that are zero then
+    /// Number of parameters at the end that may be absent; their terms are then zero
     pub optional: usize,
     pub choices: &'static [Choice],
-    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` tells whether it also drives inverted cells back
+    /// Defined (finite ψ, P, A) for J ≤ 0; `limits` says whether it also restores inverted cells
     pub survives_inversion: bool,
-    /// ψ(QF) = ψ(F) for every rotation Q
+    /// Whether ψ(QF) = ψ(F) for every rotation Q
     pub objective: bool,
-    /// ψ without U(J) does not depend on the volume, so that the mean stress is U′(J) alone
+    /// Whether ψ without U(J) is independent of the volume, so that the mean stress is U′(J) alone
     pub isochoric: bool,
 }
 
 /// A constitutive law with its constants.
 pub trait Law: Send + Sync + std::fmt::Debug {
     fn info(&self) -> &'static LawInfo;
-    /// Values of the parameters in the order of `info().parameters` \[SI\]; optional ones that are absent are omitted at the end
+    /// Values of the parameters in the order of `info().parameters` \[SI\]; absent optional ones are omitted at the end
     fn values(&self) -> Vec<f64>;
     /// The chosen options, in the order of `info().choices`
     fn choices(&self) -> Vec<&'static str> {
@@ -46,19 +46,20 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// ψ, P and A at [`LANES`](crate::math::lanes::LANES) deformation gradients, given by rows; where one is refused, its lane and why.
+    /// ψ, P and A at [`LANES`](crate::math::lanes::LANES) deformation gradients, given by rows; if one is refused, the error has its lane and the
+    /// reason.
     fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
         out.fill(f, want, |f| self.eval(f, want))
     }
-    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
-    /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
+    /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; `None` for laws without such a split. If
+    /// [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {
         None
     }
-    /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
-    /// rates where a law has constants. It is not a material (its moduli may have any sign) and is not differentiated again.
+    /// ∂/∂θ of the law, where [`Law::values`] change by `rates` per unit of θ: a function of F with its own ψ, P, A and split, and with rates in
+    /// place of constants. It is not a material (its moduli may have any sign) and is not differentiated again.
     fn along(&self, rates: &[f64]) -> Box<dyn Law>;
-    /// Whether [`Law::along`] is a closed form. Where it is not, a run is differentiated by differences of whole scenes, which estimate their error.
+    /// Whether [`Law::along`] is a closed form. Otherwise a run is differentiated by differences of whole scenes, with an estimate of their error.
     fn is_differentiated_exactly(&self) -> bool {
         true
     }

@@ -2,10 +2,9 @@
 //!
 //! ψ = μ ε:ε + ½λ tr²ε, ε = sym(F − I)
 //!
-//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6 (Hooke's law as the
-//! limit F → I).
+//! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6 (Hooke's law as the limit F → I).
 //!
-//! Limits: not objective; a rotation by θ gives the strain cos θ − 1, so only for rotations of less than a few degrees.
+//! Limits: not objective; a rotation by θ causes the strain cos θ − 1, so that the law is limited to rotations of less than a few degrees.
 
 use super::assemble::isotropic;
 use super::entry::LawEntry;

@@ -1,15 +1,14 @@
 //! Homogeneous load cases of isotropic laws: nominal stress against stretch.
 //!
-//! Compressible laws: the free lateral stretch is solved from zero lateral stress. Incompressible limit of a law ψ_rest + U(J): J = 1,
-//! and the pressure that U leaves open follows from the free face, P = P₁₁ − (a/λ)P₃₃ of ψ_rest. For the Neo-Hookean law this is
-//! P/μ = λ − λ⁻² (uniaxial), λ − λ⁻⁵ (equibiaxial), λ − λ⁻³ (planar), γ (simple shear). Source: Treloar, *The Physics of
-//! Rubber Elasticity*, 3rd ed. 1975, ch. 5.
+//! Compressible laws: the free lateral stretch is solved from zero lateral stress. Incompressible limit of a law ψ_rest + U(J): J = 1, and the
+//! undetermined pressure follows from the free face, P = P₁₁ − (a/λ)P₃₃ of ψ_rest. For the neo-Hookean law this is P/μ = λ − λ⁻² (uniaxial), λ − λ⁻⁵
+//! (equibiaxial), λ − λ⁻³ (planar), γ (simple shear). Source: Treloar, *The Physics of Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
 use super::law::Law;
 use super::response::{LawError, Response, Want};
 use crate::math::tensor::Mat3;
 
-/// A homogeneous deformation; its amount is the stretch λ \[–\], or the shear γ \[–\] of simple shear.
+/// A homogeneous deformation; its amount is the stretch λ \[–\], or in simple shear the shear γ \[–\].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LoadCase {
     /// F = diag(λ, a, a), P₂₂ = P₃₃ = 0
@@ -18,7 +17,7 @@ pub enum LoadCase {
     Equibiaxial,
     /// F = diag(λ, 1, a), P₃₃ = 0; also called pure shear
     Planar,
-    /// F = I + γ e₁ ⊗ e₂; nothing is free
+    /// F = I + γ e₁ ⊗ e₂; no face is free
     SimpleShear,
 }
 
@@ -34,7 +33,7 @@ pub struct Homogeneous {
     pub stiffness: f64,
 }
 
-/// Reason why a load case has no state.
+/// The reason why a load case has no equilibrium state.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum LoadCaseError {
     #[error("{case:?} at {amount}: a stretch is a positive finite number (1 = undeformed, not the strain)")]
@@ -79,7 +78,7 @@ impl LoadCase {
         }
     }
 
-    /// The diagonal entries of F, as rows of A, that follow the amount and those that follow a.
+    /// The diagonal entries of F, as rows of A, that follow the amount, and those that follow a.
     fn moving(self) -> (&'static [usize], &'static [usize]) {
         match self {
             Self::Uniaxial => (&[0], &[4, 8]),
@@ -89,7 +88,7 @@ impl LoadCase {
         }
     }
 
-    /// Nominal stress of an incompressible Neo-Hookean material of shear modulus `mu` \[Pa\].
+    /// Nominal stress of an incompressible neo-Hookean material with shear modulus `mu` \[Pa\].
     pub fn incompressible_neo_hookean(self, mu: f64, amount: f64) -> f64 {
         mu * match self {
             Self::Uniaxial => amount - amount.powi(-2),
@@ -111,7 +110,7 @@ impl LoadCase {
         Ok(if self == Self::SimpleShear { p[(0, 1)] } else { p[(0, 0)] - p[(2, 2)] * a / amount })
     }
 
-    /// F of an isotropic law at this stretch λ (or shear γ) \[–\] with its lateral stretch, lateral faces free.
+    /// F of an isotropic law at this stretch λ (or shear γ) \[–\] with free lateral faces, and its lateral stretch.
     pub(super) fn deformed(self, law: &dyn Law, amount: f64) -> Result<(Mat3, f64), LoadCaseError> {
         if !amount.is_finite() || (self != Self::SimpleShear && amount <= 0.0) {
             return Err(LoadCaseError::NotAStretch { case: self, amount });
@@ -120,7 +119,7 @@ impl LoadCase {
         Ok((self.gradient(amount, a), a))
     }
 
-    /// State of an isotropic law at this stretch λ (or shear γ) \[–\], lateral faces free.
+    /// State of an isotropic law at this stretch λ (or shear γ) \[–\], with free lateral faces.
     pub fn state(self, law: &dyn Law, amount: f64) -> Result<Homogeneous, LoadCaseError> {
         let (f, a) = self.deformed(law, amount)?;
         let r = law.eval(&f, Want::Tangent)?;
@@ -135,8 +134,8 @@ impl LoadCase {
         Ok(Homogeneous { f, lateral: a, stress, stiffness })
     }
 
-    /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton inside a bracket, from its end on the side of no change of volume, which is next to the answer of a nearly incompressible law; bisection
-    /// where it would leave the bracket.
+    /// Lateral stretch a \[–\] with P_side(a) = 0 to rounding: Newton's method inside a bracket, starting from the end nearer to the isochoric
+    /// stretch, which is close to the solution of a nearly incompressible law; bisection if a step would leave the bracket.
     fn lateral(self, law: &dyn Law, amount: f64) -> Result<f64, LoadCaseError> {
         let free = self.moving().1;
         let side = |a: f64| -> Result<(f64, f64), LoadCaseError> {
@@ -149,7 +148,7 @@ impl LoadCase {
             case: self,
             amount,
         };
-        // Bracket: pulled inwards below, pushed outwards above. Small steps stay on the branch that begins at F = I.
+        // Bracket: the side is pulled inwards below the solution and pushed outwards above it. Small steps stay on the branch that begins at F = I.
         let mut a = self.isochoric(amount);
         let mut at = side(a)?;
         let step = if at.0 < 0.0 { 1.1 } else { 1.0 / 1.1 };
@@ -173,7 +172,7 @@ impl LoadCase {
             }
             let newton = a - p / stiffness;
             let next = if lo < newton && newton < hi { newton } else { 0.5 * (lo + hi) };
-            // Two ulp: the next step would move by rounding only
+            // Two ulp: the next step would only be rounding
             if (newton - a).abs() <= 2.0 * f64::EPSILON * a || p == 0.0 || next == a {
                 return Ok(a);
             }
@@ -196,7 +195,7 @@ mod tests {
         (NeoHookean(m), m)
     }
 
-    /// Uniaxial Neo-Hookean by scalar bisection in ln a, without the law: P₂₂ = 0 ⇔ μ(a² − 1) + λ_L ln(λ a²) = 0, which grows with a;
+    /// Uniaxial neo-Hookean solution by scalar bisection in ln a, without the law: P₂₂ = 0 ⇔ μ(a² − 1) + λ_L ln(λ a²) = 0, which increases with a;
     /// then P₁₁/μ = λ − 1/λ + (λ_L/μ) ln(λ a²)/λ.
     fn independent(m: &Moduli, stretch: f64) -> (f64, f64) {
         let ratio = m.lambda / m.mu;
@@ -210,7 +209,7 @@ mod tests {
         (stretch - 1.0 / stretch + ratio * (stretch.ln() + 2.0 * ln_a) / stretch, ln_a.exp())
     }
 
-    /// A law that counts how often it is evaluated.
+    /// A law that counts its evaluations.
     #[derive(Debug)]
     struct Counted(NeoHookean, AtomicU32);
 
@@ -237,7 +236,8 @@ mod tests {
         }
     }
 
-    /// Two evaluations for the bracket and two or three of Newton's method: a scan over stretches evaluates nearly incompressible laws some thousand times.
+    /// Two evaluations for the bracket and two or three for Newton's method: a scan over stretches evaluates nearly incompressible laws several
+    /// thousand times.
     #[test]
     fn a_nearly_incompressible_law_is_evaluated_five_times() {
         let law = Counted(neo_hookean(0.49999).0, AtomicU32::new(0));
@@ -289,8 +289,8 @@ mod tests {
         }
     }
 
-    /// Every law with a split: the compressible stress tends to the incompressible one with an error of first order in 1/κ, so that
-    /// ten times κ leaves a tenth of the difference; the Neo-Hookean one is the closed form.
+    /// For every law with a split the compressible stress tends to the incompressible one with an error of first order in 1/κ, so that ten times κ
+    /// leaves a tenth of the difference; for the neo-Hookean law the limit is the closed form.
     #[test]
     fn incompressible_limit_of_every_split_law() {
         for entry in LAWS {
@@ -314,8 +314,8 @@ mod tests {
                     let limit = case.incompressible(nearer.as_ref(), amount).expect("a split law");
                     let off = |law: &dyn Law| (case.state(law, amount).expect("in range").stress - limit).abs();
                     let (coarse, fine) = (off(near.as_ref()), off(nearer.as_ref()));
-                    // κ/μ = 3e5; the pressure is some μ, with Ogden's α = −4 up to 30 μ: 1e-4 of volume, times the stiffness. The second
-                    // order is that part of the first, at ten times the volume 1 % of it: 0.1 of the ratio
+                    // κ/μ = 3e5; the pressure is a few μ, with Ogden's α = −4 up to 30 μ: 1e-4 of the volume, times the stiffness. The second order
+                    // is the same share of the first; at ten times the change of volume it is 1 % of it: 0.1 of the ratio
                     assert!(fine < 1e-3 * limit.abs(), "{name} {case:?} {amount}: off by {fine}");
                     assert!(
                         fine < 1e-9 * limit.abs() || (coarse / fine - 10.0).abs() < 0.5,
@@ -330,8 +330,8 @@ mod tests {
         }
     }
 
-    /// Every law, every case: the free face is free, the stiffness is the derivative of the stress (central difference, h = 1e-4:
-    /// h² P‴/6 and ε P/h both below 1e-7 of the stiffness here), and the state at 1 is undeformed.
+    /// For every law and case the free face is stress-free, the stiffness is the derivative of the stress (central difference, h = 1e-4: h² P‴/6 and
+    /// ε P/h both below 1e-7 of the stiffness here), and the state at 1 is undeformed.
     #[test]
     fn every_law_and_case() {
         for entry in LAWS {

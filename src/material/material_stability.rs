@@ -10,13 +10,13 @@ use super::load_case::{LoadCase, LoadCaseError};
 use super::response::{LawError, Want};
 use crate::math::tensor::{Mat3, Vec3};
 
-/// Reason why a law is not used beyond an amount.
+/// The reason why a law is not used beyond an amount.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum Instability {
-    /// A change of the stretches exists that does no positive work
+    /// There is a change of the stretches that does no positive work
     #[error("the incremental stiffness is no longer positive definite")]
     Drucker,
-    /// No positive lateral stretch is free of stress
+    /// No positive lateral stretch is stress-free
     #[error("no lateral stretch is free of stress")]
     NoEquilibrium,
     #[error(transparent)]
@@ -26,17 +26,17 @@ pub enum Instability {
 /// End of the stable range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct StabilityLimit {
-    /// Stretch λ \[–\], in simple shear γ \[–\], to 1e-9 of its distance to the last stable one
+    /// Stretch λ \[–\], in simple shear γ \[–\], to within 1e-9 of the distance to the last stable one
     pub amount: f64,
     pub why: Instability,
 }
 
-/// Ends of the stable range around the undeformed state; None: stable up to the end of the requested range.
+/// Ends of the stable range around the undeformed state; `None`: stable up to the end of the requested range.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MaterialStability {
-    /// Going down from the undeformed state
+    /// Limit below the undeformed state
     pub below: Option<StabilityLimit>,
-    /// Going up
+    /// Limit above the undeformed state
     pub above: Option<StabilityLimit>,
 }
 
@@ -46,10 +46,10 @@ impl MaterialStability {
     }
 }
 
-/// Intervals of a scan in one direction; an unstable interval narrower than one of them may be missed.
+/// Number of intervals of a scan in one direction; an unstable interval narrower than one of them may be missed.
 const STEPS: u32 = 200;
 
-/// First amounts, on both sides of the undeformed state, at which the law stops being stable inside `range` \[–\].
+/// First amounts, on both sides of the undeformed state, at which the law loses stability inside `range` \[–\].
 pub fn material_stability(law: &dyn Law, case: LoadCase, range: [f64; 2]) -> Result<MaterialStability, LoadCaseError> {
     let rest = if case == LoadCase::SimpleShear { 0.0 } else { 1.0 };
     for amount in range {
@@ -63,7 +63,7 @@ pub fn material_stability(law: &dyn Law, case: LoadCase, range: [f64; 2]) -> Res
     })
 }
 
-/// The first amount between `rest` and `end` that is not stable: a scan, equal steps in ln λ (in γ), then bisection.
+/// The first unstable amount between `rest` and `end`, by a scan with equal steps in ln λ (in γ) and bisection.
 fn first(law: &dyn Law, case: LoadCase, rest: f64, end: f64) -> Option<StabilityLimit> {
     let at = |t: f64| if case == LoadCase::SimpleShear { end * t } else { end.powf(t) };
     if let Err(why) = check(law, case, rest) {
@@ -106,7 +106,7 @@ fn check(law: &dyn Law, case: LoadCase, amount: f64) -> Result<(), Instability> 
         let own = if i == j { stretches[i] * r.p[(i, i)] } else { 0.0 };
         stretches[i] * stretches[j] * r.a[4 * i][4 * j] + own
     });
-    // Positive definite ⇔ Cholesky's factor exists.
+    // Positive definite ⇔ the Cholesky factor exists.
     if nalgebra::Cholesky::new(d).is_some() { Ok(()) } else { Err(Instability::Drucker) }
 }
 
@@ -120,8 +120,8 @@ mod tests {
         entry.build_with(values, &["quadratic"]).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// Incompressible Yeoh, uniaxial: in the mode that goes on stretching, dτ/de ∝ W₁(2λ² + 1/λ) + 2W₁₁(λ² − 1/λ)²; the mode that makes
-    /// the section oval keeps W₁ > 0 longer. κ/μ = 1e5: the loss moves by about 1e-5.
+    /// Incompressible Yeoh law, uniaxial: in the mode of further stretching, dτ/de ∝ W₁(2λ² + 1/λ) + 2W₁₁(λ² − 1/λ)²; the mode that makes the section
+    /// oval remains stable longer, as long as W₁ > 0. κ/μ = 1e5 shifts the loss by about 1e-5.
     #[test]
     fn yeoh_with_negative_second_term() {
         let (c10, c20) = (20e3, -1e3);
@@ -141,7 +141,7 @@ mod tests {
         assert!((above.amount / lo - 1.0).abs() < 1e-4, "{} not {lo}", above.amount);
     }
 
-    /// Neo-Hookean and Mooney–Rivlin with positive terms are stable in every mode; the other direction of the range does not matter.
+    /// Neo-Hookean and Mooney–Rivlin laws with positive terms are stable in every mode; the direction in which the range is given does not matter.
     #[test]
     fn stable_laws_are() {
         for law in [build("yeoh", &[4e7, 20e3]), build("mooney_rivlin", &[4e7, 15e3, 5e3])] {
@@ -152,8 +152,8 @@ mod tests {
         }
     }
 
-    /// Incompressible Mooney–Rivlin with C01 = −C10/10. Equibiaxial tension: τ ∝ (λ² − λ⁻⁴)(C10 + C01λ²) has its maximum at the loss. Uniaxial
-    /// tension goes further: there the section becomes oval, at C10 + C01λ² = 0.
+    /// Incompressible Mooney–Rivlin law with C01 = −C10/10. In equibiaxial tension τ ∝ (λ² − λ⁻⁴)(C10 + C01λ²) has its maximum at the loss. Uniaxial
+    /// tension remains stable further: there the section becomes oval, at C10 + C01λ² = 0.
     #[test]
     fn the_mode_matters() {
         let law = build("mooney_rivlin", &[4e9, 20e3, -2e3]);

@@ -1,7 +1,7 @@
 //! Constitutive laws: ψ(F) \[J/m³\], P = ∂ψ/∂F \[Pa\], A = ∂P/∂F \[Pa\].
 //!
-//! A law is one file that declares its description, its constants, an example and the form in which it is fitted, and one line of
-//! [`registry::LAWS`]. A law defined outside of the library is added by [`register`] and checked by [`check::check_law`].
+//! A law is one file that declares its description, its constants, an example and the form in which it is fitted, and one line of [`registry::LAWS`].
+//! A law that is defined outside the library is added by [`register`] and checked by [`check::check_law`].
 
 pub mod arruda_boyce;
 mod assemble;

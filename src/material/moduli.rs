@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::parameter::{LawSpecError, Parameter, check_bounds};
 use crate::math::units::Dimension;
 
-/// Consistent elastic constants: a pair that was given is kept exactly, the others follow.
+/// Consistent elastic constants: the given pair is kept exactly, the others follow.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Moduli {
     /// Young's modulus E \[Pa\]
@@ -29,7 +29,7 @@ pub const KAPPA: Parameter = Parameter::new("kappa", "κ", Dimension::PRESSURE, 
 /// The independent pair of a law with two elastic constants: its bounds are a box, unlike those of (μ, λ).
 pub const PAIR: &[Parameter] = &[E, NU];
 
-/// Every constant that a file may give; exactly two are required.
+/// All constants that a file may give; exactly two are required.
 pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {
@@ -37,7 +37,7 @@ impl Moduli {
     ///
     /// # Errors
     ///
-    /// Where a constant is out of its range.
+    /// Returns an error if a constant is out of its range.
     pub fn from_e_nu(e: f64, nu: f64) -> Result<Self, LawSpecError> {
         Self::from_pair(("E", e), ("nu", nu))
     }
@@ -46,7 +46,7 @@ impl Moduli {
     ///
     /// # Errors
     ///
-    /// Where there are not two of them, or one is out of its range.
+    /// Returns an error unless there are exactly two of them, or if one is out of its range.
     pub fn from_map(given: &BTreeMap<String, f64>) -> Result<Self, LawSpecError> {
         let of: Vec<(&str, f64)> = KEYS.iter().filter_map(|p| given.get(p.name).map(|v| (p.name, *v))).collect();
         match of[..] {
@@ -59,7 +59,7 @@ impl Moduli {
     ///
     /// # Errors
     ///
-    /// Where a constant is out of its range, or the two do not determine the others.
+    /// Returns an error if a constant is out of its range, or the two do not determine the others.
     pub fn from_pair(a: (&str, f64), b: (&str, f64)) -> Result<Self, LawSpecError> {
         let order = |name: &str| KEYS.iter().position(|p| p.name == name).unwrap_or(KEYS.len());
         let ((first, p), (second, q)) = if order(a.0) <= order(b.0) { (a, b) } else { (b, a) };
@@ -83,7 +83,7 @@ impl Moduli {
             }
             ("E", "lambda") => {
                 let r = (p * p + 9.0 * q * q + 2.0 * p * q).sqrt();
-                // (E − 3λ + R)/4, with the difference taken by hand where λ is large.
+                // (E − 3λ + R)/4, with the difference rationalised if λ is large.
                 let mu = if 3.0 * q > p { 2.0 * p * q / (r + 3.0 * q - p) } else { (p - 3.0 * q + r) / 4.0 };
                 Self { e: p, nu: 2.0 * q / (p + q + r), mu, lambda: q, kappa: q + 2.0 / 3.0 * mu }
             }
@@ -140,7 +140,7 @@ impl Moduli {
         m.check(first, second)
     }
 
-    /// Rates of all five for the rates of E \[Pa\] and ν \[–\].
+    /// Rates of all five constants for given rates of E \[Pa\] and ν \[–\].
     pub fn along(&self, rates: &[f64]) -> Self {
         let [e, nu] = [rates[0], rates[1]];
         let mu = (0.5 * e - self.mu * nu) / (1.0 + self.nu);
@@ -148,13 +148,13 @@ impl Moduli {
         Self { e, nu, ..self.shifted(mu, kappa) }
     }
 
-    /// Rates of all five for those of μ and κ \[Pa\].
+    /// Rates of all five constants for given rates of μ and κ \[Pa\].
     pub(crate) fn shifted(&self, mu: f64, kappa: f64) -> Self {
         let by = |name| self.gradient(name).iter().zip([mu, kappa]).map(|(g, rate)| g * rate).sum();
         Self { e: by("E"), nu: by("nu"), mu, lambda: by("lambda"), kappa }
     }
 
-    /// Rates of (E, ν) by `key`, the other constant that was given held: with the gradients g by (μ, κ), g_key·d = 1 and
+    /// Rates d of (E, ν) with respect to `key`, with the other given constant held: with the gradients g with respect to (μ, κ), g_key·d = 1 and
     /// g_other·d = 0.
     pub fn rates(&self, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
         let other = given.keys().find(|k| *k != key).map_or("", String::as_str);
@@ -177,9 +177,9 @@ impl Moduli {
         }
     }
 
-    /// Refuses a pair whose other constants leave their bounds: the stored energy would not be positive.
+    /// Refuses a pair if other constants leave their bounds: the stored energy would not be positive.
     fn check(self, first: &str, second: &str) -> Result<Self, LawSpecError> {
-        // μ and κ first: they name the cause, the others follow from them.
+        // μ and κ first: they name the cause, and the others follow from them.
         for (p, value) in [(MU, self.mu), (KAPPA, self.kappa), (NU, self.nu), (E, self.e), (LAMBDA, self.lambda)] {
             if !(value.is_finite() && p.bounds.0 < value && value < p.bounds.1) {
                 return Err(LawSpecError::Contradiction {
@@ -204,7 +204,7 @@ mod tests {
         [("E", m.e), ("nu", m.nu), ("mu", m.mu), ("lambda", m.lambda), ("kappa", m.kappa)]
     }
 
-    /// Each of the ten pairs gives the same five constants. The condition of (1 − 2ν) is 1/(1 − 2ν), so is the tolerance.
+    /// Each of the ten pairs gives the same five constants. The condition number of (1 − 2ν) is 1/(1 − 2ν), and so is the tolerance.
     #[test]
     fn every_pair_gives_the_same_constants() {
         for nu in [-0.7, -0.2, 0.1, 0.3, 0.45, 0.499, 0.4999] {

@@ -2,11 +2,12 @@
 //!
 //! ψ = C10 i + C01 k + C11 ik + C20 i² + C02 k² + U(J), i = Ī₁ − 3, k = Ī₂ − 3
 //!
-//! Two terms: C10, C01; three: and C11; five: and C20, C02. A term that is not given is zero. The shear modulus at F = I is 2(C10 + C01).
+//! Two terms: C10 and C01; three terms: also C11; five terms: also C20 and C02. Terms that are not given are zero. The shear modulus at F = I is
+//! 2(C10 + C01).
 //!
 //! Sources: Mooney 1940; Rivlin 1948; Rivlin & Saunders, *Phil. Trans. R. Soc. A* 243, 1951, for the polynomial.
 //!
-//! Limits: J > 0. C01 < 0, and negative terms of higher order, lose stability at some stretch; see [`super::material_stability()`].
+//! Limits: J > 0. With C01 < 0, or negative terms of higher order, stability is lost at some stretch; see [`super::material_stability()`].
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
@@ -20,7 +21,7 @@ use super::volumetric::CHOICES;
 use super::{moduli, split};
 use crate::math::units::Dimension;
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -68,7 +69,7 @@ const FIT: FitForm = FitForm {
 pub struct MooneyRivlin {
     /// C10, C01, C11, C20, C02 \[Pa\]
     pub c: [f64; 5],
-    /// Number of constants that the file gives, without trailing zeros
+    /// Number of constants given in the file, without trailing zeros
     pub terms: usize,
 }
 

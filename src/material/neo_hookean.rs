@@ -1,4 +1,4 @@
-//! Compressible Neo-Hookean law with the logarithmic volumetric part.
+//! Compressible neo-Hookean law with the logarithmic volumetric part.
 //!
 //! ψ = ½μ(I₁ − 3) − μ ln J + ½λ(ln J)², I₁ = F:F
 //!
@@ -54,7 +54,7 @@ const FIT: FitForm = FitForm {
     term_counts: &[1],
     default_count: 1,
     compressible: false,
-    // C10 = ½μ of Yeoh's first term
+    // C10 = ½μ, the first term of Yeoh's law
     terms: FitTerms::Linear(|_, s| of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s)),
 };
 

@@ -2,13 +2,12 @@
 //!
 //! ψ = ½μ(J^{−2/3} I₁ − 3) + U(J), I₁ = F:F
 //!
-//! U(J) = ½κ(J − 1)² where no other is chosen: this pair is usually meant by the name.
+//! U(J) = ½κ(J − 1)² by default: the name usually means this pair.
 //!
-//! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed.
-//! 2008, ch. 6.
+//! Source: Simo & Hughes, *Computational Inelasticity*, 1998, ch. 9 for the split; U(J) = ½κ(J − 1)² as in Bonet & Wood, 2nd ed. 2008, ch. 6.
 //!
-//! Limits: J > 0 only. U = ½κ(J − 1)² stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse has
-//! none. Near incompressibility (κ ≫ μ) use a mixed formulation.
+//! Limits: J > 0 only. U = ½κ(J − 1)² stays finite at J = 0: the barrier there comes from J^{−2/3} alone, and a purely volumetric collapse meets no
+//! barrier. Near incompressibility (κ ≫ μ) use a mixed formulation.
 
 use super::entry::LawEntry;
 use super::isochoric::{InvariantEnergy, Partials};

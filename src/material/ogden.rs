@@ -2,18 +2,18 @@
 //!
 //! ψ = Σ (μ_n/α_n)(λ̄₁^{α_n} + λ̄₂^{α_n} + λ̄₃^{α_n} − 3) + U(J), λ̄ᵢ = J^{−1/3} λᵢ
 //!
-//! The shear modulus at F = I is ½ Σ μ_n α_n. Two other conventions are read, by `convention`, with their own μ_n:
+//! The shear modulus at F = I is ½ Σ μ_n α_n. Two other conventions are read, selected by `convention`, with their own μ_n:
 //!
 //! | `convention` | W | μ of this page | shear modulus |
 //! |---|---|---|---|
-//! | `"ogden"`, where none is given | Σ (μ_n/α_n)(Σλ̄^{α_n} − 3) | μ_n | ½ Σ μ_n α_n |
+//! | `"ogden"`, the default | Σ (μ_n/α_n)(Σλ̄^{α_n} − 3) | μ_n | ½ Σ μ_n α_n |
 //! | `"abaqus"` (also CalculiX) | Σ (2μ_n/α_n²)(Σλ̄^{α_n} − 3) | 2μ_n/α_n | Σ μ_n |
 //! | `"febio"` | Σ (c_n/α_n²)(Σλ̄^{α_n} − 3), c_n = μ_n | c_n/α_n | ½ Σ c_n |
 //!
-//! Source: Ogden, *Large deformation isotropic elasticity – on the correlation of theory and experiment for incompressible rubberlike solids*,
-//! Proc. R. Soc. A 326, 1972; the conventions after the manuals of the programs.
+//! Source: Ogden, *Large deformation isotropic elasticity – on the correlation of theory and experiment for incompressible rubberlike solids*, Proc.
+//! R. Soc. A 326, 1972; the conventions after the manuals of the programs.
 //!
-//! Limits: J > 0. Terms of opposite signs of μ_n α_n may lose stability at some stretch; see [`super::material_stability()`].
+//! Limits: J > 0. Laws with terms whose μ_n α_n have opposite signs may lose stability at some stretch; see [`super::material_stability()`].
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
@@ -40,7 +40,7 @@ const fn alpha(name: &'static str, symbol: &'static str) -> Parameter {
     Parameter::new(name, symbol, Dimension::NONE, Parameter::ANY, "exponent of the term, not zero")
 }
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -96,7 +96,7 @@ const FIT: FitForm = FitForm {
     terms: FitTerms::Separable(ShapedTerm { factor: |alpha| (1.0 / alpha, -1.0 / (alpha * alpha)), ..POWERS }),
 };
 
-/// Terms w = (Σ λ^α − 3)/α² with factors μα, so that τᵢ = λᵢ^α/α; less 1/α, which is a pressure: smooth where α changes its sign.
+/// Terms w = (Σ λ^α − 3)/α² with factors μα, so that τᵢ = λᵢ^α/α. The pressure 1/α is subtracted, which makes τ smooth where α changes its sign.
 pub(super) const POWERS: ShapedTerm = ShapedTerm {
     tau: |alpha, s| s.map(|x| power(alpha, x)),
     tau_by_shape: |alpha, s| s.map(|x| power_by_alpha(alpha, x)),
@@ -105,7 +105,7 @@ pub(super) const POWERS: ShapedTerm = ShapedTerm {
     factor: |_| (1.0, 0.0),
 };
 
-/// μ_n of μ_n/α_n \[Pa\], of the factor of a term in another convention.
+/// μ_n in μ_n/α_n \[Pa\], from the factor of a term in another convention.
 fn own_factor(convention: &str, mu: f64, alpha: f64) -> f64 {
     match convention {
         "abaqus" => 2.0 * mu / alpha,
@@ -114,7 +114,7 @@ fn own_factor(convention: &str, mu: f64, alpha: f64) -> f64 {
     }
 }
 
-/// Turns the μ_n of another convention into those of Ogden's; false where they are that already.
+/// Converts the μ_n of another convention to those of Ogden's; returns false if they are already in it.
 fn to_own_convention(values: &mut Values, options: &mut BTreeMap<String, String>) -> bool {
     let own = "ogden".to_string();
     let given = options.insert("convention".into(), own.clone()).unwrap_or(own.clone());
@@ -131,7 +131,7 @@ fn to_own_convention(values: &mut Values, options: &mut BTreeMap<String, String>
 pub struct Ogden {
     /// μ_n as given, in `convention` \[Pa\]
     given: [f64; TERMS],
-    /// μ_n of μ_n/α_n \[Pa\]
+    /// μ_n in μ_n/α_n \[Pa\]
     mu: [f64; TERMS],
     /// α_n \[–\]
     alpha: [f64; TERMS],
@@ -140,7 +140,7 @@ pub struct Ogden {
 }
 
 impl Ogden {
-    /// The law with μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
+    /// The law with μ_n in μ_n/α_n \[Pa\] and α_n, for at most [`TERMS`] terms.
     pub(super) fn of_terms(terms: &[[f64; 2]]) -> Self {
         let mut law = Self {
             given: [0.0; TERMS],
@@ -155,7 +155,7 @@ impl Ogden {
         law
     }
 
-    /// ∂W/∂θ with these rates of each term.
+    /// ∂W/∂θ for these rates of each term.
     pub(super) fn along_terms(self, rates: &[[f64; 2]]) -> Along {
         let mut along = Along { law: self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
         for (n, [mu, alpha]) in rates.iter().enumerate() {
@@ -221,7 +221,7 @@ impl IsochoricPart for Ogden {
 }
 
 impl ValanisLandel for Ogden {
-    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): what is added to (μ/α) e^{αē} cancels in the sum where Σē = 0.
+    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): the terms added to (μ/α) e^{αē} cancel in the sum if Σē = 0.
     #[inline(always)]
     fn sums(&self, e: &[f64; 3]) -> Sums {
         let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };
@@ -243,7 +243,7 @@ impl ValanisLandel for Ogden {
     }
 }
 
-/// ∂W/∂θ with the rates of μ_n of μ_n/α_n and of α_n.
+/// ∂W/∂θ from the rates of μ_n in μ_n/α_n and of α_n.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Along {
     law: Ogden,
@@ -278,7 +278,7 @@ impl ValanisLandel for Along {
 
     fn quotient(&self, a: f64, b: f64) -> f64 {
         let d = a - b;
-        // d/(eᵈ − 1); below 1e-150 the numbers run out before the digits do.
+        // d/(eᵈ − 1); below 1e-150 the floating-point range is exhausted before the accuracy.
         let ratio = if d < 1e-150 { 1.0 } else { d / d.exp_m1() };
         let term = |([mu, alpha], [dmu, dalpha]): ([f64; 2], [f64; 2])| {
             let by_alpha = b * power_quotient(alpha, d) + ratio * (alpha * d).exp();
@@ -288,13 +288,13 @@ impl ValanisLandel for Along {
     }
 }
 
-/// (λ^α − 1)/α
+/// Computes (λ^α − 1)/α.
 fn power(alpha: f64, x: f64) -> f64 {
     let e = x.ln();
     if alpha == 0.0 { e } else { (alpha * e).exp_m1() / alpha }
 }
 
-/// ∂/∂α of it: \[αe λ^α − (λ^α − 1)\]/α², by its series where the difference cancels
+/// ∂/∂α of [`power`], \[αe λ^α − (λ^α − 1)\]/α², by its series where the difference cancels
 fn power_by_alpha(alpha: f64, x: f64) -> f64 {
     let e = x.ln();
     let y = alpha * e;

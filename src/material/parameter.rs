@@ -1,10 +1,10 @@
-//! Parameters and choices of a law as files give them, and the errors of a table.
+//! Parameters and choices of a law as given in files, and the errors of a table.
 
 use std::collections::BTreeMap;
 
 use crate::math::units::{Dimension, UnitError};
 
-/// A parameter, declared once: parsing, messages, fit bounds and docs derive from it.
+/// A parameter, declared once; parsing, messages, fit bounds and documentation derive from it.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Key in files, e.g. `mu`
@@ -18,7 +18,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// Bounds of a value above zero.
+    /// Bounds of a positive value.
     pub const POSITIVE: (f64, f64) = (0.0, f64::INFINITY);
     /// Bounds of a value of either sign.
     pub const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -35,23 +35,23 @@ impl Parameter {
     }
 }
 
-/// A form of the law to choose by name, e.g. `volumetric = "quadratic"`.
+/// A form of the law that is chosen by name, e.g. `volumetric = "quadratic"`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Choice {
     /// Key in files
     pub name: &'static str,
     pub options: &'static [&'static str],
-    /// Option taken where the key is absent; without one the key is required
+    /// Option that is used if the key is absent; without a default the key is required
     pub default: Option<&'static str>,
     pub meaning: &'static str,
-    /// Of each option, where it changes a part of the formula: this part
+    /// For each option, the part of the formula that it changes, if it changes one
     pub formulas: &'static [&'static str],
 }
 
 /// Values by key \[SI\].
 pub type Values = BTreeMap<String, f64>;
 
-/// Options by key, each choice of the law once.
+/// Options by key, with each choice of the law once.
 pub type Chosen = BTreeMap<&'static str, &'static str>;
 
 /// Refuses a value outside the open interval of its parameter, and NaN.
@@ -67,7 +67,7 @@ pub(crate) fn check_bounds(keys: &[Parameter], key: &str, value: f64) -> Result<
     }
 }
 
-/// Why a law could not be made from its table.
+/// Reasons why a law could not be built from its table.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum LawSpecError {
     #[error("the table names no law; add `law = \"…\"` with one of {}", known.join(", "))]

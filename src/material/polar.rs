@@ -1,13 +1,13 @@
-//! Rotation-variant singular value decomposition and polar decomposition of any F, inverted and singular ones included.
+//! Rotation-variant singular value decomposition and polar decomposition of any F, including inverted and singular ones.
 //!
-//! F = U diag(s) Vᵀ with det U = det V = 1 and s₁ ≥ s₂ ≥ |s₃|; the sign of det F is the sign of s₃ (Irving, Teran & Fedkiw
-//! 2004). R = U Vᵀ is the rotation nearest to F. One-sided Jacobi rotations keep every singular value to nearly
-//! full precision, where an eigendecomposition of FᵀF would lose half the digits of the small ones (Golub & Van Loan, 4th ed.,
-//! ch. 8). Where s₂ + s₃ = 0 the nearest rotation is not unique and one of them is returned.
+//! F = U diag(s) Vᵀ with det U = det V = 1 and s₁ ≥ s₂ ≥ |s₃|; the sign of det F is the sign of s₃ (Irving, Teran & Fedkiw 2004). R = U Vᵀ is the
+//! rotation nearest to F. One-sided Jacobi rotations keep every singular value to nearly full precision, where an eigendecomposition of FᵀF would
+//! lose half the digits of the small ones (Golub & Van Loan, 4th ed., ch. 8). If s₂ + s₃ = 0, the nearest rotation is not unique and one of them is
+//! returned.
 
 use crate::math::tensor::{Mat3, Vec3, perpendicular};
 
-/// F = U diag(s) Vᵀ, see the module.
+/// F = U diag(s) Vᵀ, with the conventions of the module.
 #[derive(Clone, Copy, Debug)]
 pub struct SignedSvd {
     pub u: Mat3,
@@ -20,20 +20,20 @@ impl SignedSvd {
     pub fn of(f: &Mat3) -> Self {
         let scale = f.amax();
         if !(scale > 0.0 && scale.is_finite()) {
-            // F = 0: every rotation is as near. F not finite: s = tr F hands the NaN on.
+            // F = 0: all rotations are equally near. F not finite: s = tr F propagates the NaN.
             let s = if scale == 0.0 { 0.0 } else { f64::NAN };
             return Self { u: Mat3::identity(), s: [s; 3], v: Mat3::identity() };
         }
         let mut g = [0, 1, 2].map(|k| f.column(k) / scale);
         let mut v = [Vec3::x(), Vec3::y(), Vec3::z()];
-        // Quadratic convergence: 4 or 5 sweeps; the bound only guards the loop.
+        // Quadratic convergence takes 4 or 5 sweeps; the bound only guards the loop.
         for _ in 0..20 {
             let rotated = rotate(&mut g, &mut v, 0, 1) | rotate(&mut g, &mut v, 1, 2) | rotate(&mut g, &mut v, 0, 2);
             if !rotated {
                 break;
             }
         }
-        // Order by length; exchanging two columns with one sign keeps det V = 1.
+        // Sort by length; exchanging two columns and changing one sign keeps det V = 1.
         for (p, q) in [(0, 1), (1, 2), (0, 1)] {
             if g[p].norm_squared() < g[q].norm_squared() {
                 (g[p], g[q]) = (g[q], -g[p]);
@@ -59,7 +59,7 @@ impl SignedSvd {
     }
 }
 
-/// One Jacobi rotation that makes columns p and q of G orthogonal, with the same rotation of V; false where they already are.
+/// One Jacobi rotation that makes columns p and q of G orthogonal, with the same rotation of V; false if they already are.
 #[inline(always)]
 fn rotate(g: &mut [Vec3; 3], v: &mut [Vec3; 3], p: usize, q: usize) -> bool {
     const TOLERANCE: f64 = 4.0 * f64::EPSILON * f64::EPSILON;
@@ -85,7 +85,7 @@ mod tests {
         let d = SignedSvd::of(&f);
         let size = f.norm().max(f64::MIN_POSITIVE);
         let back = d.u * Mat3::from_diagonal(&Vec3::from(d.s)) * d.v.transpose();
-        // Backward error of a few sweeps of 3 rotations: below 50 ulp of ‖F‖.
+        // Backward error of a few sweeps of 3 rotations each: below 50 ulp of ‖F‖.
         assert!((back - f).norm() <= 1e-14 * size, "{f} is not U S Vᵀ: {back}");
         for q in [d.u, d.v] {
             assert!((q.transpose() * q - Mat3::identity()).norm() < 1e-14, "not orthogonal: {q}");

@@ -1,11 +1,11 @@
 //! Terms of an incompressible energy ψ = Σ c w, by their derivatives in eᵢ = ln λᵢ.
 //!
-//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is free of stress in every test that is fitted, which fixes the pressure:
+//! τᵢ = ∂w/∂eᵢ, Dᵢⱼ = ∂τᵢ/∂eⱼ. Direction 3 is stress-free in every fitted test, which determines the pressure:
 //!
 //! P = (τ₁ − τ₃)/λ₁, in simple shear P₁₂ = (τ₁ − τ₃)/(λ₁ + λ₁⁻¹)
 //!
-//! Of w(I₁, I₂) with aᵢ = ∂I₁/∂eᵢ = 2λᵢ² and bᵢ = ∂I₂/∂eᵢ = −2λᵢ⁻² (J = 1, I₂ = Σλᵢ⁻²):
-//! τ = w₁a + w₂b, D = 2w₁ diag a − 2w₂ diag b + w₁₁ a⊗a + w₁₂(a⊗b + b⊗a) + w₂₂ b⊗b.
+//! For w(I₁, I₂) with aᵢ = ∂I₁/∂eᵢ = 2λᵢ² and bᵢ = ∂I₂/∂eᵢ = −2λᵢ⁻² (J = 1, I₂ = Σλᵢ⁻²): τ = w₁a + w₂b, D = 2w₁ diag a − 2w₂ diag b + w₁₁ a⊗a +
+//! w₁₂(a⊗b + b⊗a) + w₂₂ b⊗b.
 //!
 //! Source: Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; Treloar, *The Physics of Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
@@ -25,7 +25,7 @@ pub fn invariants(s: [f64; 3]) -> (f64, f64) {
     (s.iter().map(|x| x * x).sum::<f64>() - 3.0, s.iter().map(|x| 1.0 / (x * x)).sum::<f64>() - 3.0)
 }
 
-/// Derivatives of a law of the invariants; not a number where the law is not defined.
+/// Derivatives of a law in the invariants; NaN where the law is not defined.
 pub fn of_invariants(law: &impl InvariantEnergy, s: [f64; 3]) -> PrincipalDerivatives {
     let (i, k) = invariants(s);
     let nan = Partials { w1: f64::NAN, ..Partials::default() };
@@ -41,14 +41,14 @@ pub fn of_invariants(law: &impl InvariantEnergy, s: [f64; 3]) -> PrincipalDeriva
     PrincipalDerivatives { tau: tau(w.w1, w.w2, s), d: [0, 1, 2].map(row) }
 }
 
-/// τ \[–\] of w₁ and w₂.
+/// τ \[–\] from w₁ and w₂.
 pub fn tau(w1: f64, w2: f64, s: [f64; 3]) -> [f64; 3] {
     s.map(|x| 2.0 * (w1 * x * x - w2 / (x * x)))
 }
 
 impl PrincipalDerivatives {
-    /// The second derivative in the plane Σde = 0 as (q₁₁, q₁₂, q₂₂) for de = (u, v, −u − v): Drucker's
-    /// stability requires it to be positive definite.
+    /// The second derivative in the plane Σde = 0 as (q₁₁, q₁₂, q₂₂) for de = (u, v, −u − v): Drucker's stability requires it to be positive
+    /// definite.
     pub fn in_plane(&self) -> [f64; 3] {
         let d = &self.d;
         [d[0][0] - 2.0 * d[0][2] + d[2][2], d[0][1] - d[0][2] - d[1][2] + d[2][2], d[1][1] - 2.0 * d[1][2] + d[2][2]]
@@ -60,8 +60,8 @@ mod tests {
     use super::super::mooney_rivlin::MooneyRivlin;
     use super::*;
 
-    /// Against differences of ψ along e: τ is its gradient and D its Hessian within Σe = 0 (h = 1e-4: h²ψ⁗/12 and εψ/h² are below
-    /// 1e-6 of ψ″ here).
+    /// Compares with differences of ψ along e: τ is its gradient and D its Hessian within Σe = 0 (h = 1e-4: h²ψ⁗/12 and εψ/h² are below 1e-6 of ψ″
+    /// here).
     #[test]
     fn tau_and_d_are_derivatives_of_the_energy() {
         let law = MooneyRivlin { c: [1.0, 0.4, -0.2, 0.3, 0.1], terms: 5 };

@@ -2,9 +2,9 @@
 //!
 //! G(t) = G₀ \[1 − Σ g_α (1 − e^{−t/τ_α})\] = G∞ + Σ g_α G₀ e^{−t/τ_α}, G∞ = (1 − Σ g_α) G₀
 //!
-//! The g_α are shares of the instantaneous modulus G₀, as in the Prony tables of Abaqus and Ansys. The constants of a law
-//! give G₀ or G∞. In both cases the whole isochoric stress is (1 − ρ) S_iso + Σ β_α h_α, where h_α is the part of the isochoric
-//! stress S_iso that arm α has not relaxed, all of it after a jump and nothing in the long run:
+//! The g_α are shares of the instantaneous modulus G₀, as in the Prony tables of Abaqus and Ansys. The constants of a law give G₀ or G∞. In both
+//! cases the whole isochoric stress is (1 − ρ) S_iso + Σ β_α h_α, where h_α is the part of the isochoric stress S_iso that has not yet relaxed in arm
+//! α, all of it after a jump and nothing in the long term:
 //!
 //! | constants are | ρ | β_α |
 //! |---|---|---|
@@ -22,16 +22,16 @@ pub struct Arm {
     pub tau: f64,
 }
 
-/// Which modulus the constants of the law give.
+/// The modulus that the constants of the law give.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Constants {
-    /// G∞, what slow tests show
+    /// G∞, as slow tests show it
     LongTerm,
-    /// G₀, what a jump shows
+    /// G₀, as a jump shows it
     Instantaneous,
 }
 
-/// A Prony series that is none.
+/// Errors of an invalid Prony series.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum PronyError {
     #[error("the Prony series has no term; give at least one, such as {{ g = 0.2, tau = \"0.1 s\" }}")]
@@ -52,7 +52,7 @@ pub enum PronyError {
 /// A valid series, relative to the constants of the law.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Prony {
-    /// ρ \[–\]: share of the law's isochoric stress that is not there in the long run
+    /// ρ \[–\]: share of the law's isochoric stress that vanishes in the long term
     pub relaxed: f64,
     /// (β \[–\], τ \[s\]) of each arm
     pub arms: Vec<(f64, f64)>,
@@ -85,7 +85,7 @@ impl Prony {
         Ok(Self { relaxed, arms: arms.iter().map(|arm| (scale * arm.g, arm.tau)).collect() })
     }
 
-    /// G∞ and G₀ over the modulus that the constants give \[–\].
+    /// G∞ and G₀, relative to the modulus that the constants give \[–\].
     pub fn limits(&self) -> (f64, f64) {
         let long_term = 1.0 - self.relaxed;
         (long_term, long_term + self.arms.iter().map(|arm| arm.0).sum::<f64>())
@@ -98,7 +98,7 @@ mod tests {
 
     const ARMS: [Arm; 2] = [Arm { g: 0.3, tau: 0.1 }, Arm { g: 0.2, tau: 2.0 }];
 
-    /// G∞ = (1 − Σg) G₀ whichever of the two is given.
+    /// G∞ = (1 − Σg) G₀, whichever of the two is given.
     #[test]
     fn both_conventions_describe_one_series() {
         let (long, jump) = Prony::new(&ARMS, Constants::LongTerm).expect("valid").limits();

@@ -1,4 +1,4 @@
-//! The list of laws, and how a law is read from a file: `law = "neo_hookean"`, `E = "100 kPa"`, `nu = 0.45`.
+//! The list of laws, and the reading of a law from a file: `law = "neo_hookean"`, `E = "100 kPa"`, `nu = 0.45`.
 
 use crate::wording::hint;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::math::units::{self, Dimension, UnitError};
 
-/// Every law of the library. A new law is one file and one line here.
+/// All laws of the library. A new law takes one file and one line here.
 pub static LAWS: &[LawEntry] = &[
     linear::ENTRY,
     corotational::ENTRY,
@@ -34,21 +34,20 @@ pub static LAWS: &[LawEntry] = &[
 /// Laws that programs have added to those of the library.
 static REGISTERED: RwLock<Vec<&'static LawEntry>> = RwLock::new(Vec::new());
 
-/// Adds a law that is defined outside of the library, so that scenes and fits of this process can name it. Refuses a name that exists.
+/// Adds a law that is defined outside the library, so that scenes and fits of this process can name it.
 ///
 /// # Errors
 ///
-/// Where a law of this name exists.
+/// Returns an error if a law of this name exists.
 pub fn register(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, false)
 }
 
-/// Like [`register`], in the place of a law that was registered by this name before: scenes that exist keep the old one. Refuses the name of a law of
-/// the library.
+/// Registers a law as [`register`] does, but replaces a law that was registered before under this name; existing scenes keep the old one.
 ///
 /// # Errors
 ///
-/// Where the library has a law of this name.
+/// Returns an error if the library has a law of this name.
 pub fn register_anew(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, true)
 }
@@ -67,22 +66,22 @@ fn add(entry: LawEntry, anew: bool) -> Result<&'static LawEntry, LawSpecError> {
     Ok(entry)
 }
 
-/// The laws that are known at some time: those of the library and the ones that were registered then. A scene keeps those of the time when it was read or
-/// written, so that another law of the same name does not become its own.
+/// The laws that are known at some time: those of the library, and those that were registered by then. A scene keeps the laws of the time when it was
+/// read or written, so that a later law of the same name does not replace its own.
 #[derive(Clone)]
 pub struct KnownLaws {
     registered: Vec<&'static LawEntry>,
 }
 
 impl Default for KnownLaws {
-    /// Those of now.
+    /// The laws that are known now.
     fn default() -> Self {
         Self { registered: REGISTERED.read().unwrap_or_else(PoisonError::into_inner).clone() }
     }
 }
 
 impl fmt::Debug for KnownLaws {
-    /// Without the laws: a scene is the same whatever else is registered.
+    /// Omits the laws: a scene is the same whatever else is registered.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("KnownLaws")
     }
@@ -97,9 +96,9 @@ impl KnownLaws {
     ///
     /// # Errors
     ///
-    /// Where no law has this name.
+    /// Returns an error if no law has this name.
     pub fn find(&self, name: &str) -> Result<&'static LawEntry, LawSpecError> {
-        // A name that was registered since has one class only
+        // A name that was registered since then can only mean one law
         let later = || Self::default().all().find(|e| e.info.name == name);
         self.all().find(|e| e.info.name == name).or_else(later).ok_or_else(|| LawSpecError::UnknownLaw {
             name: name.to_string(),
@@ -111,7 +110,7 @@ impl KnownLaws {
     ///
     /// # Errors
     ///
-    /// Where the law is unknown, or a key is unknown or its value of another kind.
+    /// Returns an error if the law is unknown, a key is unknown, or a value has the wrong type.
     pub fn given(&self, table: &toml::Table) -> Result<Given, LawSpecError> {
         let name = match table.get("law") {
             Some(toml::Value::String(name)) => name,
@@ -127,14 +126,14 @@ impl KnownLaws {
     ///
     /// # Errors
     ///
-    /// Those of [`law_from_table`].
+    /// Returns the errors of [`law_from_table`].
     pub fn law(&self, table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
         let (entry, values, options) = self.given(table)?;
         entry.build(&values, &options)
     }
 }
 
-/// Whether the library itself has a law of this name. Of any other law, which this process has registered, files and builds say nothing but the name.
+/// Whether the library itself has a law of this name. For any other law, which this process has registered, files and builds record only the name.
 pub(crate) fn is_of_library(name: &str) -> bool {
     LAWS.iter().any(|e| e.info.name == name)
 }
@@ -156,7 +155,7 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
     KnownLaws::default().find(name)
 }
 
-/// The name of a law as a paper writes it; a name of anything else with blanks in place of underscores.
+/// The name of a law as in papers; any other name with spaces in place of underscores.
 pub fn title(name: &str) -> String {
     laws().iter().find(|e| e.info.name == name).map_or_else(|| name.replace('_', " "), |e| e.info.title.into())
 }
@@ -207,7 +206,7 @@ pub(super) fn given_as(
     Ok((values, options))
 }
 
-/// The quantity of a file \[SI\].
+/// Reads a quantity of a file \[SI\].
 pub(crate) fn quantity(p: &Parameter, value: &toml::Value) -> Result<f64, LawSpecError> {
     let unit = |source| LawSpecError::Unit { key: p.name, source };
     match value {
@@ -289,7 +288,7 @@ mod tests {
         }
     }
 
-    /// ν and κ = 2μ₀(1 + ν)/(3(1 − 2ν)) are the same law.
+    /// ν and κ = 2μ₀(1 + ν)/(3(1 − 2ν)) give the same law.
     #[test]
     fn nu_or_kappa() {
         let gent = "law = \"gent\"\nmu = \"30 kPa\"\nJ_m = 30\nvolumetric = \"quadratic\"\n";
@@ -306,7 +305,7 @@ mod tests {
         assert!((m.nu / 0.125 - 1.0).abs() < 1e-15, "(3κ − 2μ)/(6κ + 2μ) = 1/8");
     }
 
-    /// (table, what its message must say)
+    /// (table, required text of its message)
     #[test]
     fn refuses_with_fact_and_remedy() {
         let nh = "law = \"neo_hookean\"\n";

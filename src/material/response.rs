@@ -3,7 +3,7 @@
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::tensor::{Mat3, Mat9, ZERO9, rows};
 
-/// How much of a response is needed; each includes the ones before it.
+/// The required parts of a response; each level includes the previous ones.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Want {
     Energy,
@@ -11,7 +11,7 @@ pub enum Want {
     Tangent,
 }
 
-/// Response of a law at one deformation gradient. Parts that were not wanted are zero.
+/// Response of a law at one deformation gradient. Parts that were not requested are zero.
 #[derive(Clone, Debug)]
 pub struct Response {
     /// ψ \[J/m³\]
@@ -23,13 +23,13 @@ pub struct Response {
 }
 
 impl Response {
-    /// ψ \[J/m³\] alone; P and A are filled in where they are wanted.
+    /// A response with ψ \[J/m³\] alone; P and A are filled in if they are requested.
     pub fn energy(psi: f64) -> Self {
         Self { psi, p: Mat3::zeros(), a: ZERO9 }
     }
 }
 
-/// Responses at [`LANES`] deformation gradients. Parts that were not wanted keep their values.
+/// Responses at [`LANES`] deformation gradients. Parts that were not requested keep their values.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]
@@ -47,7 +47,7 @@ impl Default for LaneResponse {
 }
 
 impl LaneResponse {
-    /// One after the other, for laws without arithmetic on lanes; where one is refused, its lane and why.
+    /// Evaluates the lanes one after the other, for laws without arithmetic on lanes; if one is refused, the error has its lane and the reason.
     pub(super) fn fill(
         &mut self,
         f: &[Lanes; 9],
@@ -73,20 +73,20 @@ impl LaneResponse {
     }
 }
 
-/// A law that is not defined at this deformation.
+/// Errors of a law that is not defined at this deformation.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum LawError {
-    /// det F ≤ 0 \[–\] in a law that needs J > 0
+    /// det F ≤ 0 \[–\] in a law that requires J > 0
     #[error(
         "det F = {j:e} is not positive, where ln J and J^(-2/3) do not exist; take a smaller step or `stable_neo_hookean`"
     )]
     Inverted { j: f64 },
-    /// Ī₁ − 3 \[–\] at or beyond the largest one of the law
+    /// Ī₁ − 3 \[–\] at or beyond the limit of the law
     #[error(
         "Ī₁ − 3 = {i:e} reaches {limit:e}, beyond which the law is not defined: its chains are fully stretched; take a smaller step or load"
     )]
     Locked { i: f64, limit: f64 },
-    /// Outside of the domain of a law that is defined elsewhere
+    /// Outside the domain of a law that is defined elsewhere
     #[error("the law is not defined at this deformation; take a smaller step or load")]
     Undefined,
 }

@@ -63,7 +63,7 @@ fn choice(c: &Choice) -> Value {
     schema
 }
 
-/// A text with a capital at its beginning.
+/// A text with its first letter capitalised.
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

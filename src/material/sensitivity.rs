@@ -1,8 +1,7 @@
-//! Derivative of a law by a constant as its file gives it: ∂ψ/∂θ, ∂P/∂θ and ∂A/∂θ as functions of F.
+//! Derivative of a law with respect to a constant as given in its file: ∂ψ/∂θ, ∂P/∂θ and ∂A/∂θ as functions of F.
 //!
-//! A law differentiates by its own values ([`Law::along`]); here the rates of those values follow from the key of the file, by
-//! the chain rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the others by κ or ν. The other keys of the
-//! file are held.
+//! A law differentiates with respect to its own values ([`Law::along`]); here the rates of those values follow from the key of the file by the chain
+//! rule: a law of two constants is given by any two of E, ν, μ, λ, κ, the other laws by κ or ν. The other keys of the file are held.
 
 use super::entry::LawEntry;
 use super::law::Law;

@@ -1,4 +1,4 @@
-//! Softening of a rubber by the largest stored energy that it has seen (Mullins effect): pseudo-elasticity.
+//! Softening of a rubber by the largest stored energy in its history (Mullins effect), as pseudo-elasticity.
 //!
 //! With the isochoric energy W at the state and its largest value so far W_m ≥ W, the isochoric stress of the law is multiplied by
 //!
@@ -6,8 +6,8 @@
 //!
 //! On the first loading W = W_m and η = 1. On unloading and reloading below W_m the stress is smaller, and the energy ∫₀^{W_m} (1 − η) dW is lost.
 //!
-//! Source: Ogden & Roxburgh, Proc. R. Soc. Lond. A 455, 1999, 2861–2877, eq. 3.20 to 3.27, with m + βW_m as in Abaqus (`*MULLINS EFFECT`); β = 0 is the
-//! paper.
+//! Source: Ogden & Roxburgh, Proc. R. Soc. Lond. A 455, 1999, 2861–2877, eq. 3.20 to 3.27, with m + βW_m as in Abaqus (`*MULLINS EFFECT`); β = 0
+//! gives the model of the paper.
 
 use libm::erf;
 use std::f64::consts::PI;
@@ -17,9 +17,9 @@ use std::f64::consts::PI;
 pub struct Softening {
     /// r \[–\]: at most the share 1/r of the stress is lost
     pub r: f64,
-    /// m \[Pa\]: energy density that the loss is compared with
+    /// m \[Pa\]: constant part of the energy density that scales W_m − W
     pub m: f64,
-    /// β \[–\]: the same as a share of W_m
+    /// β \[–\]: part of that energy density that is proportional to W_m, as a share of W_m
     pub beta: f64,
 }
 
@@ -79,7 +79,7 @@ impl Softening {
         }
     }
 
-    /// η as below W_m, which goes on smoothly above it.
+    /// η continued smoothly above W_m, by the same formula as below it.
     pub fn continued(&self, energy: f64, peak: f64) -> Softened {
         let d = self.scale(peak);
         if d <= 0.0 {
@@ -90,7 +90,7 @@ impl Softening {
         Softened { eta: 1.0 - erf(x) / self.r, by_energy: slope, by_peak: -slope * (1.0 - self.beta * x) }
     }
 
-    /// ∫₀^W (1 − η) dW \[J/m³\] of unloading from W_m to W.
+    /// ∫₀^W (1 − η) dW \[J/m³\] on unloading from W_m to W.
     pub fn missing(&self, energy: f64, peak: f64) -> f64 {
         let d = self.scale(peak);
         if d <= 0.0 {
@@ -99,7 +99,7 @@ impl Softening {
         d / self.r * (erf_integral(peak / d) - erf_integral((peak - energy.min(peak)) / d))
     }
 
-    /// Energy lost since the beginning \[J/m³\] of a point whose largest energy was W_m.
+    /// Energy lost since the beginning \[J/m³\] at a point whose largest energy was W_m.
     pub fn lost(&self, peak: f64) -> f64 {
         self.missing(peak, peak)
     }

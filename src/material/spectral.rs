@@ -1,4 +1,4 @@
-//! Parts in principal stretches, of the Valanis–Landel form W = Σᵢ w(ēᵢ), ēᵢ = ln λᵢ − ⅓ ln J, or W = Σᵢ w(eᵢ), eᵢ = ln λᵢ.
+//! Energies in principal stretches, of the Valanis–Landel form W = Σᵢ w(ēᵢ), ēᵢ = ln λᵢ − ⅓ ln J, or W = Σᵢ w(eᵢ), eᵢ = ln λᵢ.
 //!
 //! With λᵢ the principal stretches, F = U diag(λ) Vᵀ, τᵢ = w′(ēᵢ) − ⅓Σⱼ w′(ēⱼ), or w′(eᵢ), and pᵢ = τᵢ/λᵢ:
 //!
@@ -7,13 +7,13 @@
 //! A = Σᵢⱼ (∂pᵢ/∂λⱼ) Nᵢ⊗Nⱼ + Σ_{i<j} ½ (pᵢ − pⱼ)/(λᵢ − λⱼ) M⁺ᵢⱼ⊗M⁺ᵢⱼ + ½ (pᵢ + pⱼ)/(λᵢ + λⱼ) M⁻ᵢⱼ⊗M⁻ᵢⱼ,
 //! Nᵢ = uᵢvᵢᵀ, M^±ᵢⱼ = uᵢvⱼᵀ ± uⱼvᵢᵀ
 //!
-//! Repeated stretches: with d = ln λᵢ − ln λⱼ the quotient is (pᵢ − pⱼ)/(λᵢ − λⱼ) = \[w′(ēᵢ) − w′(ēⱼ)\]/\[λᵢλⱼ(eᵈ − 1)\] − τⱼ/(λᵢλⱼ), and
-//! for w′ = μ(e^{αē} − 1) the bracket is μ e^{αēⱼ}(e^{αd} − 1)/(eᵈ − 1). Both differences are `exp_m1` of a given number,
-//! accurate to the last digits however small it is; at d = 0 the ratio is α. No series and no threshold that matters.
+//! Repeated stretches: with d = ln λᵢ − ln λⱼ the quotient is (pᵢ − pⱼ)/(λᵢ − λⱼ) = \[w′(ēᵢ) − w′(ēⱼ)\]/\[λᵢλⱼ(eᵈ − 1)\] − τⱼ/(λᵢλⱼ), and for w′ =
+//! μ(e^{αē} − 1) the bracket is μ e^{αēⱼ}(e^{αd} − 1)/(eᵈ − 1). Both differences are `exp_m1` of a given number, accurate to the last digits however
+//! small it is; at d = 0 the ratio is α. This needs no series and no threshold that affects the result.
 //!
-//! Near F = I the stretches come from the eigenvalues of FᵀF − I, formed without cancellation; elsewhere from the SVD of F, which keeps the
-//! digits of the small ones. Sources: Valanis & Landel 1967; Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; the modes: Smith, de
-//! Goes & Kim, ACM TOG 38(1), 2019.
+//! Near F = I the stretches come from the eigenvalues of FᵀF − I, formed without cancellation; elsewhere from the SVD of F, which keeps the digits of
+//! the small ones. Sources: Valanis & Landel 1967; Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; the modes: Smith, de Goes & Kim, ACM TOG
+//! 38(1), 2019.
 
 use super::assemble::{add_dyad, isotropic};
 use super::kinematics::Invariants;
@@ -22,7 +22,7 @@ use super::response::{LawError, Response, Want};
 use super::volumetric::Volumetric;
 use crate::math::tensor::{Mat3, Row9, Vec3, rows};
 
-/// w at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].
+/// Values at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct Sums {
     pub w: f64,
@@ -30,18 +30,18 @@ pub struct Sums {
     pub d2w: [f64; 3],
 }
 
-/// A part given by w(ē).
+/// An energy given by w(ē).
 pub trait ValanisLandel {
-    /// W, w′ and w″ at ē or e \[–\], both with W = 0 and w′ = 0 at rest
+    /// W, w′ and w″ at ē or e \[–\], with W = 0 and w′ = 0 at rest
     fn sums(&self, e: &[f64; 3]) -> Sums;
-    /// \[w′(a) − w′(b)\]/(e^{a−b} − 1) \[Pa\], for a ≥ b also where they coincide
+    /// \[w′(a) − w′(b)\]/(e^{a−b} − 1) \[Pa\] for a ≥ b, including a = b
     fn quotient(&self, a: f64, b: f64) -> f64;
 }
 
 /// (e^{αd} − 1)/(eᵈ − 1) \[–\] for d ≥ 0, to the last digits.
 #[inline]
 pub fn power_quotient(alpha: f64, d: f64) -> f64 {
-    // Below 1e-150 the numbers run out before the digits do; the next term is ½α(α − 1)d.
+    // Below 1e-150 the floating-point range is exhausted before the accuracy; the next term is ½α(α − 1)d.
     if d < 1e-150 { alpha } else { (alpha * d).exp_m1() / d.exp_m1() }
 }
 
@@ -54,7 +54,7 @@ struct Principal {
 }
 
 impl Principal {
-    /// Of an F with J > 0.
+    /// The decomposition of an F with J > 0.
     fn of(f: &Mat3) -> Self {
         let h = f - Mat3::identity();
         if h.norm_squared() < 0.1 {
@@ -81,7 +81,7 @@ impl Principal {
     }
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix by Jacobi's rotations, to ε‖A‖ each; in falling order.
+/// Eigenvalues and eigenvectors of a symmetric matrix by Jacobi rotations, each to ε‖A‖, in descending order.
 fn eigen(mut a: Mat3) -> ([f64; 3], Mat3) {
     let mut v = Mat3::identity();
     let tolerance = 0.25 * f64::EPSILON * a.norm();
@@ -139,7 +139,7 @@ pub fn coupled<W: ValanisLandel>(
     Ok(sum::<W, false>(part, &k, g(k.ln_j()), f, want))
 }
 
-/// The sum of w over ēᵢ where it is `ISOCHORIC`, else over eᵢ, and of a function of ln J with its derivatives.
+/// The sum of w over ēᵢ if `ISOCHORIC`, otherwise over eᵢ, plus a function of ln J with its derivatives.
 #[inline(always)]
 fn sum<W: ValanisLandel, const ISOCHORIC: bool>(
     part: &W,

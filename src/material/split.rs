@@ -1,7 +1,7 @@
 //! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
 //!
-//! A law whose W is a function of Ī₁ and Ī₂ implements [`Isochoric`], another one [`IsochoricPart`]; U(J), its constant from `kappa` or `nu`, and the
-//! trait [`Law`] are provided here.
+//! A law whose W is a function of Ī₁ and Ī₂ implements [`Isochoric`], any other law [`IsochoricPart`]; U(J), its constant from `kappa` or `nu`, and
+//! the trait [`Law`] are provided here.
 
 use super::entry::LawEntry;
 use super::isochoric::{self, Parametric};
@@ -13,12 +13,12 @@ use super::volumetric::{Volumetric, VolumetricKind};
 use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 
-/// The parameters of a law with the `keys` ν, κ and its constants, in this order: all but ν, from which κ follows.
+/// The parameters of a law whose `keys` are ν, κ and its constants, in this order: all except ν, from which κ follows.
 pub const fn law_parameters(keys: &'static [Parameter]) -> &'static [Parameter] {
     keys.split_at(1).1
 }
 
-/// Those of them that are fitted to tests of an incompressible material: the constants.
+/// The parameters that are fitted to tests of an incompressible material: the constants without ν and κ.
 pub const fn fitted_parameters(keys: &'static [Parameter]) -> &'static [Parameter] {
     keys.split_at(2).1
 }
@@ -28,11 +28,11 @@ pub trait IsochoricPart: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
-    /// The part with these values by key \[SI\]
+    /// Reads the part from values by key \[SI\]
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
     /// Values of the parameters after κ, in their order \[SI\]
     fn values(&self) -> Vec<f64>;
-    /// Options chosen after the volumetric part
+    /// Options chosen in addition to the volumetric part
     fn choices(&self) -> Vec<&'static str> {
         Vec::new()
     }
@@ -40,7 +40,7 @@ pub trait IsochoricPart: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn shear(&self) -> f64;
     /// ψ = W + U, P and A at F
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// ψ = W + U, P and A at several deformation gradients, as [`Law::eval_lanes`]
+    /// ψ = W + U, P and A at several deformation gradients, as in [`Law::eval_lanes`]
     fn lanes(
         &self,
         u: &Volumetric,
@@ -54,12 +54,12 @@ pub trait IsochoricPart: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
 }
 
-/// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives of [`Parametric`] give the responses of [`IsochoricPart`].
+/// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives from [`Parametric`] give the responses of [`IsochoricPart`].
 pub trait Isochoric: Parametric + Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Description of the whole law; its parameters begin with κ
     const INFO: &'static LawInfo;
 
-    /// The part with these values by key \[SI\]
+    /// Reads the part from values by key \[SI\]
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
     /// Values of the parameters after κ, in their order \[SI\]
     fn values(&self) -> Vec<f64>;
@@ -110,7 +110,7 @@ pub struct Split<W> {
 }
 
 impl<W: IsochoricPart> Split<W> {
-    /// Refuses a shear modulus at F = I that is not positive.
+    /// Builds the law; refuses a shear modulus at F = I that is not positive.
     pub fn new(part: W, volumetric: Volumetric) -> Result<Self, LawSpecError> {
         let hooke = Moduli::from_pair(("mu", shear(&part)?), ("kappa", volumetric.kappa))?;
         Ok(Self { part, volumetric, hooke })
@@ -121,7 +121,7 @@ impl<W: IsochoricPart> Split<W> {
         LawEntry::new(W::INFO, keys, sample, Self::read, rates)
     }
 
-    /// From a table: the constants of W, `volumetric`, and exactly one of `kappa` and `nu`.
+    /// Builds the law from a table: the constants of W, `volumetric`, and exactly one of `kappa` and `nu`.
     fn read(values: &Values, chosen: &Chosen) -> Result<Box<dyn Law>, LawSpecError> {
         let part = W::read(values, chosen)?;
         let mu = shear(&part)?;
@@ -227,13 +227,13 @@ impl<W: IsochoricPart> Law for Along<W> {
         Some((Box::new(rest), self.volumetric))
     }
 
-    /// By the same law: see [`Law::along`].
+    /// Derivatives are those of the same law: see [`Law::along`].
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
         self.law.along(rates)
     }
 }
 
-/// Rates of (κ, values of W) by `key`, where κ or ν was given: at fixed ν, κ = 2μ₀(1 + ν)/(3(1 − 2ν)) follows μ₀.
+/// Rates of (κ, values of W) with respect to `key`, where κ or ν was given: at fixed ν, κ = 2μ₀(1 + ν)/(3(1 − 2ν)) follows μ₀.
 fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
     let mut rates = vec![0.0; law.values().len()];
     if let Some(k) = law.info().parameters.iter().position(|p| p.name == key) {
@@ -249,7 +249,7 @@ fn rates(law: &dyn Law, given: &Values, key: &str) -> Vec<f64> {
     rates
 }
 
-/// The value of a key that must be there \[SI\].
+/// The value of a required key \[SI\].
 pub fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Result<f64, LawSpecError> {
     values.get(key).copied().ok_or_else(|| {
         let meaning = law.parameters.iter().find(|p| p.name == key).map_or("", |p| p.meaning);
@@ -257,7 +257,7 @@ pub fn required(law: &'static LawInfo, values: &Values, key: &'static str) -> Re
     })
 }
 
-/// The values of terms that may be absent: a term that is not given is zero, and zeros at the end that are not given are omitted.
+/// The values of terms that may be absent: a term that is not given is zero, and trailing terms that are not given are not counted.
 pub fn terms<const N: usize>(values: &Values, keys: [&str; N]) -> ([f64; N], usize) {
     let given = keys.iter().rposition(|k| values.contains_key(*k)).map_or(0, |n| n + 1);
     (keys.map(|k| values.get(k).copied().unwrap_or(0.0)), given)

@@ -4,8 +4,8 @@
 //!
 //! Source: Bonet & Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed. 2008, ch. 6.
 //!
-//! Limits: large rotation, small strain. In compression it softens, the uniaxial stress E λ(λ² − 1)/2 from λ = 1/√3 on, and
-//! vanishes at λ = 0; it does not depend on the sign of J, so a reflected cell is stress-free and stays reflected.
+//! Limits: large rotation, small strain. It softens in compression: the magnitude of the uniaxial stress E λ(λ² − 1)/2 decreases from λ = 1/√3 on and
+//! vanishes at λ = 0. The energy does not depend on the sign of J, so a reflected cell is stress-free and stays reflected.
 
 use super::assemble::isotropic;
 use super::entry::LawEntry;

@@ -1,16 +1,16 @@
-//! Stable Neo-Hookean law, defined and restoring for every F.
+//! Stable neo-Hookean law, defined and restoring for every F.
 //!
 //! ψ = ½μ(I₁ − 3) + ½λ(J − α)² − ½μ ln(I₁ + 1) − ψ₀, α = 1 + μ/λ − μ/(4λ), I₁ = F:F, ψ₀ so that ψ(I) = 0
 //!
 //! Source: Smith, de Goes & Kim, *Stable Neo-Hookean flesh simulation*, ACM TOG 37(2), 2018: energy eq. 14 and the Lamé conversion after it.
 //!
-//! The version with ln(I₁ + 1): without it ∂²ψ/∂F² = μ𝕀 at F = 0, and a cell collapsed to a point sits in
-//! a local minimum. With it the Hessian vanishes there, F = 0 is a saddle of the cubic −λαJ, and ψ remains smooth for every F.
+//! This is the version with ln(I₁ + 1). Without this term ∂²ψ/∂F² = μ𝕀 at F = 0, and a cell that is collapsed to a point is in a local minimum. With
+//! it the Hessian vanishes there, F = 0 is a saddle of the cubic −λαJ, and ψ remains smooth for every F.
 //!
 //! The law's μ, λ are not Lamé's: μ = 4/3 μ_L and λ = λ_L + 5/6 μ_L make the tangent at F = I equal Hooke's. λ > 0 for every ν > −1.
 //!
-//! Limits: no barrier at J = 0, so cells invert under enough load (and come back when it goes). At ν → ½ it is stiff in J but
-//! bounds it only by the penalty ½λ(J − α)². In tension the uniaxial response is Neo-Hookean with 4/3 μ_L at large stretch.
+//! Limits: no barrier at J = 0, so that cells invert under sufficient load (and recover when it is removed). As ν → ½ the law is stiff in J but
+//! bounds it only by the penalty ½λ(J − α)². In uniaxial tension the response at large stretch is neo-Hookean with 4/3 μ_L.
 
 use super::assemble::{add_dyad, isotropic};
 use super::entry::LawEntry;
@@ -38,7 +38,7 @@ pub static INFO: LawInfo = LawInfo {
 /// The law in the registry.
 pub const ENTRY: LawEntry = LawEntry::elastic(&INFO, |v, _| Ok(Box::new(StableNeoHookean::new(Moduli::from_map(v)?))));
 
-/// Stable Neo-Hookean law, made from Hooke's constants.
+/// Stable neo-Hookean law, built from Hooke's constants.
 #[derive(Clone, Copy, Debug)]
 pub struct StableNeoHookean {
     hooke: Moduli,
@@ -47,7 +47,7 @@ pub struct StableNeoHookean {
 }
 
 impl StableNeoHookean {
-    /// The law with the tangent at F = I of these constants.
+    /// The law whose tangent at F = I has these constants.
     pub fn new(hooke: Moduli) -> Self {
         Self { hooke, mu: 4.0 / 3.0 * hooke.mu, lambda: hooke.lambda + 5.0 / 6.0 * hooke.mu }
     }

@@ -4,11 +4,11 @@
 //!
 //! The shear modulus at F = I is C1β.
 //!
-//! Source: Veronda & Westmann, *Mechanical characterization of skin – finite deformations*, J. Biomech. 3, 1970; the split form as in the FEBio theory
-//! manual.
+//! Source: Veronda & Westmann, *Mechanical characterization of skin – finite deformations*, J. Biomech. 3, 1970; the split form as in the FEBio
+//! theory manual.
 //!
-//! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::material_stability()`]. Refused
-//! where the exponential leaves the range of numbers.
+//! Limits: J > 0. The second term is negative: stability is lost in compression for small β, see [`super::material_stability()`]. States at which the
+//! exponential would leave the floating-point range are refused.
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
@@ -25,7 +25,7 @@ use crate::math::units::Dimension;
 /// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
 const LARGEST: f64 = 600.0;
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,

@@ -22,7 +22,7 @@ pub enum VolumetricKind {
 impl VolumetricKind {
     pub const ALL: [Self; 3] = [Self::Quadratic, Self::Logarithmic, Self::SimoTaylor];
 
-    /// The one that was chosen.
+    /// The chosen form.
     pub(crate) fn chosen(chosen: &Chosen) -> Self {
         let name = chosen[CHOICE.name];
         Self::ALL.into_iter().find(|k| k.name() == name).expect("the options of the choice are the names of the kinds")
@@ -47,7 +47,7 @@ impl VolumetricKind {
     }
 }
 
-/// `volumetric = "…"` in files; the form is a choice of physics, so that there is no default.
+/// `volumetric = "…"` in files; the form is a physical choice, so that there is no default.
 pub const CHOICE: Choice = Choice {
     name: "volumetric",
     options: &["quadratic", "logarithmic", "simo_taylor"],
@@ -56,7 +56,7 @@ pub const CHOICE: Choice = Choice {
     formulas: &[],
 };
 
-/// The choices of a law that has no other.
+/// The choices of a law without further ones.
 pub const CHOICES: &[Choice] = &[CHOICE];
 
 /// U(J) with its bulk modulus.
@@ -83,7 +83,7 @@ impl Volumetric {
         self.at(j - 1.0).2
     }
 
-    /// U, U′ and U″ at x = J − 1 > −1 \[–\], which keeps the digits that J near 1 has lost.
+    /// U, U′ and U″ at x = J − 1 > −1 \[–\], which keeps the digits that are lost in J near 1.
     #[inline(always)]
     pub fn at(&self, x: f64) -> (f64, f64, f64) {
         let (kappa, j) = (self.kappa, 1.0 + x);
@@ -102,15 +102,16 @@ impl Volumetric {
         }
     }
 
-    /// G, G′ and G″ \[–\] at x = J − 1 \[–\], where U = ½κG² with G = x + O(x²): the measure of volume change of the perturbed Lagrangian
-    /// p G − p²/2κ, whose pressure is p = κG and U′ = pG′. The quadratic form is defined for every J, the others for J > 0.
+    /// G, G′ and G″ \[–\] at x = J − 1 \[–\], where U = ½κG² with G = x + O(x²): the measure of volume change in the perturbed Lagrangian p G −
+    /// p²/2κ, with pressure p = κG and U′ = pG′. The quadratic form is defined for every J, the others for J > 0.
     pub fn gap(&self, x: f64) -> Result<(f64, f64, f64), LawError> {
         let j = 1.0 + x;
         match self.kind {
             VolumetricKind::Quadratic => Ok((x, 1.0, 0.0)),
             _ if j.is_nan() || j <= 0.0 => Err(LawError::Inverted { j }),
             VolumetricKind::Logarithmic => Ok((x.ln_1p(), 1.0 / j, -1.0 / (j * j))),
-            // With r = [x − ln(1 + x) − ½x²]/x³ and g² = 1 + xr: G = xg; G G′ = U′/κ and (G G′)′ = U″/κ, divided by hand.
+            // With r = [x − ln(1 + x) − ½x²]/x³ and g² = 1 + xr: G = xg; G G′ = U′/κ and (G G′)′ = U″/κ, with the common factors cancelled
+            // analytically.
             VolumetricKind::SimoTaylor => {
                 let r = if x.abs() < 0.2 {
                     (3..28).rev().fold(0.0, |s, n| -s * x - 1.0 / f64::from(n))
@@ -129,7 +130,7 @@ impl Volumetric {
 mod tests {
     use super::*;
 
-    /// U(1) = U′(1) = 0, U″(1) = κ exactly; the derivatives against central differences, h = 1e-4 J: truncation h²U‴/6 ≈ 1e-8 U‴.
+    /// U(1) = U′(1) = 0, U″(1) = κ exactly; the derivatives agree with central differences, h = 1e-4 J: truncation h²U‴/6 ≈ 1e-8 U‴.
     #[test]
     fn derivatives() {
         for kind in VolumetricKind::ALL {
@@ -163,7 +164,7 @@ mod tests {
         }
     }
 
-    /// G″ of Simo and Taylor's form, by the central difference of G′ with h = 1e-3 at x = 0, where (G′² + GG″) does not contain it.
+    /// G″ of the Simo–Taylor form agrees with the central difference of G′ with h = 1e-3, also at x = 0, where (G′² + GG″) does not contain it.
     #[test]
     fn second_derivative_of_the_gap() {
         let v = Volumetric { kind: VolumetricKind::SimoTaylor, kappa: 1.0 };

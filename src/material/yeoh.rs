@@ -2,11 +2,11 @@
 //!
 //! ψ = C10 i + C20 i² + C30 i³ + U(J), i = Ī₁ − 3
 //!
-//! C20 and C30 are zero where they are not given. The shear modulus at F = I is 2 C10.
+//! C20 and C30 are zero if they are not given. The shear modulus at F = I is 2 C10.
 //!
 //! Source: Yeoh, *Some forms of the strain energy function for rubber*, Rubber Chem. Technol. 66, 1993.
 //!
-//! Limits: J > 0. C20 < 0 (the usual S shape) may lose stability before C30 > 0 restores it; see [`super::material_stability()`].
+//! Limits: J > 0. With C20 < 0 (the usual S shape) stability may be lost before C30 > 0 restores it; see [`super::material_stability()`].
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
@@ -20,7 +20,7 @@ use super::volumetric::CHOICES;
 use super::{moduli, split};
 use crate::math::units::Dimension;
 
-/// Keys in files; either κ or ν is given.
+/// Keys in files; either κ or ν is required.
 pub const KEYS: &[Parameter] = &[
     moduli::NU,
     moduli::KAPPA,
@@ -66,7 +66,7 @@ const FIT: FitForm = FitForm {
 pub struct Yeoh {
     /// C10, C20, C30 \[Pa\]
     pub c: [f64; 3],
-    /// Number of constants that the file gives, without trailing zeros
+    /// Number of constants given in the file, without trailing zeros
     pub terms: usize,
 }
 

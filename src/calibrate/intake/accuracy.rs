@@ -11,30 +11,30 @@ use std::str::FromStr;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SharedError {
-    /// Zero of the stress \[Pa\], of each curve anew
+    /// Zero of the stress \[Pa\], different for each curve
     StressZero,
-    /// Zero of the force \[N\], of each curve anew
+    /// Zero of the force \[N\], different for each curve
     ForceZero,
-    /// Load cell, and a cross-section that all test pieces share: P(1 + δ) \[–\]
+    /// Scale of the load cell, or of a cross-section that all test pieces share: P(1 + δ) \[–\]
     StressScale,
-    /// Cross-section of one test piece: P(1 + δ) of each curve anew \[–\]
+    /// Cross-section of one test piece: P(1 + δ), different for each curve \[–\]
     AreaScale,
-    /// Zero of the strain \[–\], of each curve anew
+    /// Zero of the strain \[–\], different for each curve
     StrainZero,
-    /// Gauge length or extensometer: e(1 + δ) \[–\]
+    /// Scale of the gauge length or the extensometer: e(1 + δ) \[–\]
     StrainScale,
     /// Compliance of machine and grips: e − δ PA/L \[m/N\]
     Compliance,
     /// Poisson's ratio of a foam \[–\]
     Poisson,
-    /// Mean stress of the first data points, which was subtracted \[Pa\], of each curve anew
+    /// Mean stress of the first data points, which was subtracted \[Pa\], different for each curve
     Zeroing,
-    /// Strain at which the line of the toe reaches zero stress, which was subtracted \[–\], of each curve anew
+    /// Strain at which the line of the toe reaches zero stress, which was subtracted \[–\], different for each curve
     Toe,
 }
 
 impl SharedError {
-    /// Every one that can be stated, with its key, its dimension and its name
+    /// All errors that can be stated, with their keys, dimensions and names
     pub const ALL: [(Self, &'static str, Dimension, &'static str); 8] = [
         (Self::StressZero, "stress_zero", Dimension::PRESSURE, "zero of the stress"),
         (Self::ForceZero, "force_zero", Dimension::FORCE, "zero of the force"),
@@ -46,7 +46,7 @@ impl SharedError {
         (Self::Poisson, "poisson", Dimension::NONE, "Poisson's ratio"),
     ];
 
-    /// SI unit of its half-width
+    /// SI unit of the half-width
     pub fn unit(self) -> &'static str {
         match self {
             Self::StressZero | Self::Zeroing => "Pa",
@@ -66,12 +66,12 @@ impl SharedError {
         }
     }
 
-    /// Whether it is of a correction of the data points, whose scatter shows it.
+    /// Whether the error belongs to a correction of the data points, whose scatter determines it.
     pub fn is_of_a_correction(self) -> bool {
         matches!(self, Self::Zeroing | Self::Toe)
     }
 
-    /// Stated errors that this correction takes off its curve.
+    /// Stated errors that this correction removes from its curve.
     pub fn taken_off(self) -> &'static [Self] {
         match self {
             Self::Zeroing => &[Self::StressZero, Self::ForceZero],
@@ -80,7 +80,7 @@ impl SharedError {
         }
     }
 
-    /// Whether another specimen has another one.
+    /// Whether each specimen has a different value of the error.
     pub fn is_of_a_curve(self) -> bool {
         matches!(self, Self::StressZero | Self::ForceZero | Self::AreaScale | Self::StrainZero)
             || self.is_of_a_correction()
@@ -93,11 +93,11 @@ impl fmt::Display for SharedError {
     }
 }
 
-/// Half-widths of the 95 % intervals of the shared errors \[SI\]; those that are not given count as none.
+/// Half-widths of the 95 % intervals of the shared errors \[SI\]; errors that are not given count as zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accuracy(pub BTreeMap<SharedError, f64>);
 
-/// No error of a measurement is as large \[SI\]
+/// Largest half-width that is accepted \[SI\]
 const LARGEST: f64 = 1e30;
 
 impl Accuracy {
@@ -117,7 +117,7 @@ impl Accuracy {
         Ok(())
     }
 
-    /// These, completed by others.
+    /// These errors, completed by others.
     pub fn or(&self, other: &Self) -> Self {
         let mut all = other.0.clone();
         all.extend(&self.0);
@@ -125,7 +125,7 @@ impl Accuracy {
     }
 }
 
-/// `KEY=VALUE`, as on the command line.
+/// Parses `KEY=VALUE`, as on the command line.
 impl FromStr for Accuracy {
     type Err = FitError;
     fn from_str(text: &str) -> Result<Self, FitError> {
@@ -141,7 +141,7 @@ impl FromStr for Accuracy {
     }
 }
 
-/// `[accuracy]` of a card: a table of texts.
+/// Reads `[accuracy]` of a card, a table of texts.
 impl<'de> Deserialize<'de> for Accuracy {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let mut all = Self::default();
@@ -152,7 +152,7 @@ impl<'de> Deserialize<'de> for Accuracy {
     }
 }
 
-/// A map of keys to half-widths \[SI\].
+/// Writes a map of keys to half-widths \[SI\].
 impl Serialize for Accuracy {
     fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(&self.0)

@@ -9,17 +9,17 @@ use std::fmt;
 pub enum AuditKind {
     /// How the file was understood
     Intake,
-    /// Rows that do not take part
+    /// Rows that are not used
     LeftOut,
-    /// Rows after the rupture of a test piece, which do not take part
+    /// Rows after the rupture of a test piece, which are not used
     Ruptured,
-    /// Rows that were changed or put into another order, as asked
+    /// Rows that were changed or reordered, as requested
     Changed,
-    /// Unusual rows that do take part, unchanged
+    /// Unusual rows that are used unchanged
     Kept,
     /// A reason to doubt the answer
     Doubt,
-    /// A reason to doubt it unless slack is fitted
+    /// A reason to doubt the answer unless slack is fitted
     Slack,
 }
 
@@ -34,7 +34,7 @@ impl AuditKind {
         }
     }
 
-    /// Whether the data points are others than those of the file: changed, or fewer.
+    /// Whether the data points differ from those of the file: changed, or fewer.
     pub fn is_treatment(self) -> bool {
         match self {
             Self::LeftOut | Self::Ruptured | Self::Changed => true,
@@ -47,7 +47,7 @@ impl AuditKind {
 pub struct AuditEntry {
     pub kind: AuditKind,
     pub message: String,
-    /// Lines of the file, counted from 1; empty where the whole file is meant
+    /// Lines of the file, counted from 1; empty if the entry is about the whole file
     pub lines: Vec<u64>,
 }
 
@@ -67,7 +67,7 @@ impl fmt::Display for AuditEntry {
     }
 }
 
-/// Entries in the order in which things were found.
+/// Entries in the order in which they were found.
 #[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Audit(pub Vec<AuditEntry>);
@@ -84,7 +84,7 @@ impl Audit {
         }
     }
 
-    /// Forgets the entries of a kind.
+    /// Removes the entries of a kind.
     pub fn remove(&mut self, kind: AuditKind) {
         self.0.retain(|entry| entry.kind != kind);
     }

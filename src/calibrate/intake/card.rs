@@ -6,7 +6,7 @@ use crate::storage::{self, TEXT_LIMIT};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Where the numbers come from.
+/// Source of the numbers.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Source {
@@ -31,9 +31,9 @@ pub struct Card {
     /// How the numbers came into the file
     #[serde(default)]
     pub digitised: String,
-    /// The mode of every row, where no column gives it
+    /// The mode of all rows if no column gives it
     pub mode: Option<Mode>,
-    /// `crosshead`, `extensometer` or what else the strain was measured with
+    /// The instrument of the strain: `crosshead`, `extensometer` or another
     pub strain_measurement: Option<String>,
     pub temperature: Option<String>,
     #[serde(default)]
@@ -53,7 +53,7 @@ pub struct Card {
     pub preparation: Preparation,
 }
 
-/// The keys that no card goes without.
+/// The keys that every card needs.
 const BEGINNING: &str = "a card begins with name = \"…\", file = \"…\" of the table next to it, and status = \"own measurement\" or a licence";
 
 impl Card {
@@ -67,18 +67,18 @@ impl Card {
         })
     }
 
-    /// Its statements on the table.
+    /// The statements of the card on the columns of the table.
     pub fn choice(&self) -> Result<ColumnChoice, FitError> {
         let dimensions = Dimensions::of_card(&self.specimen)?;
         Ok(ColumnChoice { dimensions, strain_measurement: self.strain_measurement.clone(), ..self.columns.clone() })
     }
 
-    /// A choice of columns, completed by a card where there is one.
+    /// A choice of columns, completed by the card if there is one.
     pub fn complete(card: Option<&Self>, choice: &ColumnChoice) -> Result<ColumnChoice, FitError> {
         card.map_or_else(|| Ok(choice.clone()), |card| Ok(choice.or(&card.choice()?)))
     }
 
-    /// The given card; else the `card.toml` next to the table, if it names this table.
+    /// The given card; by default the `card.toml` next to the table, if it names this table.
     pub fn find(given: Option<&Path>, data: &Path) -> Result<Option<Self>, FitError> {
         match given {
             Some(path) => Self::read(path).map(Some),
@@ -86,13 +86,13 @@ impl Card {
         }
     }
 
-    /// The `card.toml` next to the table, of whatever table it is.
+    /// The `card.toml` next to the table, whichever table it names.
     pub fn next_to(data: &Path) -> Result<Option<Self>, FitError> {
         let neighbour = data.with_file_name("card.toml");
         neighbour.is_file().then(|| Self::read(&neighbour)).transpose()
     }
 
-    /// Whether it is of this table.
+    /// Whether the card belongs to this table.
     pub fn names(&self, data: &Path) -> bool {
         data.file_name().is_some_and(|name| name == self.file.as_str())
     }

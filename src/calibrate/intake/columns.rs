@@ -1,4 +1,4 @@
-//! Which columns hold strain and stress, of which kind, and in which unit.
+//! Detects which columns hold strain and stress, of which kind, and in which unit.
 
 use super::dimensions::Dimensions;
 use super::names::{self, Ranked, SURE, StrainKind, StressKind};
@@ -9,7 +9,7 @@ use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// The load that counts as positive. The program counts tension.
+/// The direction of load that counts as positive. The program counts tension as positive.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sign {
@@ -28,13 +28,13 @@ impl FromStr for Sign {
     }
 }
 
-/// Statements of a card or the user on a table; a field that is `None` is detected.
+/// Statements of a card or the user about a table; a field that is `None` is detected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColumnChoice {
     pub strain: Option<String>,
     pub strain_kind: Option<StrainKind>,
-    /// `%`, or `1` for none; of a displacement a length
+    /// `%`, or `1` for fractions; for a displacement a unit of length
     pub strain_unit: Option<String>,
     pub stress: Option<String>,
     pub stress_kind: Option<StressKind>,
@@ -42,31 +42,31 @@ pub struct ColumnChoice {
     /// Strain and stress of the second direction of a biaxial test
     pub strain_2: Option<String>,
     pub stress_2: Option<String>,
-    /// Strain across the load, of which only foams make use
+    /// Strain across the load, which only foams use
     pub lateral: Option<String>,
     pub lateral_unit: Option<String>,
     pub mode: Option<String>,
     pub time: Option<String>,
     pub decimal: Option<Decimal>,
-    /// Which of several tests that stand side by side, counted from 1
+    /// The chosen one of several tests that are side by side, counted from 1
     pub test: Option<usize>,
-    /// The load whose strain and stress the table counts as positive
+    /// The direction of load whose strain and stress the table counts as positive
     pub positive: Option<Sign>,
-    /// The same of the stress alone, where the table counts the two differently
+    /// The direction of load whose stress the table counts as positive, if it differs from that of the strain
     pub stress_positive: Option<Sign>,
-    /// The law has a change of volume, which a true stress has to be freed of by the lateral strain
+    /// The law is compressible, so that the conversion of a true stress needs the lateral strain
     #[serde(skip)]
     pub compressible: bool,
-    /// Poisson's ratio of that law, where it is given
+    /// Poisson's ratio of the compressible law, if it is given
     #[serde(skip)]
     pub ratio: Option<f64>,
-    /// The mode was asked for as compression
+    /// The mode was requested as compression
     #[serde(skip)]
     pub compression: bool,
-    /// Of the test piece; a card has them under `[specimen]`
+    /// Dimensions of the test piece; a card has them under `[specimen]`
     #[serde(skip)]
     pub dimensions: Dimensions,
-    /// `crosshead`, `extensometer` or what else; a card has it at the top
+    /// `crosshead`, `extensometer` or another instrument; a card has it at the top level
     #[serde(skip)]
     pub strain_measurement: Option<String>,
 }
@@ -107,7 +107,7 @@ pub struct Column<K> {
     pub at: usize,
     pub name: String,
     pub kind: K,
-    /// "1" where none is stated
+    /// "1" if none is stated
     pub unit: String,
     pub stated: bool,
     pub factor: f64,
@@ -120,34 +120,34 @@ pub struct Columns {
     pub axes: Vec<(Column<StrainKind>, Column<StressKind>)>,
     pub mode: Option<usize>,
     pub time: Option<usize>,
-    /// Tells specimens apart
+    /// Column that tells specimens apart
     pub specimen: Option<usize>,
-    /// \[m\], \[N\]: for who needs what the machine recorded
+    /// Column and factor to SI \[m\], \[N\] of the recorded quantities of the machine
     pub displacement: Option<(usize, f64)>,
     pub force: Option<(usize, f64)>,
-    /// Strain across the load, where a true stress needs it
+    /// Strain across the load, if a true stress needs it
     pub lateral: Option<Column<StrainKind>>,
-    /// The only column of strain across the load
+    /// The column of strain across the load, if there is exactly one
     pub across: Option<usize>,
     /// Assumptions for the audit log
     pub notes: Vec<String>,
 }
 
 impl Columns {
-    /// Every column that has to hold numbers
+    /// All columns that must hold numbers
     pub fn numeric(&self) -> impl Iterator<Item = usize> + '_ {
         self.axes.iter().flat_map(|(e, p)| [e.at, p.at])
     }
 }
 
-/// The cells of the highest rank.
+/// The cells with the highest rank.
 fn best<K>(cells: &[String], rank: fn(&str) -> Ranked<K>) -> Vec<usize> {
     let ranks: Vec<u8> = cells.iter().map(|c| rank(c).map_or(0, |r| r.0)).collect();
     let top = ranks.iter().copied().max().unwrap_or(0);
     if top == 0 { Vec::new() } else { (0..cells.len()).filter(|&i| ranks[i] == top).collect() }
 }
 
-/// Columns with this name; `#3` is the third one.
+/// Columns with this name; `#3` is the third column.
 fn named(cells: &[String], name: &str) -> Vec<usize> {
     let found: Vec<usize> = (0..cells.len()).filter(|&i| cells[i].eq_ignore_ascii_case(name.trim())).collect();
     let number = || name.trim().strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1).filter(|i| *i < cells.len());
@@ -159,19 +159,19 @@ fn candidates(cells: &[String], choice: &ColumnChoice) -> (Vec<usize>, Vec<usize
     (pick(&choice.strain, best(cells, names::strain)), pick(&choice.stress, best(cells, names::stress)))
 }
 
-/// True of a line that names a column of strain and another one of stress.
+/// True for a line that names one column of strain and another of stress.
 pub fn is_header(cells: &[String], choice: &ColumnChoice) -> bool {
     let (strain, stress) = candidates(cells, choice);
     strain.iter().any(|s| stress.iter().any(|t| s != t))
 }
 
-/// True of a line with a number in every column that is chosen by its number.
+/// True for a line with a number in every column that is chosen by its number.
 pub fn is_row(cells: &[String], choice: &ColumnChoice) -> bool {
     let (strain, stress) = candidates(cells, choice);
     strain.iter().chain(&stress).all(|k| is_number(&cells[*k]))
 }
 
-/// The first line that names both columns, and whether there are numbers below; one with numbers below is preferred.
+/// The first line that names both columns, and whether there are numbers below it; a line with numbers below is preferred.
 pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<(usize, bool)> {
     let found = || (0..lines.len()).filter(|k| is_header(&lines[*k].cells, choice));
     let has_numbers = |l: &Line| l.cells.iter().filter(|c| is_number(c)).count() >= 2;
@@ -183,7 +183,7 @@ pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<(usize, bool
     found().find(above_numbers).map(|k| (k, true)).or_else(|| found().next().map(|k| (k, false)))
 }
 
-/// The first line below the names in line `at` that is neither empty nor of units.
+/// The first line below the names in line `at` that is neither empty nor a line of units.
 pub fn below_names(lines: &[Line], at: usize) -> usize {
     let mut below = at + 1;
     while lines.get(below).is_some_and(|l| l.is_empty()) {
@@ -192,7 +192,7 @@ pub fn below_names(lines: &[Line], at: usize) -> usize {
     if with_units(&lines[at], lines.get(below)).1 { below + 1 } else { below }
 }
 
-/// Names with the units of a line of units below, and whether there is one.
+/// Names, completed by the units of a line of units below, and whether there is such a line.
 pub fn with_units(names: &Line, below: Option<&Line>) -> (Line, bool) {
     let bare = |c: &str| c.trim_matches(['(', ')', '[', ']']).trim().to_string();
     let is_units =
@@ -206,7 +206,7 @@ pub fn with_units(names: &Line, below: Option<&Line>) -> (Line, bool) {
     (Line { number: names.number, cells }, true)
 }
 
-/// Reads a header line. `mode` of every row, where it is known.
+/// Reads a header line. `mode`: the mode of all rows, if it is known.
 pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Columns, FitError> {
     let mut notes = Vec::new();
     let directions = if mode == Some(Mode::Biaxial) { 2 } else { 1 };
@@ -267,18 +267,18 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
     Ok(Columns { displacement, force, axes, mode, time, specimen, lateral, across, notes })
 }
 
-/// Strain along and across the load of a table, for who reads it by its contents.
+/// Strain along and across the load of a table, for callers that read the table by its contents.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Lateral {
-    /// Name or number of the column along the load, and of the one across it
+    /// Names or numbers of the columns along and across the load
     pub strain: Option<String>,
     pub across: Option<String>,
-    /// The load that the strain counts as positive
+    /// The direction of load whose strain counts as positive
     pub positive: Option<Sign>,
 }
 
 impl Lateral {
-    /// Names, or numbers, of columns under these names.
+    /// Names of the columns with these names; numbers if a name is ambiguous.
     pub fn of(names: &[String], columns: &Columns) -> Self {
         let strain = &columns.axes[0].0;
         let positive = if strain.factor < 0.0 { Sign::Compression } else { Sign::Tension };
@@ -299,7 +299,7 @@ fn across_the_load(cells: &[String], choice: &ColumnChoice) -> Vec<usize> {
     choice.lateral.as_ref().map_or_else(by_name, |name| named(cells, name))
 }
 
-/// The column of the strain across the load, without which a true stress gives no nominal one of a law with a change of volume.
+/// The column of the strain across the load; without it a true stress cannot be converted to a nominal one for a compressible law.
 fn lateral_column(
     file: &str,
     cells: &[String],
@@ -328,15 +328,15 @@ fn lateral_column(
     Ok(Column { at, name, kind, unit, stated: true, factor })
 }
 
-/// A name with its place, `"Load (N)" (#3)`.
+/// A name with its position, `"Load (N)" (#3)`.
 fn numbered(cells: &[String], i: usize) -> String {
     format!("\"{}\" (#{})", cells[i], i + 1)
 }
 
-/// Names of one of several tests side by side, with those of the others made empty; `None` where the table has one test.
+/// Names of the columns of one of several tests side by side, with the names of the other tests emptied; `None` if the table has one test.
 ///
-/// k columns of strain and k of stress are k tests where each pair is before the next one. The columns of a test are as many as from one
-/// column of strain to the next; columns before the first test belong to all.
+/// k columns of strain and k of stress are k tests if each pair precedes the next. A test has as many columns as there are from one column of strain
+/// to the next; columns before the first test belong to all tests.
 fn of_one_test(
     file: &str,
     cells: &[String],
@@ -356,7 +356,7 @@ fn of_one_test(
     if choice.test.is_none() && strain.len() == 1 && stress.len() == 1 {
         return Ok(None);
     }
-    // The name of one column chooses the test, too
+    // The name of one column selects the test, too
     let stated = match (&strain[..], &stress[..]) {
         ([one], _) | (_, [one]) => pairs.iter().position(|p| p.contains(one)),
         _ => None,
@@ -478,7 +478,7 @@ fn stress_column(
     }
 }
 
-/// Notes a unit that was requested against the one in the name: the request counts.
+/// Notes that a requested unit contradicts the unit in the name; the request counts.
 fn contradiction(notes: &mut Vec<String>, name: &str, own: Option<&String>, asked: Option<&String>) {
     if let (Some(own), Some(asked)) = (own, asked)
         && own != asked
@@ -487,7 +487,7 @@ fn contradiction(notes: &mut Vec<String>, name: &str, own: Option<&String>, aske
     }
 }
 
-/// Names in quotes, empty ones left out
+/// Names in quotes; empty names are left out
 pub fn quoted(cells: &[String]) -> Vec<String> {
     cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect()
 }

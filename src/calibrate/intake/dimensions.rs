@@ -1,7 +1,7 @@
 //! Dimensions of a test piece, which convert a force into a nominal stress and a displacement into a strain.
 //!
-//! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L, without the part CF of the travel u that machine
-//! and grips of compliance C take.
+//! P = F/A with A = width × thickness, ¼π diameter², or as given; e = u/L with the gauge length L, where the part CF of the travel u that is taken up
+//! by machine and grips of compliance C is subtracted.
 
 use super::accuracy::SharedError;
 use super::names;
@@ -10,7 +10,7 @@ use crate::calibrate::error::Unclear;
 use crate::math::units::{self, Dimension};
 use crate::wording::misspelt;
 
-/// Undeformed; what is `None` is not known.
+/// Undeformed dimensions; `None` if unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dimensions {
     /// \[m\]; in simple shear the thickness that is sheared
@@ -23,11 +23,11 @@ pub struct Dimensions {
     pub diameter: Option<f64>,
     /// Cross-section \[m²\]
     pub area: Option<f64>,
-    /// Of machine and grips \[m/N\]
+    /// Compliance of machine and grips \[m/N\]
     pub compliance: Option<f64>,
 }
 
-/// The dimension that a symbol of ISO 37 and testXpert denotes, as in `L0 [mm]`.
+/// The dimension that a symbol of ISO 37 or testXpert denotes, as in `L0 [mm]`.
 pub(super) fn symbol(name: &str) -> Option<&'static str> {
     match name.split(['[', '(', ' ']).next()? {
         "L0" | "l0" | "L₀" => Some("gauge_length"),
@@ -39,7 +39,8 @@ pub(super) fn symbol(name: &str) -> Option<&'static str> {
     }
 }
 
-/// The dimension of the part that is stretched that a line of a header names as a whole. Any other word makes it another one: "Jaw face width", "Final width", "Specimen length".
+/// The dimension of the stretched part that the name in a line of a header denotes. The whole name must match, because another word changes its
+/// meaning: "Jaw face width", "Final width", "Specimen length".
 fn named(name: &str) -> Option<&'static str> {
     const NAMES: [(&str, &[&str]); 5] = [
         ("thickness", &["thickness", "gauge thickness", "dicke", "probendicke", "prüfkörperdicke", "anfangsdicke"]),
@@ -69,7 +70,7 @@ fn named(name: &str) -> Option<&'static str> {
             ],
         ),
     ];
-    /// Words that do not change what is meant
+    /// Words that do not change the meaning
     const PLAIN: &[&str] = &[
         "specimen",
         "sample",
@@ -96,19 +97,19 @@ fn named(name: &str) -> Option<&'static str> {
     let is_plain = |w: &&String| [PLAIN, UNITS, SYMBOLS].iter().any(|list| list.contains(&w.as_str()));
     let left: Vec<&str> = words.iter().filter(|w| !is_plain(w)).map(String::as_str).collect();
     let left = left.join(" ");
-    // "Section width" is that of the part that is stretched
+    // "Section width" is the width of the stretched part
     let left = left.strip_prefix("section ").unwrap_or(&left);
     NAMES.into_iter().find(|(_, known)| known.contains(&left)).map(|(key, _)| key)
 }
 
-/// Values of one dimension that differ by no more are the same \[–\]
+/// Relative difference below which two values of one dimension are equal \[–\]
 const SAME: f64 = 1e-3;
 
-/// Cross-sections from different dimensions have to agree within this part \[–\]
+/// Largest relative difference of cross-sections from different dimensions \[–\]
 const AGREE: f64 = 0.01;
 
 impl Dimensions {
-    /// Keys in `[specimen]` of a card and flags, with their dimension
+    /// Keys of `[specimen]` of a card, which are also flags, with their dimensions
     pub const KEYS: [(&'static str, Dimension); 6] = [
         ("gauge_length", Dimension::LENGTH),
         ("width", Dimension::LENGTH),
@@ -130,7 +131,7 @@ impl Dimensions {
         }
     }
 
-    /// Sets `key` from text such as `33 mm`.
+    /// Sets `key` from a text such as `33 mm`.
     pub fn set(&mut self, key: &'static str, text: &str) -> Result<(), FitError> {
         let (_, dimension) = Self::KEYS.into_iter().find(|(k, _)| *k == key).expect("a key of the list");
         let refuse = |reason: String| FitError::Dimension { key, text: text.into(), reason };
@@ -142,7 +143,7 @@ impl Dimensions {
         Ok(())
     }
 
-    /// Those of `[specimen]` in a card; other keys there are free, unless one is a misspelt one of these.
+    /// The dimensions in `[specimen]` of a card; other keys are free there, unless one is a misspelling of a known key.
     pub fn of_card(specimen: &toml::Table) -> Result<Self, FitError> {
         let absent: Vec<&str> = Self::KEYS.into_iter().map(|k| k.0).filter(|k| !specimen.contains_key(*k)).collect();
         let known = |key: &str| Self::KEYS.iter().any(|k| k.0 == key);
@@ -161,8 +162,8 @@ impl Dimensions {
         Ok(found)
     }
 
-    /// Those of the lines above a table, `Specimen Thickness (mm);3`: lines that are not understood are ignored. A dimension that several lines give differently is not
-    /// known, and comes with these lines.
+    /// The dimensions in the lines above a table, such as `Specimen Thickness (mm);3`; lines that are not understood are ignored. A dimension for
+    /// which several lines give different values counts as unknown, and is returned with these lines.
     pub fn of_header(header: &[(String, String)]) -> (Self, Vec<Unclear>) {
         let read = |(name, value): &(String, String)| {
             let key = named(name).or_else(|| symbol(name))?;
@@ -190,7 +191,7 @@ impl Dimensions {
         self.slot(key).is_some_and(|value| value.is_some())
     }
 
-    /// Dimensions that others give differently by more than 0.1 %: key, this value and theirs as text.
+    /// Dimensions for which the other side gives values that differ by more than 0.1 %: key, own value and other value as text.
     pub fn contradictions(self, other: Self) -> Vec<(&'static str, String, String)> {
         let (mut own, mut theirs) = (self, other);
         let one = |(key, dimension): (&'static str, Dimension)| {
@@ -209,7 +210,7 @@ impl Dimensions {
         self.area.or(self.diameter).or(self.width.and(self.thickness)).is_some()
     }
 
-    /// These, completed by others; a cross-section that is known is not judged by theirs.
+    /// These dimensions, completed by others; a known cross-section is not compared with theirs.
     pub fn or(self, other: Self) -> Self {
         let gauge_length = self.gauge_length.or(other.gauge_length);
         let compliance = self.compliance.or(other.compliance);
@@ -241,7 +242,7 @@ impl Dimensions {
         })
     }
 
-    /// Cross-section \[m²\] and how it came about.
+    /// Cross-section \[m²\] and how it was determined.
     pub fn section(&self, file: &str, column: &str) -> Result<(f64, String), FitError> {
         let mm = |v: f64| format!("{:.6}", 1e3 * v).trim_end_matches('0').trim_end_matches('.').to_string();
         let sides = self.width.zip(self.thickness);

@@ -24,37 +24,36 @@ use std::path::{Path, PathBuf};
 /// A test as read.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// File name without its folder; of several specimens all names
+    /// File name without its folder; of several specimens all names, joined
     pub file: String,
-    /// File name of each specimen, with its name where one file holds several
+    /// File name of each specimen, with the name of the specimen if one file holds several
     pub specimens: Vec<String>,
     /// SHA-256 of the bytes of the file, hexadecimal
     pub sha256: String,
-    /// In the order of the file, unless they were put into the order of time
+    /// Samples in the order of the file, unless they were sorted by time
     pub samples: Vec<Sample>,
-    /// The samples of a prepared test before neighbours became their means, without their specimens
+    /// The samples of a prepared test before neighbours were replaced by their means, without their specimens
     pub single: Vec<Sample>,
-    /// In the order of the file, every row that holds samples
+    /// Every row that holds samples, in the order of the file
     pub raw: Vec<RawRow>,
     /// Kinds of strain and stress in each direction
     pub kinds: Vec<(StrainKind, StressKind)>,
-    /// Of the stress column: of a force one of force
+    /// Unit of the stress column; a unit of force for a force
     pub stress_unit: String,
-    /// Of each specimen; the first one counts for those without one of their own
+    /// Test piece of each specimen; the first one is used for specimens without their own
     pub pieces: Vec<Piece>,
     /// Lines above the column names: first cell and the rest
     pub header: Vec<(String, String)>,
     pub card: Option<Card>,
-    /// Of several tables where it is the same in all
+    /// Columns along and across the load; with several tables, if they are the same in all
     pub lateral: Lateral,
-    /// Samples as they would be under another treatment
+    /// Samples under other treatments
     pub alternatives: Vec<Alternative>,
     pub audit: Audit,
 }
 
 impl Experiment {
-    /// Reads a table. `card`: else the one next to the table. `choice` overrides the card. `mode`: of every row, where
-    /// no column gives it.
+    /// Reads a table. `card`: by default the one next to the table. `choice` overrides the card. `mode`: the mode of all rows if no column gives it.
     pub fn read(path: &Path, card: Option<&Path>, choice: &ColumnChoice, mode: Option<Mode>) -> Result<Self, FitError> {
         let bytes = storage::read(path, DATA_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
         let other = if card.is_none() { Card::next_to(path)?.filter(|card| !card.names(path)) } else { None };
@@ -69,7 +68,7 @@ impl Experiment {
         Ok(read)
     }
 
-    /// Reads the bytes of a table.
+    /// Reads a table from the bytes of a file.
     pub fn parse(
         file: &str,
         bytes: &[u8],
@@ -145,7 +144,7 @@ impl Experiment {
         })
     }
 
-    /// A test that was read elsewhere; stresses are in Pa.
+    /// Builds a test from samples that were read elsewhere; stresses are in Pa.
     pub fn of_samples(file: &str, sha256: &str, samples: Vec<Sample>) -> Self {
         Self {
             file: file.into(),
@@ -165,7 +164,7 @@ impl Experiment {
         }
     }
 
-    /// One table of several specimens of the same test: every row counts, as many as a specimen has.
+    /// Pools the tables of several specimens of the same test: every row has the same weight, however many rows a specimen has.
     pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
         let several = parts.len() > 1;
         let alternatives = pool_alternatives(&parts);
@@ -202,7 +201,7 @@ impl Experiment {
         self.pieces.get(s.specimen).unwrap_or(&self.pieces[0])
     }
 
-    /// Refuses a specimen whose numbers are those of another one.
+    /// Refuses a specimen whose numbers repeat those of another specimen.
     fn check_repeats(&self) -> Result<(), FitError> {
         let mut numbers = vec![vec![]; self.specimens.len()];
         for s in &self.samples {
@@ -217,13 +216,13 @@ impl Experiment {
         }
     }
 
-    /// Modes that occur, in the order of [`Mode::ALL`]
+    /// Modes that occur, in the order of [`Mode::ALL`].
     pub fn modes(&self) -> Vec<Mode> {
         Mode::ALL.into_iter().filter(|m| self.samples.iter().any(|s| s.mode == *m)).collect()
     }
 }
 
-/// Corrections that some tables of a fit have and others have not, in words.
+/// Corrections that some tables of a fit have and others lack, in words.
 fn unequal_corrections(parts: &[Experiment]) -> Vec<String> {
     let made = |e: &Experiment, error: SharedError| {
         e.pieces.iter().any(|p| p.corrections.iter().any(|c| c.error == error))
@@ -244,7 +243,7 @@ fn unequal_corrections(parts: &[Experiment]) -> Vec<String> {
     corrections.into_iter().filter_map(one).collect()
 }
 
-/// Alternatives of several tables: those without this one are taken as they are.
+/// Alternatives of several tables: tables without a treatment enter unchanged.
 fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
     use Treatment::{EveryRow, LastLoading, WithHold, WithRupture, WithoutToe, WithoutZero};
     let of = |treatment: Treatment| {
@@ -262,8 +261,8 @@ fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
     [WithHold, WithRupture, WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
-/// The line of names with the units of a line below, and the lines of data. Where the columns are named by numbers and the line holds numbers, the table has no names, and
-/// the line is one of data.
+/// The line of names, with the units of a line below, and the lines of data. If the columns are given by number and the line holds numbers, the table
+/// has no names, and the line is one of data.
 fn names_and_body<'a>(lines: &'a [Line], at: usize, choice: &ColumnChoice, audit: &mut Audit) -> (Line, &'a [Line]) {
     if columns::is_row(&lines[at].cells, choice) {
         let number = lines[at].number;
@@ -277,10 +276,10 @@ fn names_and_body<'a>(lines: &'a [Line], at: usize, choice: &ColumnChoice, audit
     (names, &lines[below..])
 }
 
-/// Characters in which the column names are sought first
+/// Number of characters in which the column names are sought first
 const BEGINNING: usize = 1 << 16;
 
-/// The delimiter and the line under which strain and stress are both named.
+/// The delimiter, the lines, and the index of the line that names both strain and stress.
 fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, Vec<Line>, usize), FitError> {
     let (mut found, mut bare, mut is_named) = (Vec::new(), None, false);
     let beginning = text.char_indices().nth(BEGINNING).and_then(|(end, _)| Some(&text[..text[..end].rfind('\n')? + 1]));
@@ -295,7 +294,7 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
         if let Some((at, _)) = columns::find_header(&lines, choice) {
             return Ok((delimiter, lines, at));
         }
-        // For the message: the line above the first one with two numbers has the names.
+        // For the message: the line above the first line with two numbers has the names.
         let numbers = |l: &Line| l.cells.iter().filter(|c| table::is_number(c)).count();
         let first = lines.iter().position(|l| numbers(l) >= 2);
         let is_name = |c: &&String| !c.is_empty() && !table::is_number(c);
@@ -333,7 +332,7 @@ fn log_intake(audit: &mut Audit, header: &Line, delimiter: char, decimal: Decima
     }
 }
 
-/// The mode of a table without a mode column: as asked, of the card, or of a standard that the header names.
+/// The mode of a table without a mode column: as requested, from the card, or from a standard that the header names.
 fn whole_file_mode(
     columns: &Columns,
     asked: Option<Mode>,

@@ -3,8 +3,9 @@
 //! Strains of rubbers in fractions and in percent overlap between 2 and 20: a column without a unit that reaches this range is read only where
 //! another column of the table agrees with it. A stretch begins at 1 with hardly any stress, a strain at 0.
 //!
-//! Where the numbers may mean two things, the shape of the curve speaks for one of them: the stress of a rubber is straight at small strains, and bends down in tension and up in
-//! compression. That of a foam of one term may bend either way; its strain across the load tells the two apart. A reading whose curve misses the data points by less than half as much as that of the reading that is taken is a doubt.
+//! Where the numbers are ambiguous, the shape of the curve decides: the stress of a rubber is straight at small strains, and bends down in tension
+//! and up in compression. The curve of a foam of one term may bend either way; its strain across the load tells tension and compression apart. If
+//! another reading misses the data points by less than half as much as the reading that is taken, a doubt is logged.
 
 use super::columns::{Column, Columns, Sign};
 use super::names::{self, StrainKind};
@@ -18,32 +19,33 @@ use crate::calibrate::sample::sides;
 use crate::calibrate::{FitError, Mode, Sample};
 use crate::math::statistics::mean;
 
-/// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
+/// Strain above which a column without a unit is not believed \[–\]: rubbers break before, and percent exceed it at once
 const LARGEST: f64 = 20.0;
-/// Strains above, without a unit, may be fractions or percent \[–\]
+/// Strain above which a column without a unit may hold fractions or percent \[–\]
 const DOUBTFUL: f64 = 2.0;
-/// Strains in percent that end below are small for a test of rubber \[–\]
+/// Largest strain of a column in percent below which it is suspiciously small for a test of rubber \[–\]
 const SMALL: f64 = 0.1;
-/// Ratios of the largest strains of two columns of one test that are no matter of the unit, and those that are
+/// Ratio of the largest strains of two columns of one test up to which their units agree, and the ratios at which they differ by percent against
+/// fractions
 const AGREE: f64 = 2.5;
 const HUNDRED: std::ops::RangeInclusive<f64> = 30.0..=300.0;
-/// Least strain without a unit that may be one in percent: half a percent \[–\]
+/// Largest strain of a column without a unit from which on it may be in percent: half a percent \[–\]
 const PERCENT: f64 = 0.5;
-/// Misfit of a straight line up to which a curve is one \[–\]
+/// Misfit of a straight line up to which a curve counts as straight \[–\]
 const STRAIGHT: f64 = 0.05;
-/// Misfit of the reading that is taken from which on another one may be better, and the part of it that is better \[–\]
+/// Misfit of the chosen reading above which another one may be better, and the share of it below which the other one is better \[–\]
 const MISSES: f64 = 0.03;
 const BETTER: f64 = 0.5;
-/// Largest strain that may be one of compression \[–\]
+/// Largest strain that may be compressive \[–\]
 const FLAT: f64 = 0.95;
-/// Least correlation of a strain across the load that grows with the one along it \[–\]
+/// Least correlation at which a strain across the load counts as growing with the strain along it \[–\]
 const GROWS: f64 = 0.5;
 /// Largest exponent of the foam that a curve is compared with \[–\]
 const EXPONENT: i32 = 25;
-/// Strains from here on are a stretch where the stress has hardly begun \[–\]
+/// Strain from which on a column is a stretch if the stress has hardly begun \[–\]
 const BEGIN: f64 = 0.9;
 
-/// The table and what was read from it.
+/// The table, and the samples that were read from it.
 pub struct Read<'a> {
     pub file: &'a str,
     /// Names of all columns
@@ -55,7 +57,7 @@ pub struct Read<'a> {
 }
 
 impl Read<'_> {
-    /// Refuses or doubts a column of strain that is not what it is called.
+    /// Refuses or doubts a column of strain that contradicts its name.
     pub fn check(&self, choice: &ColumnChoice, audit: &mut Audit) -> Result<(), FitError> {
         for (e, _) in self.columns.axes.iter().filter(|(e, _)| e.kind != StrainKind::Displacement) {
             self.percent(e, choice, audit)?;
@@ -123,7 +125,8 @@ impl Read<'_> {
         Ok(())
     }
 
-    /// Doubts a unit that was asked for against the one in the name, where the strain is that of a test of rubber by the name and hardly as it was asked for.
+    /// Doubts a requested unit that contradicts the unit in the name, if the strain is plausible for a test of rubber in the unit of the name and
+    /// hardly in the requested one.
     fn against_the_name(&self, e: &Column<StrainKind>, choice: &ColumnChoice, audit: &mut Audit) {
         let own = names::unit(&e.name).and_then(|unit| Some((names::strain_factor(&unit)?, unit)));
         let (Some((factor, own)), Some(asked), StrainKind::Engineering) = (own, &choice.strain_unit, e.kind) else {
@@ -151,7 +154,8 @@ impl Read<'_> {
         (left / own().map(|s| s.stress * s.stress).sum::<f64>()).sqrt()
     }
 
-    /// Misfit \[–\] of a Neo-Hookean law to a uniaxial curve whose strains and stresses are taken times `side`; at a given ratio that of a foam of one term with the best exponent.
+    /// Misfit \[–\] of a neo-Hookean law to a uniaxial curve whose strains and stresses are multiplied by `side`; with a given ratio, the misfit of a
+    /// foam of one term with the best exponent.
     fn misfit_as(&self, choice: &ColumnChoice, side: f64) -> f64 {
         let at = |s: &Sample| 1.0 + side * (s.stretch - 1.0);
         let Some(nu) = choice.ratio else { return self.misfit(|s| side * neo_hookean(s.mode, at(s))) };
@@ -160,7 +164,8 @@ impl Read<'_> {
         exponents.map(foam).fold(f64::INFINITY, f64::min)
     }
 
-    /// The column of strain across the load that grows with the one along it, by their correlation, which neither a zero nor noise about it makes.
+    /// The column of strain across the load that grows with the strain along it, by their correlation, which neither an offset nor noise about it
+    /// produces.
     fn growing_across(&self) -> Option<&String> {
         let (e, across) = (&self.columns.axes[0].0, self.columns.across?);
         let number = |line: &Line, at: usize| table::number(line.cells.get(at)?, self.decimal).ok();
@@ -202,7 +207,7 @@ impl Read<'_> {
         let rise = first.stress / last.stress;
         let negative = own().filter(|s| s.stress < 0.0).count();
         match e.kind {
-            // A strain from 0.9 on would have the larger part of its stress already
+            // A strain from 0.9 on would already have the larger part of its stress
             StrainKind::Engineering | StrainKind::Displacement
                 if first.stretch >= 1.0 + BEGIN
                     && last.stretch > first.stretch
@@ -226,7 +231,7 @@ impl Read<'_> {
         }
     }
 
-    /// Refuses tensile data under a header or a mode that speaks of compression, and doubts them where the name of the file does or a law of compression is nearer.
+    /// Refuses tensile data under a header or a mode that says compression; doubts them if the file name says so or a law of compression fits better.
     pub fn check_compression(
         &self,
         choice: &ColumnChoice,
@@ -277,9 +282,9 @@ impl Read<'_> {
     }
 }
 
-/// Columns that count compression as positive get the opposite sign: as stated, else by the words of their names.
+/// Changes the sign of columns that count compression as positive: as stated, otherwise by the words of their names.
 ///
-/// A column with a word such as "compressive" whose numbers are mostly positive is turned, and the other column of its test follows.
+/// A column with a word such as "compressive" whose numbers are mostly positive changes its sign, and the other column of its test follows.
 pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, choice: &ColumnChoice) {
     let positive = |at: usize| {
         let numbers = body.iter().filter_map(|l| table::number(l.cells.get(at)?, decimal).ok());
@@ -318,12 +323,12 @@ pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, 
     }
 }
 
-/// Misfits \[%\] of the reading that is taken and of another one, where that one is clearly better.
+/// Misfits \[%\] of the chosen reading and of another one, if the other one is clearly better.
 fn better([taken, other]: [f64; 2]) -> Option<[f64; 2]> {
     (taken > MISSES && other < BETTER * taken).then_some([100.0 * taken, 100.0 * other])
 }
 
-/// P of a Neo-Hookean law with μ = 1.
+/// P of a neo-Hookean law with μ = 1.
 fn neo_hookean(mode: Mode, l: f64) -> f64 {
     mode.nominal(mode.stretches(l, 1.0).map(|x| x * x), l)
 }

@@ -1,4 +1,4 @@
-//! Content of a column by the words of its name, as testing machines write them in English, German and French.
+//! Recognises the content of a column by the words of its name, as testing machines write them in English, German and French.
 
 use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub enum StrainKind {
     Engineering,
     /// ln λ \[–\]
     True,
-    /// u \[m\], over the gauge length; in simple shear over the thickness that is sheared
+    /// u \[m\], divided by the gauge length; in simple shear by the thickness that is sheared
     Displacement,
 }
 
@@ -26,7 +26,7 @@ pub enum StressKind {
     Nominal,
     /// σ \[Pa\], force over deformed area
     True,
-    /// F \[N\], over the undeformed cross-section
+    /// F \[N\], divided by the undeformed cross-section
     Force,
 }
 
@@ -76,16 +76,16 @@ impl StressKind {
     }
 }
 
-/// A kind and how sure the name is of it: the surest column is taken.
+/// A kind and the certainty of the name about it; the most certain column is taken.
 pub type Ranked<K> = Option<(u8, K)>;
 
-/// Below this rank the name has no word on the kind
+/// Rank below which the name does not state the kind
 pub const SURE: u8 = 4;
 
 const TRUE: &[&str] = &["true", "log", "logarithmic", "hencky", "cauchy", "wahre", "logarithmische", "vraie"];
 const NOMINAL: &[&str] = &["engineering", "eng", "nominal", "pk", "piola", "technische", "shear", "schub"];
 const STRETCH: &[&str] = &["stretch", "lambda", "λ", "streckgrad", "streckverhältnis"];
-/// Two words of Treloar's name of λ, "extension ratio"; its first one alone is a displacement
+/// The two words of Treloar's name of λ, "extension ratio"; "extension" alone is a displacement
 const EXTENSION: &[&str] = &["extension"];
 const RATIO: &[&str] = &["ratio", "ratios"];
 const STRAIN: &[&str] = &[
@@ -120,7 +120,7 @@ const LENGTH: &[&str] = &[
 const STRESS: &[&str] = &["stress", "spannung", "contrainte"];
 const FORCE: &[&str] = &["force", "load", "kraft", "standardkraft"];
 const TIME: &[&str] = &["time", "zeit", "temps"];
-/// Words that make of a strain or stress something else: a rate, a characteristic value, another kind of test
+/// Words that turn a strain or stress into something else: a rate, a characteristic value, another kind of test
 const OTHER: &[&str] = &[
     "rate",
     "speed",
@@ -146,9 +146,9 @@ const OTHER: &[&str] = &[
     "torsion",
     "torsional",
 ];
-/// Beginnings of German compounds that do the same
+/// Beginnings of German compounds that do the same as [`OTHER`]
 const OTHER_BEGINNINGS: [&str; 9] = ["vor", "bruch", "reiß", "reiss", "höchst", "biege", "rest", "end", "quer"];
-/// Words of a note in brackets, which is no unit
+/// Words of a note in brackets, which is not a unit
 const NOTE: &[&str] = &[
     "channel",
     "corrected",
@@ -173,10 +173,10 @@ const NOTE: &[&str] = &[
 ];
 /// Signs in brackets for numbers without a unit
 const NO_UNIT: &[&str] = &["-", "–", "1"];
-/// German compounds end with what they are
+/// Endings of German compounds, which say what the quantity is
 const ENDINGS: [&str; 5] = ["dehnung", "spannung", "kraft", "weg", "zeit"];
 
-/// Lower case, without the numbers that count directions: `λ1`, `stress_2`.
+/// The words of a name in lower case, without the numbers that count directions: `λ1`, `stress_2`.
 pub(super) fn words(name: &str) -> Vec<String> {
     let name = name.to_lowercase();
     let parts = name.split(|c: char| !c.is_alphanumeric()).map(|w| w.trim_end_matches(char::is_numeric));
@@ -223,7 +223,7 @@ pub fn stress(name: &str) -> Ranked<StressKind> {
             () => (3, StressKind::Nominal),
         })
     } else if has(&w, FORCE) {
-        // testXpert shows "Standardkraft" in MPa, too
+        // testXpert also shows "Standardkraft" in MPa
         let is_stress = unit(name).is_some_and(|u| factor(&u, Dimension::PRESSURE).is_some());
         Some(if is_stress { (3, StressKind::Nominal) } else { (1, StressKind::Force) })
     } else {
@@ -252,14 +252,14 @@ pub fn condition(name: &str) -> Option<Condition> {
     }
 }
 
-/// True of the name of a frequency in radians: "Angular frequency", "ω", "Kreisfrequenz".
+/// True for the name of a frequency in radians: "Angular frequency", "ω", "Kreisfrequenz".
 pub fn is_angular(name: &str) -> bool {
     const ANGULAR: &[&str] =
         &["angular", "circular", "omega", "ω", "kreisfrequenz", "winkelfrequenz", "pulsation", "angulaire"];
     has(&words(name), ANGULAR)
 }
 
-/// True of a name of tan δ: "tan delta", "tan_delta", "Tan(delta)", "tanδ", "Loss factor", "Verlustfaktor".
+/// True for a name of tan δ: "tan delta", "tan_delta", "Tan(delta)", "tanδ", "Loss factor", "Verlustfaktor".
 pub fn is_tan_delta(name: &str) -> bool {
     const ONE: &[&str] = &["tandelta", "tanδ", "tand", "verlustfaktor"];
     const TWO: [(&[&str], &[&str]); 2] =
@@ -269,12 +269,12 @@ pub fn is_tan_delta(name: &str) -> bool {
     has(&w, ONE) || w.windows(2).any(is_pair) || w == ["tan"]
 }
 
-/// True of a logarithmic strain, "True strain", "log. Dehnung", also of one across the load or of a volume.
+/// True for a logarithmic strain, "True strain", "log. Dehnung", also across the load or of a volume.
 pub fn is_true(name: &str) -> bool {
     has(&words(name), TRUE)
 }
 
-/// True of a stretch, "lateral stretch", also of one across the load.
+/// True for a stretch, also across the load, as in "lateral stretch".
 pub fn is_stretch(name: &str) -> bool {
     has(&words(name), STRETCH)
 }
@@ -288,7 +288,7 @@ pub enum VolumeKind {
     Change,
 }
 
-/// The content of a column of volume by its name; `None` where the name does not say, as in "Volume (%)".
+/// The content of a column of volume by its name; `None` if the name does not say, as in "Volume (%)".
 pub fn volume(name: &str) -> Option<VolumeKind> {
     const CHANGE: &[&str] = &[
         "change",
@@ -315,17 +315,17 @@ pub fn volume(name: &str) -> Option<VolumeKind> {
     }
 }
 
-/// True of names that count compression as positive: "Compressive stress", "Stauchung", "Druckkraft".
+/// True for names that count compression as positive: "Compressive stress", "Stauchung", "Druckkraft".
 pub fn is_compressive(name: &str) -> bool {
     words(name).iter().any(|w| ["compress", "druck", "stauch"].iter().any(|b| w.starts_with(b)))
 }
 
-/// True of a strain that comes from the travel of the crosshead: "Tensile strain (Displacement)".
+/// True for a strain that is derived from the travel of the crosshead: "Tensile strain (Displacement)".
 pub fn is_travel(name: &str) -> bool {
     has(&words(name), &["displacement", "crosshead", "position", "travel", "traverse", "stroke", "weg"])
 }
 
-/// True of the name of a column that tells specimens apart: "Specimen", "Sample ID", "Probe Nr.".
+/// True for the name of a column that tells specimens apart: "Specimen", "Sample ID", "Probe Nr.".
 pub fn is_specimen(name: &str) -> bool {
     const WHAT: &[&str] = &["specimen", "sample", "probe", "prüfkörper", "éprouvette"];
     const WHICH: &[&str] = &["id", "label", "name", "no", "nr", "number", "nummer"];
@@ -333,7 +333,7 @@ pub fn is_specimen(name: &str) -> bool {
     has(&w, WHAT) && w.iter().all(|w| [WHAT, WHICH].iter().any(|list| list.contains(&w.as_str())))
 }
 
-/// Factor of a unit of strain.
+/// Factor from a unit of strain to fractions.
 pub fn strain_factor(unit: &str) -> Option<f64> {
     match unit.to_lowercase().as_str() {
         "1" | "-" | "–" | "mm/mm" | "m/m" | "in/in" => Some(1.0),
@@ -344,7 +344,7 @@ pub fn strain_factor(unit: &str) -> Option<f64> {
     }
 }
 
-/// Factor to SI of a unit as machines spell it.
+/// Factor to SI of a unit in the spelling of testing machines.
 pub fn factor(unit: &str, dimension: Dimension) -> Option<f64> {
     units::parse(&format!("1 {}", units::spelled(unit)), dimension).ok()
 }
@@ -362,8 +362,8 @@ fn brackets(name: &str) -> Vec<&str> {
     found
 }
 
-/// A unit in a column name: in the last brackets that are no note, or the last word where that is a unit of stress, force, length or a
-/// percent sign.
+/// The unit in a column name: in the last brackets that are not a note, or the last word if it is a unit of stress, force or length or a percent
+/// sign.
 pub fn unit(name: &str) -> Option<String> {
     let is_note = |text: &&&str| {
         let w = words(text);
@@ -378,12 +378,12 @@ pub fn unit(name: &str) -> Option<String> {
     last(&[' ']).or_else(|| last(&['_'])).or_else(|| last(&['/', ',']))
 }
 
-/// True of a name whose brackets say that its numbers have no unit: "strain [-]", "strain (1)".
+/// True for a name whose brackets say that its numbers have no unit: "strain [-]", "strain (1)".
 pub fn is_unitless(name: &str) -> bool {
     brackets(name).iter().any(|g| NO_UNIT.contains(g))
 }
 
-/// True of a unit that is written without brackets; "in" and "s" may be words.
+/// True for a unit that is recognised without brackets; "in" and "s" are not, because they may be words.
 pub fn is_unit(word: &str) -> bool {
     matches!(word, "%" | "mm" | "cm" | "N" | "kN" | "mN" | "lbf" | "mm/mm" | "in/in")
         || factor(word, Dimension::PRESSURE).is_some()

@@ -1,7 +1,7 @@
-//! Several specimens in one file: column names that are repeated below one another, and a column that tells specimens apart.
+//! Several specimens in one file: repeated lines of column names, and a column that tells specimens apart.
 //!
-//! A line equal to the one with the column names begins the table of another specimen. A column such as "Specimen" divides the rows where it
-//! has two values or more, each in five rows or more on average: a number that increases with every row is none.
+//! A line equal to the one with the column names begins the table of another specimen. A column such as "Specimen" divides the rows if it has two or
+//! more values, each in five or more rows on average; a column of numbers that increase with every row does not divide the table.
 
 use super::columns::{self, Columns};
 use super::table::{self, Decimal, Line};
@@ -14,17 +14,17 @@ use super::{
 use crate::calibrate::FitError;
 use std::collections::HashMap;
 
-/// Rows of a specimen on average, at least
+/// Least average number of rows of a specimen
 const ROWS: usize = 5;
 
 /// The lines of one specimen.
 pub struct SpecimenLines<'a> {
-    /// `None` where the file has one specimen
+    /// `None` if the file has one specimen
     pub label: Option<String>,
     pub lines: Vec<&'a Line>,
 }
 
-/// First cell of a line and the rest; of a single cell, the parts before and after a colon.
+/// First cell of a line and the rest; for a single cell, the parts before and after a colon.
 pub fn pair(cells: &[String]) -> (String, String) {
     let rest: Vec<_> = cells.iter().skip(1).filter(|c| !c.is_empty()).map(String::as_str).collect();
     let first = cells.first().map_or("", String::as_str);
@@ -34,8 +34,8 @@ pub fn pair(cells: &[String]) -> (String, String) {
     }
 }
 
-/// Key and value of a table of results above the data, whose names are symbols of dimensions, with a line of units below and one of numbers for each specimen.
-/// A dimension that differs between specimens is left out.
+/// Keys and values of a table of results above the data, whose names are symbols of dimensions, with a line of units below and one line of numbers
+/// for each specimen. A dimension that differs between specimens is left out.
 pub fn of_results(lines: &[Line]) -> Vec<(String, String)> {
     let is_names = |l: &Line| l.cells.iter().filter(|c| dimensions::symbol(c).is_some()).count() > 1;
     let Some(at) = lines.iter().position(is_names) else { return vec![] };
@@ -54,12 +54,12 @@ pub fn of_results(lines: &[Line]) -> Vec<(String, String)> {
 /// The file that is divided.
 pub struct Whole<'a> {
     pub file: &'a str,
-    /// The line of the column names, as it is in the file
+    /// The line of the column names, as in the file
     pub names: &'a Line,
     pub body: &'a [Line],
     pub columns: &'a Columns,
     pub decimal: Decimal,
-    /// From the lines above the column names
+    /// Dimensions from the lines above the column names
     pub dimensions: Dimensions,
 }
 
@@ -83,7 +83,7 @@ impl<'a> Whole<'a> {
         let mut order: Vec<&'a str> = Vec::new();
         let mut of: HashMap<&'a str, Vec<&'a Line>> = HashMap::new();
         for line in self.body {
-            // Lines that are no rows stay with the first specimen, where they are logged
+            // Lines that are not data rows stay with the first specimen, where they are logged
             let label = label(if self.is_row(line) { line } else { first });
             of.entry(label).or_insert_with(|| {
                 order.push(label);
@@ -111,7 +111,7 @@ impl<'a> Whole<'a> {
         Ok(order.into_iter().map(part).collect())
     }
 
-    /// Lines that repeat the column names; refuses other names of strain and stress above numbers.
+    /// Indices of lines that repeat the column names; refuses different names of strain and stress above numbers.
     fn repeated(&self) -> Result<Vec<usize>, FitError> {
         let first = self.columns.numeric().next().expect("a table has a column of strain");
         let is_text =
@@ -141,7 +141,7 @@ impl<'a> Whole<'a> {
         let mut from = 0;
         for end in starts.iter().copied().chain([self.body.len()]) {
             let own = &self.body[from..end];
-            // The title of the next table begins with the first line without numbers below which fewer rows are left than a specimen has
+            // The title of the next table begins with the first line without numbers that is followed by fewer rows than a specimen has
             let begins = |k: &usize| {
                 end < self.body.len()
                     && is_title(&&own[*k])

@@ -9,7 +9,7 @@ use crate::calibrate::sample::Test;
 #[derive(Clone, Debug, Default)]
 pub struct Piece {
     pub dimensions: Dimensions,
-    /// 95 % half-widths of the errors that its data points share, by its card
+    /// 95 % half-widths of the errors that its data points share, from its card
     pub accuracy: Accuracy,
     /// Errors of the corrections of its curves
     pub corrections: Vec<CorrectionError>,
@@ -20,20 +20,20 @@ pub struct Piece {
 pub struct CorrectionError {
     pub error: SharedError,
     pub mode: Mode,
-    /// One side of rest alone: tension, or compression
+    /// The correction is of one side of rest alone: tension (`true`) or compression (`false`)
     pub tension: Option<bool>,
-    /// Half-width of the 95 % interval \[SI\], infinite where the curve does not show it
+    /// Half-width of the 95 % interval \[SI\], infinite if the curve does not determine it
     pub half_width: f64,
-    /// Of a zero of a single data point: no larger than the scatter of the curve about the law
+    /// For a zero from a single data point: the error is bounded by the scatter of the curve about the law
     pub bounded: bool,
-    /// Of a toe: shift of the strain that an error of the stress causes \[1/Pa\]
+    /// For a toe: shift of the strain that an error of the stress causes \[1/Pa\]
     pub strain_per_stress: f64,
-    /// Of a toe: strains of the data points of its line, without it
+    /// For a toe: strains of the data points of its line, without the toe
     pub line: Vec<f64>,
 }
 
 impl CorrectionError {
-    /// The error of a correction of one curve, without what follows from it.
+    /// The error of a correction of one curve, with defaults for all that depends on the correction.
     pub fn of(error: SharedError, mode: Mode, half_width: f64) -> Self {
         Self { error, mode, tension: None, half_width, bounded: false, strain_per_stress: 0.0, line: vec![] }
     }
@@ -44,8 +44,8 @@ impl CorrectionError {
 }
 
 impl Piece {
-    /// The errors that data points of a test share, with their half-widths \[SI\]; those that are asked for come before those of the card. Zeros of the card that
-    /// a correction takes off are not those of its curve.
+    /// The errors that data points of a test share, with their half-widths \[SI\]; requested errors take precedence over those of the card. An error
+    /// of the zero in the card does not apply to a curve whose zero was corrected.
     pub fn errors(&self, test: Test, asked: &Accuracy) -> Accuracy {
         let made = || self.corrections.iter().filter(|c| c.is_of(test));
         let mut card = self.accuracy.clone();

@@ -1,4 +1,4 @@
-//! Columns by what they hold: time, strain, frequency, moduli, pressure, volume, for tests that are no tensile curve.
+//! Columns by their content: time, strain, frequency, moduli, pressure, volume, for tests that are not tensile curves.
 
 use super::names::{self, Condition, StrainKind, VolumeKind};
 use super::table::{self, Decimal, Line};
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Meaning of a column.
+/// Content of a column.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Role {
     Time,
@@ -23,7 +23,7 @@ pub enum Role {
     /// Strain across the load
     Lateral,
     Pressure,
-    /// Volume over the undeformed volume, or its relative change
+    /// Volume relative to the undeformed volume, or its relative change
     Volume,
 }
 
@@ -41,7 +41,7 @@ impl Role {
         Self::Volume,
     ];
 
-    /// Name in flags and messages.
+    /// The name in flags and messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -57,7 +57,7 @@ impl Role {
         }
     }
 
-    /// Whether a column of this name holds it.
+    /// Whether a column of this name holds this content.
     pub(super) fn names(self, name: &str) -> bool {
         let lower = name.to_lowercase();
         let symbol = lower.split(['[', '(', ' ', '_']).next().unwrap_or_default().to_string();
@@ -81,7 +81,7 @@ impl Role {
         }
     }
 
-    /// A unit of a column of this name.
+    /// An example of a unit for a column of this name.
     fn example(self, name: &str) -> &'static str {
         match self {
             Self::Volume if names::volume(name) == Some(VolumeKind::Ratio) => "1",
@@ -104,7 +104,7 @@ impl FromStr for Role {
     }
 }
 
-/// Why the columns of a table were not read.
+/// Reasons why the columns of a table were not read.
 #[derive(Debug, thiserror::Error)]
 pub enum ColumnError {
     #[error("{}: cannot be read: {source}", path.display())]
@@ -131,10 +131,10 @@ pub enum ColumnError {
     Cells { file: String, cells: Vec<String> },
 }
 
-/// The columns that a test needs, with what was said about them.
+/// The columns that a test needs, with the statements about them.
 pub struct Wanted<'a> {
     pub all: &'a [Role],
-    /// One of these in addition
+    /// Contents of which the test needs one in addition
     pub one: &'a [Role],
     /// Names of columns, or numbers such as `#3`
     pub columns: &'a BTreeMap<Role, String>,
@@ -157,7 +157,7 @@ impl ReadColumn {
         self.values.iter().filter(|v| **v > 0.0).count() > self.values.len() / 2
     }
 
-    /// Whether it is a stretch, which has no sign.
+    /// Whether the column is a stretch, which has no sign.
     pub fn is_stretch(&self) -> bool {
         names::strain(&self.name).is_some_and(|r| r.1 == StrainKind::Stretch)
     }
@@ -178,11 +178,11 @@ pub struct ReadTable {
     /// Line of each value
     pub lines: Vec<u64>,
     pub notes: Vec<String>,
-    /// Columns of temperature and amplitude, which are no content of a test but its conditions
+    /// Columns of temperature and amplitude, which are conditions of the test
     pub conditions: Vec<ConditionColumn>,
 }
 
-/// A condition of the test in each line that it is recorded in, in the unit of the table.
+/// A condition of the test in each line that records it, in the unit of the table.
 pub struct ConditionColumn {
     pub name: String,
     pub condition: Condition,
@@ -244,13 +244,13 @@ impl Reader<'_> {
         self.file.into()
     }
 
-    /// Delimiter, lines, the one with the names, and the columns.
+    /// Delimiter, lines, index of the line with the names, and the columns.
     fn find_columns(&self, text: &str) -> Result<(char, Vec<Line>, usize, Columns), ColumnError> {
         let mut nearest: (Vec<&'static str>, Vec<String>) = (vec![], vec![]);
         for delimiter in table::DELIMITERS {
             let lines = table::split(text, delimiter);
             for (at, line) in lines.iter().enumerate().take(200) {
-                // A line of numbers has no names, apart from columns by number
+                // A line of numbers holds no names, unless the columns are given by number
                 if line.cells.iter().any(|c| table::is_number(c)) {
                     continue;
                 }
@@ -280,7 +280,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The columns of a line of names, and the contents that it lacks.
+    /// The columns of a line of names, and the contents that are missing.
     fn columns_of(&self, cells: &[String]) -> Result<(Columns, Vec<&'static str>), ColumnError> {
         let (all, one) = (self.wanted.all, self.wanted.one);
         let mut columns = Columns::new();
@@ -318,13 +318,13 @@ impl Reader<'_> {
         if columns.contains_key(&Role::Loss) {
             columns.remove(&Role::TanDelta);
         }
-        // One cell that names two contents is a line that another delimiter divides
+        // One cell that names two contents belongs to a line with another delimiter
         let shared = |role: &&Role| columns.iter().any(|(other, k)| other < *role && columns.get(role) == Some(k));
         missing.extend(all.iter().filter(shared).map(|r| r.name()));
         Ok((columns, missing))
     }
 
-    /// Factor to SI of a column, with its unit and dimension.
+    /// Unit of a column with its factor to SI and dimension.
     fn unit(
         &self,
         role: Role,
@@ -401,12 +401,12 @@ impl Reader<'_> {
     }
 }
 
-/// `sigma` of `sigma (kPa)` or `sigma [kPa]`.
+/// A cell without its unit: `sigma` for `sigma (kPa)` or `sigma [kPa]`.
 pub(super) fn without_unit(cell: &str) -> &str {
     cell.split(['(', '[']).next().unwrap_or_default().trim()
 }
 
-/// The remedy for a unit that a content does not have: another unit would give other numbers, so that the numbers have to change with it.
+/// The remedy for a unit that does not fit the content: the numbers have to be converted together with the unit.
 fn remedy(role: Role, name: &str, unit: &str) -> String {
     if role == Role::Strain && names::factor(unit, Dimension::LENGTH).is_some() {
         return "divide the displacement by the gauge length, and give the strain".into();

@@ -1,7 +1,7 @@
-//! Rows of a table as samples: what a cell holds becomes a stretch and a nominal stress.
+//! Converts rows of a table to samples: a stretch and a nominal stress.
 //!
-//! λ = 1 + e, eˣ of true strain, 1 + u/L of a displacement; P = σ/λ of true stress, as an incompressible piece has the area A/λ
-//! under load, and σλ_t² by the lateral stretch λ_t where the law has a change of volume; F/A of a force. In simple shear γ = e or u/L, and σ₁₂ = P₁₂.
+//! λ = 1 + e, or eˣ for a true strain x, or 1 + u/L for a displacement. P = σ/λ for a true stress, because an incompressible piece has the area A/λ
+//! under load, or σλ_t² with the lateral stretch λ_t for a compressible law; P = F/A for a force. In simple shear γ = e or u/L, and σ₁₂ = P₁₂.
 
 use super::columns::{Column, Columns};
 use super::names::{StrainKind, StressKind};
@@ -13,19 +13,19 @@ use super::{
 };
 use crate::calibrate::{FitError, Mode, RawRow, Sample, UnknownMode};
 
-/// Stresses beyond are no measurement \[Pa\]: their squares would overflow in a fit
+/// Stress above which a number is not a measurement \[Pa\]: its square would overflow in a fit
 const LARGEST_STRESS: f64 = 1e30;
-/// Stretches beyond, or below their inverse, are none either \[–\]
+/// Stretch above which, or below whose inverse, a number is not a measurement \[–\]
 const LARGEST_STRETCH: f64 = 1e4;
 
 /// Columns with the dimensions of the test piece.
 pub struct Conversion<'a> {
     columns: &'a Columns,
-    /// Gauge length \[m\], 1 where strain is recorded
+    /// Gauge length \[m\], 1 if strain is recorded
     length: f64,
-    /// Cross-section \[m²\], 1 where stress is recorded
+    /// Cross-section \[m²\], 1 if stress is recorded
     area: f64,
-    /// Strain of machine and grips over the nominal stress, CA/L \[1/Pa\]
+    /// Strain of machine and grips per nominal stress, CA/L \[1/Pa\]
     compliance: f64,
 }
 
@@ -80,10 +80,10 @@ impl<'a> Conversion<'a> {
         Ok(made)
     }
 
-    /// λ and P \[–, Pa\] of the numbers of a direction. The cross-section under load follows the stretch without the machine.
-    /// `section`: the one under load over the undeformed one, where it is measured.
+    /// λ and P \[–, Pa\] of the numbers of one direction. The cross-section under load follows from the stretch without the part of the machine.
+    /// `section`: the measured cross-section under load relative to the undeformed one.
     fn point(&self, axis: usize, x: f64, y: f64, mode: Mode, section: Option<f64>) -> Result<(f64, f64), String> {
-        // Each pass leaves CσA/(Lλ²) of the error of a true stress, and none of a force; where it leaves all, λ is half of the measured stretch
+        // Each pass reduces the error of a true stress to the share CσA/(Lλ²), and of a force to zero; the share reaches 1 where λ is half of the measured stretch
         const PASSES: usize = 1000;
         const SETTLED: f64 = 4.0 * f64::EPSILON;
         let at = |stretch: f64| -> Result<(f64, f64), String> {
@@ -138,7 +138,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// Section under load over the undeformed one, λ_t², by a number of the column of lateral strain.
+    /// Cross-section under load relative to the undeformed one, λ_t², from a number of the column of lateral strain.
     fn section(&self, lateral: &Column<StrainKind>, x: f64, mode: Mode) -> Result<f64, String> {
         if mode != Mode::Uniaxial {
             return Err(format!("a lateral strain gives no nominal stress of a true one in {mode} tests"));
@@ -156,7 +156,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// P \[Pa\] of a number of the stress column with the section under load over the undeformed one.
+    /// P \[Pa\] of a number of the stress column, given the cross-section under load relative to the undeformed one.
     fn stress(&self, axis: usize, y: f64, mode: Mode, section: f64) -> Result<f64, String> {
         let p = &self.columns.axes[axis].1;
         let y = y * p.factor;
@@ -173,7 +173,7 @@ impl<'a> Conversion<'a> {
     }
 }
 
-/// Words of a line below the data that summarises them.
+/// Words of lines below the data that summarise them.
 const SUMMARY: [&str; 12] = [
     "mean",
     "average",
@@ -189,7 +189,7 @@ const SUMMARY: [&str; 12] = [
     "moyenne",
 ];
 
-/// A table as samples.
+/// The samples of a table.
 #[derive(Default)]
 pub struct Table {
     pub samples: Vec<Sample>,

@@ -1,4 +1,4 @@
-//! The tables of a request, with the refusal of flags that none of them makes use of.
+//! Reads the tables of a request; flags that have no effect on any of them are refused.
 
 use super::accuracy::SharedError;
 use super::experiment::Experiment;

@@ -11,7 +11,7 @@ pub fn data_points(audit: &mut Audit, samples: &[Sample]) {
     let mut seen: HashMap<(Mode, u64), f64> = HashMap::new();
     let mut last: HashMap<Mode, f64> = HashMap::new();
     let (mut twice, mut repeats, mut back, mut against, mut offset) = (vec![], vec![], vec![], vec![], vec![]);
-    // The two samples of a biaxial data point share a line, and either direction may be held or go back
+    // The two samples of a biaxial data point share a line, and either direction may be held or reversed
     for s in samples.iter().filter(|s| s.mode != Mode::Biaxial) {
         match seen.insert((s.mode, s.stretch.to_bits()), s.stress) {
             Some(p) if p == s.stress => twice.push(s.line),

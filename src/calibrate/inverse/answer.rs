@@ -6,37 +6,37 @@ use super::search::End;
 use crate::calibrate::ErrorModel;
 use serde::{Deserialize, Serialize};
 
-/// Relative change of a constant up to which it is said to be at its start \[–\]
+/// Relative change of a constant up to which it counts as being at its start \[–\]
 const STAYS: f64 = 0.01;
 
 /// Constants of the laws of a scene, found from measured curves. SI units; curves in the units of the scene's columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     pub constants: Vec<FittedConstant>,
-    /// \[constants × constants\] of their errors \[SI\]; none where a direction is not determined
+    /// \[constants × constants\] covariance of the errors \[SI\]; `None` if a direction is not determined
     pub covariance: Option<Vec<Vec<f64>>>,
-    /// Directions that the curves do not determine, or hardly, and constants that are held at a bound, in words
+    /// Sentences about directions that the curves do not determine, or hardly determine, and about constants that are held at a bound
     pub unidentified: Vec<String>,
-    /// Errors of the data points, as the residuals show them
+    /// Error model of the data points, as the residuals show it
     pub errors: ErrorModel,
-    /// Degrees of freedom of Student's t in the intervals
+    /// Degrees of freedom of Student's t for the intervals
     pub free: usize,
     pub curves: Vec<FittedCurve>,
-    /// Result of a fit of the first curve with a gauge length, where one is given
+    /// Result of a fit of the first curve with a gauge length, if one is given
     pub gauge: Option<Gauge>,
-    /// Forward solves of the search, failed ones among them, and of the profiles; each of one curve
+    /// Forward solves of the search, including failed ones, and of the profiles; each of one curve
     pub solves: usize,
     pub profile_solves: usize,
     pub failed: usize,
     pub end: End,
-    /// Wall time of a forward solve of all curves, and additional time of the derivatives \[s\]
+    /// Wall time of a forward solve of all curves, and the additional time of the derivatives \[s\]
     pub forward_s: f64,
     pub gradient_s: f64,
-    /// Wall time of all \[s\]
+    /// Total wall time \[s\]
     pub wall_s: f64,
 }
 
-/// A measured curve next to what the scene says at the answer.
+/// A measured curve with the prediction of the scene at the answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedCurve {
     pub name: String,
@@ -45,20 +45,20 @@ pub struct FittedCurve {
     /// Recorded column
     pub y: String,
     pub measured: Measured,
-    /// \[data points\] the scene with the constants found, and the offsets
+    /// \[data points\] prediction of the scene with the fitted constants and offsets
     pub predicted: Vec<f64>,
-    /// The scene at the steps of its protocol: x and y
+    /// x and y of the scene at the steps of its protocol
     pub curve: Vec<[f64; 2]>,
     /// √(Σr²/Σy²) \[–\]
     pub rms_relative: f64,
     /// √(Σr²/n), unit of y
     pub rms: f64,
-    /// Probability that signs in random order show as few runs over x, the correlation of neighbours taken out; none where all are
-    /// equal, and with several specimens of one test
+    /// Probability that signs in random order show as few runs over x, with the correlation of neighbours removed; `None` if all signs are equal, and
+    /// with several specimens of one test
     pub runs_p: Option<f64>,
     /// Offsets of this curve, in the units of its columns
     pub offsets: Vec<FittedConstant>,
-    /// Largest principal stretch in the body at the end, volume percentiles 50, 95 and the largest \[–\]
+    /// Largest principal stretch in the body at the end: volume percentiles 50 and 95, and the maximum \[–\]
     pub stretch: [f64; 3],
     pub stability: Vec<Stable>,
 }
@@ -73,28 +73,29 @@ pub struct FittedConstant {
     pub unit: String,
     pub start: f64,
     pub value: f64,
-    /// None where the data do not determine the constant, and of one that is held at a bound
+    /// `None` if the data do not determine the constant, or if it is held at a bound
     pub std_error: Option<f64>,
-    /// 95 % by the errors as the residuals show them
+    /// 95 % interval from the errors as the residuals show them
     pub interval: Option<[f64; 2]>,
-    /// 95 % by profile likelihood, where it was asked for; an end that was not found is open
+    /// 95 % interval by profile likelihood, if requested; an end that was not found is open
     pub profile: Option<[Option<f64>; 2]>,
     pub bound: Bound,
-    /// The search left it at its start: the curves hardly see it, and their misfit does not fall along it by more than the scatter of the data
+    /// The search left the constant at its start: the curves hardly depend on it, and their misfit does not fall along it by more than the scatter of
+    /// the data
     #[serde(default)]
     pub left: bool,
 }
 
-/// The unknowns of the law of an inverse fit, fitted as if the travel stretched a gauge length alone, incompressible and homogeneous; the other constants are
-/// those of the scene.
+/// The unknowns of the law of an inverse fit, fitted as if the travel stretched a gauge length alone, incompressible and homogeneous; the other
+/// constants keep their values in the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gauge {
     pub length_m: f64,
     pub section_m2: f64,
-    /// Its value of each constant, where that fit has it
+    /// Value of each constant; `None` for a constant that this fit does not have
     pub values: Vec<Option<f64>>,
     pub rms_relative: Option<f64>,
-    /// Why there is no such fit
+    /// The reason why there is no such fit
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<String>,
 }
@@ -110,7 +111,7 @@ pub struct Stable {
 }
 
 impl Calibration {
-    /// Whether the search came to its end.
+    /// Whether the search converged.
     pub fn settled(&self) -> bool {
         self.end == End::Settled
     }
@@ -128,7 +129,7 @@ impl Calibration {
 }
 
 impl FittedConstant {
-    /// The smallest interval that holds all of them; none where an end by profile likelihood was asked for and is open.
+    /// The smallest interval that holds all intervals of the constant; `None` if an end by profile likelihood was requested and is open.
     pub fn widest(&self) -> Option<[f64; 2]> {
         let [a, b] = self.interval?;
         let [c, d] = match self.profile {
@@ -138,7 +139,7 @@ impl FittedConstant {
         Some([a.min(c), b.max(d)])
     }
 
-    /// Says where an end of the interval by profile likelihood is open.
+    /// Describes which end of the interval by profile likelihood is open.
     pub fn open_end(&self) -> Option<String> {
         let side = match self.profile? {
             [None, None] => "both ends of its 95 % interval by profile likelihood are open",
@@ -149,7 +150,7 @@ impl FittedConstant {
         self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
     }
 
-    /// Says where the interval has values that the constant cannot have, such as a modulus below zero.
+    /// Describes an interval that includes values that the constant cannot have, such as a negative modulus.
     pub fn beyond(&self, (lower, upper): (f64, f64)) -> Option<String> {
         let [low, high] = self.widest()?;
         (low < lower || high > upper).then(|| {
@@ -160,12 +161,12 @@ impl FittedConstant {
         })
     }
 
-    /// Whether a constant that was left has changed all the same, with others.
+    /// Whether a constant that the search left has nevertheless changed, together with others.
     pub fn moved(&self) -> bool {
         (self.value - self.start).abs() > STAYS * self.start.abs()
     }
 
-    /// Says where the search left the constant at its start.
+    /// Describes that the search left the constant at its start.
     pub fn left_at_start(&self) -> Option<String> {
         self.left.then(|| {
             let because = "because the misfit does not fall along it by more than the scatter of the data";
@@ -182,7 +183,7 @@ impl FittedConstant {
         })
     }
 
-    /// Says where the constant is held at a bound.
+    /// Describes at which bound the constant is held.
     pub fn held(&self) -> Option<String> {
         let side = match self.bound {
             Bound::Free => return None,
@@ -201,7 +202,7 @@ impl FittedConstant {
 mod tests {
     use super::*;
 
-    /// A constant that has changed along a direction that was searched is not said to be at its start.
+    /// A constant that has changed along a direction that was searched is not reported as left at its start.
     #[test]
     fn what_moved_with_others_was_not_left_at_its_start() {
         let words = |value: f64| {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The bound at which a constant is held; files have it as a number: −1 the lower one, 1 the upper one, 0 none.
+/// The bound at which a constant is held; files store it as a number: −1 for the lower bound, 1 for the upper one, 0 if it is free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "i8", try_from = "i8")]
 pub enum Bound {

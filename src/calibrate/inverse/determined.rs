@@ -1,22 +1,23 @@
 //! Coordinates of a search: the directions of the constants that the curves determine, as their sensitivities show.
 //!
-//! u = ln θ of constants that are positive by their law, else θ/z with what such a constant can change by, z: half of the range between its bounds,
-//! the shear modulus at rest (or |θ|, if that is larger) of one in pascal, 1 (or |θ|) of a number. Of the SVD w∂ŷ/∂u/‖wy‖ = UΣVᵀ the directions with
+//! u = ln θ for constants that are positive by their law. For others u = θ/z, where z is the range over which the constant can change: half of the
+//! range between its bounds; otherwise, for a constant in pascal, the shear modulus at rest (or |θ| if larger), and for a number 1 (or |θ|). In the
+//! SVD w∂ŷ/∂u/‖wy‖ = UΣVᵀ the directions with
 //!
 //! ```text
 //! σ_k ≤ 4 ε      ε the accuracy to which the scene can reproduce the curve
 //! ```
 //!
-//! are not determined: an error of the curve of the size of ε leaves more than a quarter of what these constants can be. They get no interval, but the
-//! search does not stop at them: u = u₀ + Bw, B = V diag(1/σ), of the directions that are determined at first, and in further searches from the
-//! answer of the one before also of those
+//! are not determined: an error ε of the curve leaves more than a quarter of the range of these constants open. They get no interval, but the search
+//! does not stop at them: u = u₀ + Bw, B = V diag(1/σ), includes the directions that are determined at first, and, in each further search from the
+//! previous answer, also the directions
 //!
 //! - with σ_k > 4 ε_k, ε_k the change of the curve that the scatter of the residuals leaves open at 95 % ([`super::scatter`]);
 //! - along which the misfit falls by more than that scatter.
 //!
-//! So the answer does not depend on the start where the data tell it within their own scatter, and a direction along which they say nothing stays
-//! where it was. Whether it is determined is judged at the last answer. What the data determine in place of two constants is named where
-//! it is a modulus at rest: E, if it stays along the direction that is left open.
+//! The answer is therefore independent of the start wherever the data determine it within their own scatter, and along a direction about which they
+//! say nothing it stays where it was. Whether a direction is determined is judged at the last answer. If the data determine a modulus at rest instead
+//! of two constants, it is named: E, for example, if it does not change along the open direction.
 
 use super::Unknown;
 use super::bound::Bound;
@@ -30,25 +31,26 @@ use crate::math::units::Dimension;
 use crate::scene::SceneSpec;
 use nalgebra::{DMatrix, DVector};
 
-/// Share of what constants can be that an error of the curve may leave open along a direction that counts as determined \[–\]
+/// Share of the range of the constants that an error of the curve may leave open along a direction that counts as determined \[–\]
 const QUARTER: f64 = 0.25;
-/// Relative change of a modulus along a direction, over that of the constants, below which it stays \[–\]
+/// Relative change of a modulus along a direction, divided by that of the constants, below which the modulus counts as unchanged \[–\]
 const STAYS: f64 = 0.1;
-/// Singular value below which a direction is rounding of the forward solves \[–\]
+/// Singular value below which a direction is only rounding of the forward solves \[–\]
 const ROUNDING: f64 = 1e-9;
-/// Singular value over the largest below which a direction does not move the constants that are held \[–\]
+/// Ratio to the largest singular value below which a direction does not move the held constants \[–\]
 const NULL: f64 = 1e-10;
-/// A bound is met at this distance in u
+/// Distance in u at which a bound counts as reached
 const TOUCH: f64 = 1e-12;
 
-/// Directions that a search takes.
+/// Directions along which a search moves.
 #[derive(Clone, Copy, Debug)]
 pub enum Searched<'a> {
-    /// Those that the curves determine, reproduced to this accuracy \[–\]
+    /// The directions that the curves determine, if they are reproduced to this accuracy \[–\]
     Determined { accuracy: f64 },
-    /// Those that the scatter of the residuals determines too, and those along which the misfit falls by more; `curves`: rows in order of x
+    /// The determined directions, those that the scatter of the residuals determines, and those along which the misfit falls by more than it;
+    /// `curves`: rows in order of x
     Told { accuracy: f64, curves: &'a [Vec<usize>] },
-    /// All that the curves see but this unknown
+    /// All directions that the curves depend on, except this unknown
     But(usize),
 }
 
@@ -56,25 +58,25 @@ pub enum Searched<'a> {
 struct Open {
     /// \[unknowns\], in u
     along: DVector<f64>,
-    /// The scatter of the residuals would determine it
+    /// Whether the scatter of the residuals would determine it
     is_told: bool,
 }
 
 /// The map from u to the values, and the directions that are searched.
 pub struct Coordinates {
-    /// Of each unknown: ln, and the unit of u where it is not
+    /// For each unknown: whether u = ln θ, and otherwise the unit of u
     kinds: Vec<(bool, f64)>,
-    /// Ends of u
+    /// Bounds of u
     ends: Vec<[f64; 2]>,
     /// \[unknowns × directions\]
     basis: DMatrix<f64>,
     open: Vec<Open>,
-    /// \[unknowns\] part of a change of each one alone that is searched: 1 all of it, 0 none
+    /// \[unknowns\] part of a change of each unknown alone that is searched: 1 for all of it, 0 for none
     shares: Vec<f64>,
 }
 
 impl Coordinates {
-    /// Those at a point. `unknown`: the constants; what follows them in the values are offsets of single curves.
+    /// Chooses the coordinates at a point. `unknown`: the constants; any further values are offsets of single curves.
     pub fn new(unknown: &[Unknown], spec: &SceneSpec, start: &Point, size: f64, which: Searched) -> Self {
         let p = start.values.len();
         let kind = |k: usize| {
@@ -134,7 +136,7 @@ impl Coordinates {
         self.open = open.map(|k| Open { along: v.column(k).into_owned(), is_told: is_told(k) }).collect();
     }
 
-    /// u of these values.
+    /// u at these values.
     pub fn of(&self, values: &[f64]) -> DVector<f64> {
         let one = |(x, (ln, unit)): (&f64, &(bool, f64))| if *ln { x.ln() } else { x / unit };
         DVector::from_iterator(values.len(), values.iter().zip(&self.kinds).map(one))
@@ -146,18 +148,19 @@ impl Coordinates {
         u.iter().zip(&self.kinds).map(one).collect()
     }
 
-    /// ∂θ/∂u, a diagonal.
+    /// ∂θ/∂u, a diagonal matrix.
     pub fn rates(&self, u: &DVector<f64>) -> DMatrix<f64> {
         let one = |(u, (ln, unit)): (&f64, &(bool, f64))| if *ln { u.exp() } else { *unit };
         DMatrix::from_diagonal(&DVector::from_iterator(u.len(), u.iter().zip(&self.kinds).map(one)))
     }
 
-    /// u with what rounding has taken beyond a bound put back on it.
+    /// u, moved back onto a bound that it exceeds by rounding.
     pub fn within(&self, u: &DVector<f64>) -> DVector<f64> {
         DVector::from_iterator(u.len(), u.iter().zip(&self.ends).map(|(u, [low, high])| u.clamp(*low, *high)))
     }
 
-    /// Share of a change of u at which constant k meets a bound, 0 where it leaves one that it is on; none where it meets none.
+    /// The share of a change of u at which constant `k` reaches a bound; 0 if it is on the bound and the change leads beyond it, `None` if it reaches
+    /// none.
     pub fn crosses(&self, u: &DVector<f64>, change: &DVector<f64>, k: usize) -> Option<f64> {
         let end = if change[k] > 0.0 { self.ends[k][1] } else { self.ends[k][0] };
         if change[k].abs() <= TOUCH || !end.is_finite() {
@@ -181,17 +184,17 @@ impl Coordinates {
         &self.basis * v.select_columns(&kept)
     }
 
-    /// \[unknowns\] part of a change of each one alone that is searched \[–\]
+    /// \[unknowns\] part of a change of each unknown alone that is searched \[–\]
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }
 
-    /// Whether a direction that is left open, taken as far as its constants can change, moves this one by more than the accuracy.
+    /// Whether an open direction, followed as far as its constants can change, moves this constant by more than the accuracy.
     pub fn is_open(&self, k: usize, accuracy: f64) -> bool {
         self.open.iter().any(|open| open.along[k].abs() > accuracy)
     }
 
-    /// The directions that are left open, in words.
+    /// Describes the open directions.
     pub fn words(&self, unknown: &[Unknown], spec: &SceneSpec, values: &[f64], accuracy: f64) -> Vec<String> {
         let one = |Open { along: v, is_told }: &Open| {
             let p = unknown.len();
@@ -219,7 +222,7 @@ impl Coordinates {
         self.open.iter().map(one).collect()
     }
 
-    /// The modulus at rest that stays along a direction, of unknowns of one law.
+    /// The modulus at rest that does not change along a direction of unknowns of one law.
     fn staying(&self, unknown: &[Unknown], spec: &SceneSpec, values: &[f64], v: &DVector<f64>) -> Option<String> {
         const H: f64 = 1e-4;
         let of: Vec<_> = unknown.iter().map(|q| q.key.law_constant()).collect::<Option<_>>()?;
@@ -236,7 +239,7 @@ impl Coordinates {
             }
             Some(spec.known_laws.law(&table).ok()?.small_strain())
         };
-        // One side of an answer at the end of what the law allows is beyond it
+        // At the limit of what the law allows, one side lies beyond it
         let (here, there) = (at(0.0)?, at(H).or_else(|| at(-H))?);
         let moved = |of: fn(&Moduli) -> f64| (of(&there) / of(&here)).ln().abs() / H;
         let all: [(&str, f64, f64); 3] = [

@@ -1,4 +1,4 @@
-//! Why an inverse analysis was refused: the fact and the remedy.
+//! Errors of an inverse analysis: the fact and the remedy.
 
 use crate::math::units::UnitError;
 use crate::scene::{SceneError, SensitivityError};

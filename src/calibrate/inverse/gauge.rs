@@ -1,5 +1,6 @@
-//! The usual evaluation of a tensile test: the whole displacement stretches a gauge length of one cross-section, λ = 1 + x/L, P = y/A, fitted
-//! with the closed form of the same law. What the search holds is held here too. It starts the search, and its error is what the specimen corrects.
+//! The usual evaluation of a tensile test: the whole displacement stretches a gauge length of one cross-section, λ = 1 + x/L, P = y/A, fitted with
+//! the closed form of the same law. Constants that the search holds are held here too. The result starts the search; simulating the whole specimen
+//! corrects its error.
 
 use super::answer::Gauge;
 use super::unknown::Unknown;
@@ -14,7 +15,7 @@ use crate::calibrate::{
 use crate::material::parameter::Values;
 use crate::material::{Moduli, Parameter};
 
-/// The reading of what is looked for, or why there is none.
+/// The fit with a gauge length, or the reason why there is none.
 pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [length_m, section_m2]: [f64; 2]) -> Gauge {
     let (values, rms_relative, left_out) = match read(model, measured, weighting, [length_m, section_m2]) {
         Ok((values, rms_relative)) => (values, Some(rms_relative), None),
@@ -23,7 +24,7 @@ pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [lengt
     Gauge { length_m, section_m2, values, rms_relative, left_out }
 }
 
-/// The value of each unknown, where the closed form has it, and the relative misfit.
+/// The value of each unknown, if the closed form has it, and the relative misfit.
 fn read(
     model: &SceneModel,
     measured: &Measured,
@@ -88,7 +89,7 @@ fn read(
     Ok((model.unknown.iter().zip(&places).map(own).collect(), rms_relative))
 }
 
-/// The other modulus of a law that is given by E and not by μ, which its closed form has: it is held, so that E follows from μ.
+/// The other modulus of a law that is given by E instead of the μ of its closed form: it is held, so that E follows from μ.
 fn partner_of_e(known: &Values) -> Option<(&'static str, f64)> {
     let value = |name: &'static str| known.get(name).map(|value| (name, *value));
     ["nu", "kappa", "lambda"].into_iter().find_map(value).filter(|_| known.contains_key("E"))
@@ -108,7 +109,7 @@ fn homogeneous(measured: &Measured, length: f64, section: f64) -> Experiment {
     Experiment::of_samples(&measured.file, &measured.sha256, samples)
 }
 
-/// The constants of a law of which only some are fitted, and their relative misfit.
+/// Fits some of the constants of a law; returns them with their relative misfit.
 fn some(
     experiment: &Experiment,
     options: &FitOptions,

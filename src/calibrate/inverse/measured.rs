@@ -1,5 +1,5 @@
-//! A measured curve y(x) that a scene is to reproduce: two columns of a table, each with its unit, in the units of the columns
-//! that a scene records.
+//! A measured curve y(x) that a scene is to reproduce: two columns of a table, each with its unit, converted to the units of the columns that the
+//! scene records.
 
 use super::{InverseError, OffsetAxis};
 use crate::calibrate::same_data;
@@ -20,33 +20,33 @@ use std::path::{Path, PathBuf};
 pub struct MeasuredSpec {
     /// Table, relative to the study
     pub file: PathBuf,
-    /// Column of the coordinate over which was measured, such as a displacement
+    /// Column of the coordinate over which the curve was measured, such as a displacement
     pub x: ColumnSpec,
     /// Column of the measured response, such as a force
     pub y: ColumnSpec,
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
-    /// Loading that counts where x turns: `first-loading`, `last-loading`, a number from 1 on, or `all` with unloading
+    /// Loading to use if x reverses: `first-loading`, `last-loading`, a number from 1 on, or `all` including unloading
     #[schemars(with = "Option<String>", extend("examples" = ["first-loading"]))]
     pub cycle: Option<Cycle>,
-    /// Name of the specimen that was measured; without one it is a specimen of its own
+    /// Name of the measured specimen; without a name the curve counts as a specimen of its own
     pub specimen: Option<String>,
-    /// Offsets that are unknown too: the slack of x, the zero of y
+    /// Additional unknown offsets: the slack of x, the zero of y
     #[serde(default)]
     pub offsets: Vec<OffsetAxis>,
 }
 
-/// A column of the table and what it is in the scene.
+/// A column of the table and its meaning in the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSpec {
     /// Name in the table
     pub column: String,
-    /// Unit of its numbers; `1` for none
+    /// Unit of its numbers; `1` if they have none
     pub unit: String,
-    /// Factor of the numbers: a gauge length makes a strain a displacement, an area a stress a force
+    /// Factor on the numbers: a gauge length turns a strain into a displacement, an area turns a stress into a force
     pub times: Option<String>,
-    /// Its quantity in the scene: x a prescribed signal or `t_s`, y a recorded column
+    /// Its quantity in the scene: for x a prescribed signal or `t_s`, for y a recorded column
     pub is: String,
 }
 
@@ -58,14 +58,14 @@ pub struct Measured {
     pub sha256: String,
     pub x: Vec<f64>,
     pub y: Vec<f64>,
-    /// Line of the file of each row, counted from 1
+    /// Line of each row in the file, counted from 1
     pub lines: Vec<u64>,
     /// Notes on data that were left out, with the reason
     pub notes: Vec<String>,
 }
 
 impl Measured {
-    /// Refuses a curve whose numbers are those of another one, each with its name.
+    /// Refuses a curve whose numbers repeat those of another curve; each comes with its name.
     pub fn check_repeats<'a>(curves: impl Iterator<Item = (&'a str, &'a Self)>) -> Result<(), InverseError> {
         let (names, numbers): (Vec<_>, Vec<_>) =
             curves.map(|(name, m)| (format!("{name} ({})", m.file), [&m.x[..], &m.y].concat())).unzip();
@@ -129,8 +129,8 @@ impl Measured {
         Ok(out)
     }
 
-    /// Drops all but one loading where x turns: unloading and later loadings are other curves than the first. Of a force, or a moment, the loading ends before a
-    /// hold at its peak and before the rupture.
+    /// Keeps one loading if x reverses: unloading and later loadings are different curves from the first. For a force or a moment, the loading ends
+    /// before a hold at its peak and before the rupture.
     fn keep_loading(&mut self, cycle: Option<Cycle>, is_force: bool) -> Result<(), InverseError> {
         let path: Vec<f64> = self.x.iter().map(|x| (x - self.x[0]).abs()).collect();
         let (rows, chosen) = (self.x.len(), cycle.unwrap_or(Cycle::FirstLoading));
@@ -154,7 +154,7 @@ impl Measured {
         Ok(())
     }
 
-    /// The rows of a loading before a hold at its peak and before the rupture, with notes on the others.
+    /// The rows of a loading before a hold at its peak and before the rupture; notes are added on the rows that are left out.
     fn before_end(&mut self, path: &[f64], loading: Range<usize>) -> Range<usize> {
         let changes: Vec<f64> = self.y.iter().map(|y| y - self.y[0]).collect();
         let (mut kept, sizes) = (loading, changes.iter().map(|c| c.abs()).collect::<Vec<f64>>());
@@ -185,7 +185,7 @@ fn refuse(path: &Path, c: &ColumnSpec, fact: UnitError) -> InverseError {
 }
 
 impl ColumnSpec {
-    /// From a number of the table to the unit of the scene's column.
+    /// Factor from a number of the table to the unit of the scene's column.
     fn factor(&self) -> Result<f64, UnitError> {
         let (unit, mut dimension) = units::quantity(&format!("1 {}", self.unit))?;
         let mut value = unit;
@@ -202,7 +202,7 @@ impl ColumnSpec {
         Err(UnitError::Wrong { text, wanted })
     }
 
-    /// A value with its unit, in the unit of the scene's column.
+    /// Converts a value with its unit to the unit of the scene's column.
     fn read(&self, text: &str) -> Result<f64, UnitError> {
         let (wanted, si) = column::dimension(&self.is);
         Ok(units::parse(text, wanted)? / si)

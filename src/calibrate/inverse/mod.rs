@@ -1,10 +1,11 @@
 //! Inverse analysis: constants of laws and other numbers of a scene from curves measured on whole specimens or robots, by simulating them.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene and weights that follow the answer, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
-//! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene and weights that follow the answer, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). The specimen
+//! is modelled as a whole: its wide ends stretch too, and the travel of the crosshead needs no gauge length. Several curves, each with its own scene,
+//! share the constants.
 //!
-//! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit. Curves of one test on several specimens
-//! (the same scene file, x and y) count by the scatter between the specimens.
+//! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit. Curves of one test on several
+//! specimens (the same scene file, x and y) count by the scatter between the specimens.
 
 mod answer;
 mod bound;
@@ -52,13 +53,13 @@ use rounds::{rounds, search_again};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
+/// Relative difference below which differences are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
-/// Searches with the weights of the answer before, and the change of a weight that ends them
+/// Largest number of searches with weights from the previous answer, and the change of a weight below which they end
 const REWEIGHTED: usize = 12;
 const SAME: f64 = 1e-3;
-/// Part of a change of an unknown alone that was never searched, times their number, from which on it was left at its start: of one direction that
-/// was not searched these parts add up to 1 \[–\]
+/// Unknowns whose change alone was never searched: the unsearched part of it, times the number of unknowns, from which on an unknown counts as left
+/// at its start. For one direction that was not searched these parts add up to 1 \[–\]
 const LEFT: f64 = 0.9;
 
 /// Options in addition to scenes and curves.
@@ -66,38 +67,37 @@ const LEFT: f64 = 0.9;
 pub struct Settings {
     pub weighting: Weighting,
     pub loss: Loss,
-    /// Length and section of a homogeneous piece \[m, m²\]: where the search starts, and what it corrects
+    /// Length and cross-section of a homogeneous piece \[m, m²\], from which the search starts and whose error it corrects
     pub gauge: Option<[f64; 2]>,
-    /// Intervals by profile likelihood too, for some forward solves more
+    /// Whether intervals by profile likelihood are computed too, at the cost of more forward solves
     pub profile: bool,
-    /// Accuracy to which the scenes can reproduce the curves \[–\]: it decides which directions count as determined
+    /// Accuracy to which the scenes can reproduce the curves \[–\]; it decides which directions count as determined
     pub accuracy: f64,
     /// Wall time after which no forward solve begins \[s\]
     pub time_budget: Option<f64>,
 }
 
 impl Settings {
-    /// A plain search with these weights: one per cent of accuracy, no budget.
+    /// Settings of a plain search with this weighting: one per cent of accuracy, no time budget.
     pub fn new(weighting: Weighting) -> Self {
         Self { weighting, loss: Loss::Squares, gauge: None, profile: false, accuracy: 0.01, time_budget: None }
     }
 }
 
-/// A search that came to its end, with what its judgement needs.
+/// A finished search, with the data that its judgement needs.
 struct Answered {
     found: search::SearchResult,
     coordinates: Coordinates,
     start: Vec<f64>,
     gauge: Option<Gauge>,
-    /// Words of the directions that are left open
+    /// Descriptions of the open directions
     open: Vec<String>,
-    /// Of each unknown, that the search left it at its start
+    /// For each unknown, whether the search left it at its start
     left: Vec<bool>,
 }
 
-/// Finds the constants that all curves share, from the values of all unknowns `from` where a search goes on ([`Calibration::values`], or what
-/// [`SearchWatch::better`] was told last). Returns the scene of the first curve at the answer
-/// too.
+/// Finds the constants that all curves share. `from`: values of all unknowns from which a search continues ([`Calibration::values`], or the last
+/// values passed to [`SearchWatch::better`]). Also returns the scene of the first curve at the answer.
 pub fn calibrate(
     mut curves: Vec<ObservedCurve>,
     settings: &Settings,
@@ -105,7 +105,7 @@ pub fn calibrate(
     watch: &mut dyn SearchWatch,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
-    // All of them begin where the first one does
+    // All curves start with the constants of the first one
     let starts: Vec<f64> = curves[0].model.unknown.iter().map(|u| u.start).collect();
     for curve in &mut curves {
         curve.model.unknown.iter_mut().zip(&starts).for_each(|(u, start)| u.start = *start);
@@ -177,7 +177,7 @@ pub fn calibrate(
     Ok((calibration, scene))
 }
 
-/// Searches from the start of the file, of the gauge length, or of an earlier search.
+/// Searches from the start in the file, from the fit with a gauge length, or from an earlier search.
 fn find(
     objective: &mut Objective,
     unknown: &[Unknown],
@@ -199,7 +199,7 @@ fn find(
     let mut start = kept.map_or(first.clone(), <[f64]>::to_vec);
     within(&mut start);
     let point = match objective.at(&start) {
-        // Constants of the gauge length that the scene cannot take
+        // The scene cannot have the constants of the fit with a gauge length
         Err(Failure::Constants(_) | Failure::Run(_)) if start != stated => {
             (start, first) = (stated.clone(), stated);
             objective.at(&start)?
@@ -230,13 +230,13 @@ fn find(
     Ok(Answered { found, coordinates, start: first, gauge, open, left })
 }
 
-/// The same answer with the weights that follow from it, and their largest change.
+/// The same answer with weights recomputed from it, and their largest change.
 fn reweighed(objective: &mut Objective, loss: Loss, point: Point) -> (Point, f64) {
     let change = objective.reweigh(loss, &point);
     (objective.point(point.values, point.answers), change)
 }
 
-/// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.
+/// The start with the offsets that describe its curves best, each curve up to its own factor; the curve of one forward solve serves all offsets.
 fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failure> {
     let mut values = point.values.clone();
     for of in 0..objective.curves.len() {
@@ -250,13 +250,13 @@ fn with_offsets(objective: &mut Objective, point: Point) -> Result<Point, Failur
     Ok(objective.point(values, point.answers))
 }
 
-/// Errors and estimates of the unknowns that no bound holds.
+/// Errors and estimates of the unknowns that are not held at a bound.
 struct Judged {
     errors: Errors,
     identified: Identified,
-    /// Place of each unknown among them
+    /// Index of each unknown among them
     places: Vec<Option<usize>>,
-    /// Residual over the sizes of its errors, in which a pattern is looked for
+    /// Residual divided by the sizes of its errors, which is tested for a pattern
     pattern: DVector<f64>,
 }
 
@@ -271,7 +271,7 @@ fn judge(objective: &Objective, unknown: &[Unknown], point: &Point, bound: &[Bou
     let errors = rows.errors(&jacobian, origin, rounding);
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
-    // An offset may be zero: what it leaves open is compared with the curve
+    // An offset may be zero: the interval that remains open is compared with the curve instead
     let bases: Vec<f64> = free.iter().map(|k| if *k < unknown.len() { point.values[*k] } else { 0.0 }).collect();
     let values = (values.as_slice(), bases.as_slice());
     let identified = identify::identify(&parameters, values, &jacobian, &point.residual, size, ROUNDING, Some(&errors));
@@ -283,7 +283,7 @@ fn parameter(objective: &Objective, unknown: &[Unknown], k: usize) -> Parameter 
     unknown.get(k).map_or_else(|| objective.offsets[k - unknown.len()].axis.parameter(), |u| u.parameter)
 }
 
-/// An unknown with its interval; without an estimate it has none.
+/// An unknown with its interval; without an estimate it has no interval.
 fn one(
     key: &str,
     parameter: Parameter,
@@ -305,14 +305,14 @@ fn one(
     }
 }
 
-/// Every curve next to its scene at the answer.
+/// Every curve with its scene at the answer.
 fn fitted(
     objective: &Objective,
     point: &Point,
     (errors, pattern): (&Errors, &DVector<f64>),
     offsets: &[FittedConstant],
 ) -> Vec<FittedCurve> {
-    // Each specimen has a level of its own, which is no pattern
+    // Each specimen has its own level, which is not a pattern
     let is_apart = matches!(errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let one = |(of, curve): (usize, &ObservedCurve)| {
         let (answer, m) = (&point.answers[of], &curve.measured);
@@ -363,7 +363,7 @@ fn fitted(
     objective.curves.iter().enumerate().map(one).collect()
 }
 
-/// p of the runs test on the signs of the residuals in the order of x, without what the one before explains.
+/// p of the runs test on the signs of the residuals in the order of x, with the correlation of neighbours removed.
 fn few_runs(residual: &DVector<f64>, rows: &[usize], correlation: Correlation) -> Option<f64> {
     let left = correlation.whitened(residual, std::slice::from_ref(&rows.to_vec()));
     let signs: Vec<bool> = left.iter().filter(|r| **r != 0.0).map(|r| *r > 0.0).collect();
@@ -385,12 +385,13 @@ fn keep(measured: &mut Measured, reached: &[bool], name: &str) {
         .push(format!("of {} data points {lost} beyond the range of the protocol in {name} left out", reached.len()));
 }
 
-/// The directions as a fit names them.
+/// Describes the directions in the same words as a direct fit.
 fn words<'a>(directions: impl Iterator<Item = &'a Direction>) -> Vec<String> {
     directions.map(|d| FitWarning::Unidentifiable { directions: vec![d.clone()] }.to_string()).collect()
 }
 
-/// All that the curves do not determine: these directions, and of the constants open ends, impossible ones, values of the start and bounds.
+/// Everything that the curves do not determine: these directions, and for the constants open ends, impossible values, values left at the start, and
+/// bounds.
 fn doubts(directions: impl Iterator<Item = String>, constants: &[FittedConstant], unknown: &[Unknown]) -> Vec<String> {
     let beyond = constants.iter().zip(unknown).filter_map(|(f, u)| f.beyond(u.parameter.bounds));
     let of = |words: fn(&FittedConstant) -> Option<String>| constants.iter().filter_map(words);
@@ -398,7 +399,7 @@ fn doubts(directions: impl Iterator<Item = String>, constants: &[FittedConstant]
     directions.chain(ends).chain(of(FittedConstant::left_at_start)).chain(of(FittedConstant::held)).collect()
 }
 
-/// Range of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.
+/// Ranges of material stability of the laws of the scene, up to 1.5 times the largest stretch in it.
 fn certificate(scene: &Scene, largest: f64) -> Vec<Stable> {
     let top = (1.5 * largest).max(2.0);
     let of = |(name, table): (&String, &toml::Table)| {

@@ -1,8 +1,8 @@
-//! A scene as a forward model: unknowns θ in, the values ŷ(θ) at the measured x and ∂ŷ/∂θ out.
+//! A scene as a forward model: it maps the unknowns θ to the values ŷ(θ) at the measured x and to ∂ŷ/∂θ.
 //!
-//! Between the steps of the protocol ŷ is the cubic through the four nearest ones (Lagrange), which is linear in the recorded values: the
-//! derivative of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ. Of steps at which x does not move the last one
-//! counts: a load that acts before x moves, such as the weight, is then carried at the beginning of the curve.
+//! Between the steps of the protocol ŷ is the cubic through the four nearest steps (Lagrange), which is linear in the recorded values: the derivative
+//! of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ. Of several steps at the same x the last one
+//! counts: a load that acts before x moves, such as the weight, is then already carried at the beginning of the curve.
 
 use super::unknown::{Unknown, scene_table};
 use super::{InverseError, Measured};
@@ -18,7 +18,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Share of the range of y by which the first one is off the next ones, and how many times the term of third order there, from which on it is a jump \[–\]
+/// Deviation of the first y from the curve of the next ones, as a share of the range of y and as a multiple of the third-order term there, above
+/// which it is a jump \[–\]
 const JUMP: f64 = 0.01;
 const BEYOND: f64 = 10.0;
 
@@ -60,13 +61,13 @@ impl ModelAnswer {
     }
 }
 
-/// Reason why there is no answer for some constants.
+/// The reason why there is no answer for some constants.
 pub enum Failure {
-    /// The scene or the data are wrong, whatever the constants
+    /// The scene or the data are wrong, independently of the constants
     Input(InverseError),
     /// The scene cannot have these constants, or has no derivative at them
     Constants(String),
-    /// The run did not come to its end
+    /// The run did not finish
     Run(Status),
     /// Stopped from outside
     Interrupted,
@@ -85,7 +86,7 @@ impl SceneModel {
             }
         }
         if self.unknown.iter().all(|u| u.key.law_constant().is_some()) {
-            // Derivatives by differences begin at the values of the text. One that was written in Rust has none, and they refuse it
+            // Derivatives by differences start from the values of the text. A scene that was written in Rust has no text, and is refused there
             let text = self.changed(values).map_or_else(|_| self.text.clone(), |table| written(&table));
             let scene = Scene::build(&self.file, spec, text, self.body.clone());
             return scene.map_err(|e| Failure::Input(e.into()));
@@ -93,7 +94,7 @@ impl SceneModel {
         self.varied(values).map_err(Failure::Input)
     }
 
-    /// The scene of the text with these values of the unknowns.
+    /// The scene built from the text with these values of the unknowns.
     fn varied(&self, values: &[f64]) -> Result<Scene, InverseError> {
         let text = written(&self.changed(values)?);
         let read: SceneSpec = from_text(&self.file, &text, "")?;
@@ -118,7 +119,7 @@ impl SceneModel {
         self.unknown.iter().map(|u| u.start).collect()
     }
 
-    /// Refuses unknowns that move what a curve is compared over.
+    /// Refuses unknowns that change the coordinate over which a curve is compared.
     fn check_x(&self, scene: &Scene) -> Result<(), Failure> {
         let times: Vec<f64> = scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.point(k))).collect();
         let x = self.position(scene, times.iter().copied()).map_err(Failure::Input)?;
@@ -131,7 +132,7 @@ impl SceneModel {
                 values[k] += by * side * step;
                 self.varied(&values)
             };
-            // Next to what the scene allows one side is beyond it, or all but small steps are
+            // Near the limit of what the scene allows, one side may be beyond it, or all but small steps
             let near = |why| [-1.0, 1e-3, -1e-3].into_iter().find_map(|by| vary(by).ok()).ok_or(why);
             let moved = vary(1.0).or_else(near).map_err(Failure::Input)?;
             if self.position(&moved, times.iter().copied()).map_err(Failure::Input)? != x {
@@ -142,9 +143,9 @@ impl SceneModel {
         Ok(())
     }
 
-    /// Runs the scene with these constants \[SI\], up to the step that reaches the last data point: what the protocol does then
-    /// needs no solution. `slack` is taken from the x of the data points \[unit of x\]; before the protocol begins y is that of its start.
-    /// `watch` is called after each step, false stops.
+    /// Runs the scene with these constants \[SI\], up to the step that reaches the last data point; the rest of the protocol needs no solution.
+    /// `slack` is subtracted from the x of the data points \[unit of x\]; before the protocol begins, y is that of its start. `watch` is called after
+    /// each step and stops the run by returning false.
     pub fn answer(
         &self,
         values: &[f64],
@@ -153,7 +154,7 @@ impl SceneModel {
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<ModelAnswer, Failure> {
         self.solved(values, x, slack, watch).map_err(|failure| match failure {
-            // A fault of the scene itself shows at its own constants
+            // An error of the scene itself already appears at its own constants
             Failure::Input(why) if values != self.start() || is_of_values(&why) => Failure::Constants(why.to_string()),
             failure => failure,
         })
@@ -230,7 +231,7 @@ impl SceneModel {
         Ok(ModelAnswer { y, sensitivities, slope, curve, run, scene, forward, gradient })
     }
 
-    /// The curve of an answer at other x.
+    /// The curve of an answer, interpolated at other x.
     pub fn interpolated(&self, curve: &[[f64; 2]], x: &[f64]) -> Option<Vec<f64>> {
         let steps: Vec<f64> = curve.iter().map(|p| p[0]).collect();
         let (rows, _) = weights(&self.x, &steps, x).ok()?;
@@ -289,7 +290,8 @@ fn written(table: &toml::Table) -> String {
     toml::to_string(table).expect("a table that was read can be written")
 }
 
-/// Whether other constants may have the derivative that these have not: next to the end of what a scene allows, a small change leads beyond it.
+/// Whether the error may disappear at other constants: near the limit of what a scene allows, a small change leads beyond it, so that no derivative
+/// exists.
 fn is_of_values(why: &InverseError) -> bool {
     matches!(
         why,
@@ -299,12 +301,12 @@ fn is_of_values(why: &InverseError) -> bool {
     )
 }
 
-/// Places of the values that differ from the next one.
+/// Indices of the values that differ from the next one.
 fn last_of_equal(x: &[f64]) -> Vec<usize> {
     (0..x.len()).filter(|k| x.get(k + 1) != Some(&x[*k])).collect()
 }
 
-/// How far the first y of a curve is off the curve of the next ones, as a share of the range of y; none where it may belong to it.
+/// Deviation of the first y of a curve from the curve through the next ones, as a share of the range of y; `None` if it may belong to the curve.
 pub fn jump(curve: &[[f64; 2]]) -> Option<f64> {
     let ([x, y], next) = (*curve.first()?, curve.get(1..5)?);
     let cubic = lagrange(next, x);
@@ -313,7 +315,7 @@ pub fn jump(curve: &[[f64; 2]]) -> Option<f64> {
     (share > JUMP && off > BEYOND * (cubic - lagrange(&next[..3], x)).abs()).then_some(share)
 }
 
-/// The polynomial through these points.
+/// The value at `x` of the polynomial through these points.
 fn lagrange(points: &[[f64; 2]], x: f64) -> f64 {
     let weight = |i: usize| {
         let others = (0..points.len()).filter(|j| *j != i);
@@ -325,7 +327,7 @@ fn lagrange(points: &[[f64; 2]], x: f64) -> f64 {
 /// Steps and weights of an interpolated value.
 type Stencil = Vec<(usize, f64)>;
 
-/// Lagrange weights of the four nearest steps for every wanted x, and those of the derivative by x.
+/// Lagrange weights of the four nearest steps for every wanted x, and the weights of the derivative with respect to x.
 fn weights(name: &str, steps: &[f64], wanted: &[f64]) -> Result<(Vec<Stencil>, Vec<Stencil>), InverseError> {
     let n = steps.len();
     let up = steps.last() > steps.first();
@@ -372,7 +374,7 @@ mod tests {
         assert!(weights("x", &[0.0], &x).is_err());
     }
 
-    /// A stage in which the load settles leaves its last row.
+    /// A stage in which the load settles at constant x keeps only its last row.
     #[test]
     fn of_steps_without_movement_the_last_one_counts() {
         assert_eq!(last_of_equal(&[0.0, 0.0, 0.0, 0.1, 0.2, 0.2]), [2, 3, 5]);
@@ -380,7 +382,7 @@ mod tests {
         assert!(last_of_equal(&[]).is_empty());
     }
 
-    /// A weight of a fifth of the force that is not carried in the first row is a jump; a curve that is bent, and one that begins steeply, have none.
+    /// A weight of a fifth of the force that is not carried in the first row is a jump; a bent curve, and one that begins steeply, have none.
     #[test]
     fn a_load_that_acts_from_the_beginning_shows_as_a_jump() {
         let curve = |of: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {

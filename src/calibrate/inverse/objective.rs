@@ -1,7 +1,7 @@
-//! The objective of a search: weighted residuals of every curve, one below the other, and their derivatives by all unknowns.
+//! The objective of a search: weighted residuals of all curves, stacked, and their derivatives with respect to all unknowns.
 //!
-//! The unknowns are the constants of the laws, which all curves share, and after them the offsets of single curves: the slack e of x, ŷ(x − e), and
-//! the zero b of y, ŷ(x) + b.
+//! The unknowns are the constants of the laws, which all curves share, followed by the offsets of single curves: the slack e of x, ŷ(x − e), and the
+//! zero b of y, ŷ(x) + b.
 
 use super::model::{Failure, ModelAnswer};
 use super::observed::{ObservedCurve, origin};
@@ -17,17 +17,17 @@ use crate::math::svd::svd;
 use crate::scene::Progress;
 use nalgebra::{DMatrix, DVector};
 
-/// Values of the slack that are tried at the start
+/// Number of values of the slack that are tried at the start
 const GRID: u32 = 40;
 
-/// Distance of a data point from the beginning of a curve, over the range of x, below which it is there \[–\]
+/// Distance of a data point from the beginning of a curve, relative to the range of x, below which it coincides with it \[–\]
 const KINK: f64 = 1e-6;
 
-/// A follower of a search: a closure of its progress, or more.
+/// An observer of a search: a closure that receives its progress, or more.
 pub trait SearchWatch {
     /// Called after every step of every forward solve; false stops the search.
     fn progress(&mut self, now: Progress) -> bool;
-    /// Called with the values of all unknowns wherever they are better than all before.
+    /// Called with the values of all unknowns whenever they are better than all earlier ones.
     fn better(&mut self, _values: &[f64]) {}
 }
 
@@ -40,15 +40,15 @@ impl<F: FnMut(Progress) -> bool> SearchWatch for F {
 /// The offset of x or y of one curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Offset {
-    /// Place of its curve
+    /// Index of its curve
     pub of: usize,
     pub axis: OffsetAxis,
 }
 
-/// Cosine between the changes of a curve and of its scene, below which they have opposite signs
+/// Cosine between the changes of a curve and of its scene below which they have opposite signs
 const OPPOSITE: f64 = -0.9;
 
-/// Values of all unknowns with what the scenes say there.
+/// Values of all unknowns with the answers of the scenes to them.
 pub struct Point {
     pub values: Vec<f64>,
     pub answers: Vec<ModelAnswer>,
@@ -58,13 +58,13 @@ pub struct Point {
 }
 
 impl Point {
-    /// ŷ − ŷ₀ of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
+    /// ŷ − ŷ₀ of all data points, with ŷ₀ at rest: the part that a stiffer specimen changes in proportion.
     pub fn changes(&self) -> Vec<f64> {
         weights::simulated(&self.answers).concat()
     }
 }
 
-/// The curves, the weights of their data points, and the forward solves that were made.
+/// The curves, the weights of their data points, and the number of forward solves.
 pub struct Objective<'a> {
     pub curves: &'a [ObservedCurve],
     pub offsets: Vec<Offset>,
@@ -72,10 +72,10 @@ pub struct Objective<'a> {
     pub origin: Origin,
     /// Weights of the data points; 1 before the first answer
     pub weights: CurveValues,
-    /// √ of the weights of a robust loss in them; 1 without one
+    /// √ of the weights of a robust loss that `weights` include; 1 without a robust loss
     pub shares: CurveValues,
     rule: Rule,
-    /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest; none before the first answer
+    /// ‖w(y − y₀)‖ over all curves, with y₀ the value of each scene at rest; `None` before the first answer
     size: Option<f64>,
     pub watch: &'a mut dyn SearchWatch,
     /// Smallest misfit so far, with these weights
@@ -110,17 +110,17 @@ impl<'a> Objective<'a> {
         })
     }
 
-    /// Norm of the weighted changes of the data, which residuals are compared with.
+    /// Norm of the weighted changes of the data, with which residuals are compared.
     pub fn size(&self) -> f64 {
         self.size.expect("a search begins with an answer")
     }
 
-    /// Constants that the curves share.
+    /// Number of constants that the curves share.
     pub fn constants(&self) -> usize {
         self.curves[0].model.unknown.len()
     }
 
-    /// One forward solve of each curve.
+    /// Makes one forward solve of each curve.
     pub fn at(&mut self, values: &[f64]) -> Result<Point, Failure> {
         let p = self.constants();
         let mut answers = vec![];
@@ -142,7 +142,7 @@ impl<'a> Objective<'a> {
         Ok(self.point(values.to_vec(), answers))
     }
 
-    /// Weights by the measured values, before there is an answer that is close to them.
+    /// Sets the weights by the measured values, before there is an answer that is close to them.
     pub fn weigh(&mut self, values: &[f64], answers: &[ModelAnswer]) {
         let changes = weights::measured(self.curves, answers, &self.zeros(values));
         self.weights = self.rule.weights(&changes, &changes, &self.origin);
@@ -155,7 +155,7 @@ impl<'a> Objective<'a> {
         (0..self.curves.len()).map(zero).collect()
     }
 
-    /// The residuals of these answers with the weights of now.
+    /// The residuals of these answers with the current weights.
     pub fn point(&self, values: Vec<f64>, answers: Vec<ModelAnswer>) -> Point {
         let (p, n) = (self.constants(), self.weights.iter().map(Vec::len).sum());
         let mut residual = DVector::zeros(n);
@@ -179,7 +179,7 @@ impl<'a> Objective<'a> {
         Point { values, answers, residual, jacobian }
     }
 
-    /// Whether a slack lies at a data point, where the curve begins: as far as rounding tells.
+    /// Whether the beginning of a curve, which its slack shifts, coincides with a data point up to rounding.
     pub fn is_at_kink(&self, point: &Point) -> bool {
         let begins = |(offset, slack): (&Offset, &f64)| {
             let x = &self.curves[offset.of].measured.x;
@@ -190,11 +190,12 @@ impl<'a> Objective<'a> {
         self.offsets.iter().zip(&point.values[self.constants()..]).any(begins)
     }
 
-    /// Slack, on a grid up to half of the range of x, and zero of a curve that fit the answer best, with a factor of y that is forgotten.
+    /// Sets the slack (on a grid up to half of the range of x) and the zero of a curve that fit the answer best, up to a factor of y, which is
+    /// discarded.
     pub fn guess_offsets(&self, of: usize, answer: &ModelAnswer, values: &mut [f64]) {
         let p = self.constants();
         let [slack, zero] = [OffsetAxis::Slack, OffsetAxis::Zero].map(|axis| self.offset(of, axis));
-        // Those of an earlier search are kept
+        // Offsets of an earlier search are kept
         if slack.or(zero).is_none_or(|k| values[p + k] != 0.0) {
             return;
         }
@@ -224,7 +225,7 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// Refuses a curve that changes against its scene where only constants of laws are unknown, which turn no response.
+    /// Refuses a curve that changes in the opposite direction to its scene if all unknowns are constants of laws, which cannot reverse a response.
     pub fn check_signs(&self, point: &Point) -> Result<(), InverseError> {
         for (of, (c, answer)) in self.curves.iter().zip(&point.answers).enumerate() {
             let of_laws = c.model.unknown.iter().all(|u| u.key.law_constant().is_some());
@@ -248,12 +249,12 @@ impl<'a> Objective<'a> {
         self.offsets.iter().position(|o| *o == Offset { of, axis })
     }
 
-    /// The point at which a search begins: only what is better is told.
+    /// Sets the point at which a search begins: only better points are reported.
     pub fn begin_at(&mut self, point: &Point) {
         self.least = self.least.min(point.residual.norm());
     }
 
-    /// Tells the watch of a step of a search, where it is better than all before.
+    /// Reports a step of a search to the watch if it is better than all earlier ones.
     pub fn tell(&mut self, point: &Point) {
         let misfit = point.residual.norm();
         if misfit < self.least {
@@ -262,12 +263,12 @@ impl<'a> Objective<'a> {
         }
     }
 
-    /// The answer is found: searches about it are not told.
+    /// Ends the reports: the answer is found, and searches around it are not reported.
     pub fn end_telling(&mut self) {
         self.least = 0.0;
     }
 
-    /// Weights by this answer, and those of a robust loss at its residuals; returns the largest change of a weight, relative.
+    /// Sets the weights by this answer, with those of a robust loss at its residuals; returns the largest relative change of a weight.
     pub fn reweigh(&mut self, loss: Loss, point: &Point) -> f64 {
         self.least = f64::INFINITY;
         let zeros = self.zeros(&point.values);

@@ -1,4 +1,4 @@
-//! A measured curve with the scene that is to reproduce it, and where the data points of several come from.
+//! A measured curve with the scene that is to reproduce it, and the origin of the data points of several curves.
 
 use super::Measured;
 use super::model::SceneModel;
@@ -7,17 +7,18 @@ use crate::calibrate::judgement::origin::Origin;
 
 /// A scene with the curve that it is to reproduce.
 pub struct ObservedCurve {
-    /// In words, for messages
+    /// Name for messages
     pub name: String,
     pub model: SceneModel,
     pub measured: Measured,
-    /// Specimen on which it was measured; without a name one of its own
+    /// Measured specimen; without a name the curve counts as a specimen of its own
     pub specimen: Option<String>,
     /// Coordinates whose offset is an unknown
     pub offsets: Vec<OffsetAxis>,
 }
 
-/// Specimen and test of each data point: curves of the same x and y of one scene file are one test. Curves are in the order of their x.
+/// Specimen, test and curve of each data point: curves with the same x and y of one scene file belong to one test. The curves are in the order of
+/// their x.
 pub fn origin(curves: &[ObservedCurve]) -> Origin {
     let place = |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| curves[..k].iter().position(is_same).unwrap_or(k);
     let one = |(k, c): (usize, &ObservedCurve)| {

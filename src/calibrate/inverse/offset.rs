@@ -5,13 +5,13 @@ use crate::math::units::Dimension;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Coordinate of a curve that has an offset.
+/// Coordinate of a curve whose offset is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetAxis {
-    /// x at which the specimen begins to carry
+    /// x at which the specimen begins to carry load
     Slack,
-    /// y that is shown without load
+    /// y that is recorded without load
     Zero,
 }
 

@@ -1,9 +1,9 @@
-//! Intervals by profile likelihood: how far one constant can go while a search finds all others anew.
+//! Intervals by profile likelihood: how far one constant can be changed while a search readjusts all others.
 //!
-//! √(S(θⱼ) − Ŝ) ≤ t dⱼ/d⁰ⱼ with dⱼ the standard error of the constant by the model of the errors and d⁰ⱼ that of independent errors of size 1: of
-//! independent errors this is S ≤ Ŝ(1 + t²/(n − p)), as for direct fits ([`crate::calibrate`]'s profile). The root is almost straight in θⱼ: from
-//! the end of the covariance interval, with the others where the linearised problem has them, a secant needs one or two points. Each costs
-//! a forward solve or two. A bound of the constant ends it; another one that meets its bound is held there.
+//! √(S(θⱼ) − Ŝ) ≤ t dⱼ/d⁰ⱼ with dⱼ the standard error of the constant by the error model and d⁰ⱼ the standard error for independent errors of size 1.
+//! For independent errors this is S ≤ Ŝ(1 + t²/(n − p)), as in direct fits ([`crate::calibrate`]'s profile). The root is almost linear in θⱼ:
+//! starting from the end of the covariance interval, with the others at their values in the linearised problem, the secant method needs one or two
+//! points. Each costs one or two forward solves. The interval ends at a bound of the constant; another constant that reaches its bound is held there.
 
 use super::Unknown;
 use super::determined::{Coordinates, Searched};
@@ -15,11 +15,11 @@ use crate::math::statistics;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the limit at which an end is found \[–\]
+/// Relative deviation from the limit at which an end counts as found \[–\]
 const CLOSE: f64 = 0.02;
 const POINTS: usize = 5;
 
-/// Lower and upper end \[SI\]; `None` where a forward solve fails or none is found.
+/// Lower and upper end \[SI\]; `None` if a forward solve fails or no end is found.
 pub(super) type Ends = [Option<f64>; 2];
 
 /// Both ends of each constant for which `wanted` holds.
@@ -40,7 +40,7 @@ pub fn ends(
         let limit = t * errors.deviations[j] / errors.plain[j];
         for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
             let mut offset = side * t * errors.deviations[j];
-            // Offset and root of the point before; both are zero at the answer
+            // Offset and root of the previous point; both are zero at the answer
             let mut before = (0.0, 0.0);
             for _ in 0..POINTS {
                 let found = match squares(objective, unknown, best, (j, offset)) {
@@ -54,7 +54,7 @@ pub fn ends(
                 }
                 let secant = offset + (1.0 - found) * (offset - before.0) / (found - before.1);
                 before = (offset, found);
-                // Where it is bent by a bound of another constant the secant may leave the side
+                // If the root is bent by a bound of another constant, the secant may leave this side
                 let factor = if secant.is_finite() { secant / offset } else { 1.0 / found };
                 offset *= factor.clamp(0.2, 3.0);
             }
@@ -63,7 +63,7 @@ pub fn ends(
     Ok(all)
 }
 
-/// S with constant j off the answer by this much and the others found anew.
+/// S with constant j changed by `offset` from the answer and all others readjusted.
 fn squares(
     objective: &mut Objective,
     unknown: &[Unknown],
@@ -74,7 +74,7 @@ fn squares(
     let others: Vec<usize> = (0..p).filter(|k| *k != j).collect();
     let mut values = best.values.clone();
     values[j] += offset;
-    // Where the linearised problem has the others: min ‖J_o δ + J_j offset‖
+    // Start of the others in the linearised problem: min ‖J_o δ + J_j offset‖
     let length = |k: usize| best.jacobian.column(k).norm().max(f64::MIN_POSITIVE);
     let own =
         DMatrix::from_fn(best.jacobian.nrows(), others.len(), |i, k| best.jacobian[(i, others[k])] / length(others[k]));
@@ -89,7 +89,7 @@ fn squares(
         if k == j && !(low..=high).contains(&values[k]) {
             return Err(Failure::Constants("beyond its bounds".into()));
         }
-        // Another one is held where it meets its bound, and the search may let it go
+        // Another constant is held where it reaches its bound, and the search may release it
         values[k] = values[k].clamp(low, high);
     }
     let start = objective.at(&values)?;

@@ -1,4 +1,5 @@
-//! Searches one after the other: along directions that are chosen anew at each answer, and a second time if the first one ended where the data say nothing.
+//! Successive searches: along directions that are chosen again at each answer, and a second time if the first search ended where the data say
+//! nothing.
 
 use super::Unknown;
 use super::bound::Bound;
@@ -8,16 +9,17 @@ use super::objective::{Objective, Point};
 use super::search::{self, End, search};
 use std::time::Instant;
 
-/// Searches along directions that were chosen anew
+/// Largest number of searches with newly chosen directions
 const ROUNDS: usize = 20;
-/// Part of a change of an unknown alone that the curves determine, below which they say nothing about it \[–\]
+/// Part of a change of an unknown alone that the curves determine, below which they are silent about it \[–\]
 const SILENT: f64 = 0.25;
-/// Share of the misfit by which a second answer is better than the first one \[–\]
+/// Relative decrease of the misfit from which on a second answer is better than the first \[–\]
 const BETTER: f64 = 1e-6;
 
-/// Searches as [`rounds`], with a second search where needed. Where the curves determine an unknown at the `first` values and say nothing about it at the answer, such as a time that has become shorter
-/// than their resolution, and where one is held at a bound, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its
-/// first value and the others at the answer, and the better one of the two counts. The first values are those of the file or the gauge length, also where a search goes on from others.
+/// Searches as [`rounds`] does, with a second search if needed. If the curves determine an unknown at the `first` values but not at the answer, such
+/// as a time that has become shorter than their resolution, or if an unknown is held at a bound, the misfit may have a lower minimum elsewhere: a
+/// second search begins with that unknown at its first value and the others at the answer, and the better of the two counts. The first values are
+/// those of the file or of the gauge length, even if the search continues from other values.
 pub(super) fn search_again(
     objective: &mut Objective,
     unknown: &[Unknown],
@@ -69,7 +71,7 @@ pub(super) fn search_again(
     Ok(search::SearchResult { end, ..found })
 }
 
-/// A forward solve; none of values that the scene cannot have.
+/// A forward solve; `None` for values that the scene cannot have.
 fn ended(solve: Result<Point, Failure>) -> Result<Option<Point>, Failure> {
     match solve {
         Ok(point) => Ok(Some(point)),
@@ -78,8 +80,8 @@ fn ended(solve: Result<Point, Failure>) -> Result<Option<Point>, Failure> {
     }
 }
 
-/// Searches along the directions that are determined, then along those that the residuals of each answer tell, until they lead nowhere else.
-/// `shares`: the largest part so far of a change of each unknown alone that was searched.
+/// Searches along the directions that are determined, then along those that the residuals of each answer reveal, until no new ones appear. `shares`:
+/// the largest part so far of a change of each unknown alone that was searched.
 pub(super) fn rounds(
     objective: &mut Objective,
     unknown: &[Unknown],

@@ -1,27 +1,27 @@
-//! Residuals of a point as evidence on the directions of a search: the scatter that they show themselves, and whether the misfit falls by more.
+//! Residuals of a point as evidence about the directions of a search: the scatter of the residuals, and whether the misfit falls by more than it.
 //!
-//! u_k the unit change of the weighted curve along direction k, r the residual, r⊥ its part across all directions that the curves see. The scatter
-//! s_k of u_kᵀr is that of the model of the errors that r⊥ shows ([`errors`]), independent or correlated over neighbours. The misfit
-//! falls along a direction by more than the scatter where |u_kᵀr| > t s_k, with the 95 % quantile t of Student's t. Far from an
-//! answer r⊥ is mostly curvature, which looks like correlated errors: a direction along which more than half of r lies counts by independent errors.
+//! Let u_k be the unit change of the weighted curve along direction k, r the residual, and r⊥ its part orthogonal to all directions that the curves
+//! depend on. The scatter s_k of u_kᵀr follows from the error model that r⊥ shows ([`errors`]), independent or correlated between neighbours. The
+//! misfit falls along a direction by more than the scatter if |u_kᵀr| > t s_k, with the 95 % quantile t of Student's t. Far from an answer r⊥ is
+//! mostly curvature, which looks like correlated errors: a direction that contains more than half of r is therefore judged with independent errors.
 
 use crate::calibrate::judgement::errors;
 use crate::math::statistics;
 use nalgebra::{DMatrix, DVector};
 
-/// Change of a curve that is rounding of the forward solves \[–\]
+/// Relative change of a curve below which it is rounding of the forward solves \[–\]
 const ROUNDING: f64 = 1e-7;
 
-/// A direction next to the scatter.
+/// A direction compared with the scatter.
 #[derive(Clone, Copy, Debug)]
 pub struct Along {
     /// Change of the curve along it that the scatter leaves open at 95 % \[–\]
     pub open: f64,
-    /// Whether the misfit falls along it by more than the scatter
+    /// Whether the misfit falls along the direction by more than the scatter
     pub falls: bool,
 }
 
-/// Each direction of `changes`, orthonormal columns (n, m), at a residual \[n\]. `size`: ‖wy‖; `curves`: lists of rows in order of x.
+/// Judges each direction of `changes`, orthonormal columns (n × m), at a residual \[n\]. `size`: ‖wy‖; `curves`: lists of rows in order of x.
 pub fn along(changes: &DMatrix<f64>, residual: &DVector<f64>, size: f64, curves: &[Vec<usize>]) -> Vec<Along> {
     let (n, m) = changes.shape();
     if n <= m {
@@ -45,7 +45,7 @@ pub fn along(changes: &DMatrix<f64>, residual: &DVector<f64>, size: f64, curves:
 mod tests {
     use super::*;
 
-    /// Residuals of one direction with independent errors of size 1, n = 40: the misfit falls along it where its part is beyond t s, and not below.
+    /// Residuals of one direction with independent errors of size 1, n = 40: the misfit falls along it if its part exceeds t s, and not below.
     #[test]
     fn a_fall_counts_beyond_the_scatter() {
         let n = 40;
@@ -62,8 +62,8 @@ mod tests {
         assert!(along(&changes, &DVector::zeros(n), 100.0, &[(0..n).collect()])[0].open <= ROUNDING);
     }
 
-    /// A slow wave, as the curvature of a curve far from its answer, looks like correlated errors, which would hide a direction that has most of the
-    /// residual.
+    /// A slow wave, like the curvature of a curve far from its answer, looks like correlated errors, which would hide a direction that contains most
+    /// of the residual.
     #[test]
     fn most_of_a_residual_counts_whatever_the_rest_looks_like() {
         let n = 40;

@@ -1,15 +1,14 @@
 //! Least squares over forward solves, within bounds: a trust region on the Gauss–Newton matrix.
 //!
-//! f = ½‖w(ŷ(θ) − y)‖²/‖wy‖². The coordinates are those of [`super::determined`], u = u₀ + Bw: a step of w of length 1 changes the curve by its
-//! own size, so that the region is a sphere of curves and constants that compensate each other are no narrow valley; directions that are
-//! not searched have no part in B and stay as they were. In the region of radius Δ the step is that of Levenberg and Marquardt with
-//! the λ at which it reaches the boundary (Moré 1978), from one SVD, or at which no u changes by more than 1,
-//! so that one step does not send a time to where the curve no longer depends on it. A constant at a bound that the step would cross is held there, and is let go
-//! where the next one leads inside (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that meets a bound ends on it. A forward
-//! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back
-//! and the region shrinks. The search ends where a full
-//! Gauss–Newton step would lower f by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than
-//! rounding. Where a specimen begins to carry exactly at a data point, the curve has a kink in the slack: a search that has no step left there has settled.
+//! f = ½‖w(ŷ(θ) − y)‖²/‖wy‖². The coordinates are those of [`super::determined`], u = u₀ + Bw: a step of length 1 in w changes the curve by its own
+//! size, so that the region is a sphere of curves, and constants that compensate each other do not form a narrow valley; directions that are not
+//! searched are not part of B and stay unchanged. Within the region of radius Δ the step is the Levenberg–Marquardt step with the λ at which it
+//! reaches the boundary (Moré 1978), from one SVD, or at which no u changes by more than 1, so that a single step cannot send a time to where the
+//! curve no longer depends on it. A constant at a bound that the step would cross is held there, and is released when the next step leads inside
+//! (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that reaches a bound ends on it. If a forward solve fails, or the scene
+//! cannot have the constants or has no derivative at them, the step is rejected and the region shrinks. The search ends when a full Gauss–Newton step
+//! would lower f by less than a share of 1e-6, a change of the constants by 1e-3 √n of their standard deviation, or by less than rounding. If a
+//! specimen begins to carry load exactly at a data point, the curve has a kink in the slack: a search that has no step left there has settled.
 //!
 //! Source: Nocedal & Wright, *Numerical Optimization*, 2nd ed. 2006, ch. 4 and 10.
 
@@ -23,39 +22,39 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Predicted decrease of f that is none: as a part of f, and as f itself (rounding of the forward solves)
+/// Predicted decrease of f that counts as zero: relative to f, and absolute (rounding of the forward solves)
 const STILL: f64 = 1e-6;
 const ROUNDING: f64 = 1e-16;
-/// Radius of the trust region at the start, at most, and when nothing is left of it: relative change of the curve
+/// Radius of the trust region: at the start, the largest, and the smallest before the search gives up; relative change of the curve
 const RADIUS: f64 = 0.5;
 const LARGEST: f64 = 2.0;
 const NOTHING: f64 = 1e-9;
-/// Change of a coordinate by one step at most: of ln θ, or as a share of what a constant can change by \[–\]
+/// Largest change of a coordinate in one step: of ln θ, or as a share of the range over which a constant can change \[–\]
 const LONGEST: f64 = 1.0;
-/// Steps that are tried
+/// Largest number of steps that are tried
 const STEPS: usize = 40;
-/// Decrease over its prediction below which the region shrinks, and above which it grows
+/// Ratio of the actual to the predicted decrease below which the region shrinks, and above which it grows
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
-/// Singular value over the largest below which the curve does not see a direction \[–\]
+/// Ratio to the largest singular value below which the curve does not depend on a direction \[–\]
 const BLIND: f64 = 1e-12;
 
-/// How a search ended.
+/// The end of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
-    /// The next step was below what counts, or the misfit has a kink there
+    /// The next step was too small to count, or the misfit has a kink there
     Settled,
-    /// No step was left that lowers the misfit
+    /// No remaining step lowers the misfit
     Stuck,
-    /// Its time was over
+    /// The time budget was used up
     OutOfTime,
 }
 
 /// Result of a search.
 pub struct SearchResult {
     pub point: Point,
-    /// Of each unknown
+    /// Bound of each unknown
     pub bound: Vec<Bound>,
     pub end: End,
 }
@@ -64,15 +63,15 @@ pub struct SearchResult {
 struct Step {
     /// Change of u
     change: DVector<f64>,
-    /// Norm in w
+    /// Norm in terms of w
     length: f64,
-    /// Decrease of f that the linear problem predicts of it, and of the full step
+    /// Decrease of f that the linearised problem predicts for this step, and for the full step
     predicted: f64,
     full: f64,
     bound: Vec<Bound>,
 }
 
-/// Searches from a point. `until`: after the first one no forward solve begins that would end later, by the longest one so far.
+/// Searches from a point. `until`: after the first step, no forward solve is started that would end later, judging by the longest one so far.
 pub fn search(
     objective: &mut Objective,
     coordinates: &Coordinates,
@@ -95,7 +94,7 @@ pub fn search(
             return Ok(SearchResult { point, bound, end });
         }
         let begin = Instant::now();
-        // One step at least, so that a search that goes on comes to its end
+        // At least one step, so that a continued search makes progress
         if tried > 0 && until.is_some_and(|until| begin + std::time::Duration::from_secs_f64(longest) > until) {
             return Ok(SearchResult { point, bound, end: End::OutOfTime });
         }
@@ -122,12 +121,12 @@ pub fn search(
     Ok(SearchResult { point, bound, end })
 }
 
-/// The end of a search that has no step left: a kink of the misfit is its least value, although the gradient does not vanish there.
+/// The end of a search that has no step left: at a kink the misfit can have its minimum although the gradient does not vanish there.
 fn at_the_last(objective: &Objective, point: &Point) -> End {
     if objective.is_at_kink(point) { End::Settled } else { End::Stuck }
 }
 
-/// The best step from u, on the bounds where it would cross them.
+/// The best step from u, constrained to the bounds that it would cross.
 fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, radius: f64) -> Step {
     let p = u.len();
     let jacobian = &point.jacobian * coordinates.rates(u) / size;
@@ -159,9 +158,9 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
         let fits = |w: &DVector<f64>| w.norm() <= radius && (&back * w).amax() <= LONGEST;
         let w = shortened(&part, &fits, sigma.max());
         let mut change = back * &w;
-        // Rounding of the product must not move what is held: it would count as leaving its bound again
+        // Rounding of the product must not move held constants: they would count as leaving their bounds again
         (0..p).filter(|k| !bound[*k].is_free()).for_each(|k| change[k] = 0.0);
-        // The part of the way on which no bound is met, and constants at a bound that it would leave
+        // The part of the step before a bound is reached, and constants at a bound that the step would cross
         let outward: Vec<usize> = (0..p).filter(|k| coordinates.crosses(u, &change, *k) == Some(0.0)).collect();
         if outward.is_empty() {
             let share = (0..p).filter_map(|k| coordinates.crosses(u, &change, k)).fold(1.0, f64::min);
@@ -176,7 +175,7 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
     }
 }
 
-/// The step of the smallest λ that `fits`, by bisection to 1 % of λ.
+/// The step with the smallest λ that `fits`, by bisection to 1 % of λ.
 fn shortened(part: &dyn Fn(f64) -> DVector<f64>, fits: &dyn Fn(&DVector<f64>) -> bool, largest: f64) -> DVector<f64> {
     let whole = part(0.0);
     if fits(&whole) {

@@ -1,4 +1,4 @@
-//! Unknowns of an inverse analysis: constants of laws and other numbers of a scene, their start, and the values that they may take.
+//! Unknowns of an inverse analysis: constants of laws and other numbers of a scene, with their start and the values that they may take.
 
 use super::InverseError;
 use crate::material::Parameter;
@@ -15,27 +15,27 @@ use toml::{Table, Value};
 #[derive(Clone, Debug)]
 pub struct Unknown {
     pub key: ParameterKey,
-    /// Of a constant its declaration by the law; of another number its key, its dimension and the values for which it has a meaning
+    /// For a constant, its declaration by the law; for another number, its key, its dimension and the values for which it has a meaning
     pub parameter: Parameter,
     /// Value in the scene file \[SI\]
     pub start: f64,
-    /// Values that it may take, the ends among them \[SI\]
+    /// Values that it may take, including both ends \[SI\]
     pub bounds: [f64; 2],
-    /// A usual size of the value, where it is zero \[SI\]
+    /// A typical size of the value, used if the value is zero \[SI\]
     pub usual: f64,
-    /// The number in the scene with its unit; none of a constant of a law in pascal, or without a unit
+    /// The number in the scene with its unit; `None` for a constant of a law in pascal or without a unit
     value: Option<KeyValue>,
 }
 
-/// Bounds as a file gives them, by the name of the unknown.
+/// Bounds as written in a file, by the name of the unknown.
 pub type Bounds = BTreeMap<String, [Value; 2]>;
 
-/// Distance from the end of an open interval, over its width or the size of the value \[–\]
+/// Distance from the end of an open interval, relative to its width or the size of the value \[–\]
 const INSIDE: f64 = 1e-6;
 
 impl Unknown {
-    /// The unknowns of a scene with the values of its file, within `bounds` where some are given, else where they have a meaning. All that
-    /// are wrong are named.
+    /// The unknowns of a scene with the values of its file, within `bounds` where these are given, otherwise where they have a meaning. The error
+    /// names all wrong unknowns.
     pub fn all(
         (file, spec, text): (&Path, &SceneSpec, &str),
         keys: &[ParameterKey],
@@ -90,7 +90,7 @@ impl Unknown {
         Ok(Self { key: key.clone(), parameter, start, bounds, usual: value.factor.abs(), value: Some(value) })
     }
 
-    /// A value \[SI\] as a scene file gives it, with all its digits.
+    /// A value \[SI\] as written in a scene file, with all its digits.
     pub fn written(&self, value: f64) -> Value {
         match &self.value {
             Some(own) => own.written_si(value),
@@ -100,14 +100,15 @@ impl Unknown {
     }
 }
 
-/// The table of a scene from its text.
+/// Parses the text of a scene as a table.
 pub(super) fn scene_table(file: &Path, text: &str) -> Result<Table, InverseError> {
     text.parse().map_err(|e: toml::de::Error| {
         InverseError::Scene(SceneError::Unreadable { file: file.into(), reason: e.message().into() })
     })
 }
 
-/// The open interval in which a number of the scene has a meaning: shares of a series lie between 0 and 1, and what cannot be negative begins at zero.
+/// The open interval in which a number of the scene has a meaning: moduli of a Prony series lie between 0 and 1, and quantities that cannot be
+/// negative begin at zero.
 fn domain(key: &ParameterKey, dimension: Dimension, start: f64) -> (f64, f64) {
     let path = key.path();
     if path.contains(".prony.") && path.ends_with(".g") {
@@ -125,7 +126,7 @@ fn domain(key: &ParameterKey, dimension: Dimension, start: f64) -> (f64, f64) {
     if start > 0.0 && (is_size || never_negative.contains(&dimension)) { Parameter::POSITIVE } else { Parameter::ANY }
 }
 
-/// A name that lives as long as the program; each is kept once.
+/// A name that lives as long as the program; each name is stored once.
 fn interned(name: &str) -> &'static str {
     static NAMES: OnceLock<Mutex<BTreeSet<&'static str>>> = OnceLock::new();
     let mut names = locked(NAMES.get_or_init(Mutex::default));
@@ -137,7 +138,7 @@ fn interned(name: &str) -> &'static str {
     kept
 }
 
-/// The interval in which the law is defined, with its ends a little inside; below a positive constant nothing is cut off.
+/// The interval in which the law is defined, with open ends moved slightly inside; nothing is cut off below a positive constant.
 fn admissible(p: &Parameter, start: f64) -> [f64; 2] {
     let (lower, upper) = p.bounds;
     let own =
@@ -148,7 +149,7 @@ fn admissible(p: &Parameter, start: f64) -> [f64; 2] {
     [inside(lower, 1.0), inside(upper, -1.0)]
 }
 
-/// Bounds of a file, within which the number must have a meaning and the start must lie; where it has one, if there are none.
+/// The bounds in a file, within which the number must have a meaning and the start must lie; without bounds, the admissible interval.
 fn limits(p: &Parameter, start: f64, ends: Option<&[Value; 2]>) -> Result<[f64; 2], String> {
     let Some(ends) = ends else { return Ok(admissible(p, start)) };
     let read = |v: &Value| read(p, v).map_err(|e| format!("its bound {v}: {e}"));

@@ -1,9 +1,9 @@
 //! Weights of the data points of every curve, before a robust loss.
 //!
-//! w = 1, or 1/|ŷ − ŷ₀| with a floor, ŷ of the scene and ŷ₀ that at rest: a position is as large as its changes, wherever the origin is. Of several curves each counts by its
-//! noise, or by its relative misfit, where w is divided by the rms of w(ŷ − ŷ₀). By the measured values both would prefer the data points and the curves whose errors are negative, as in
-//! direct fits ([`noise`]); they serve before there is an answer.
-//! Specimens that repeat a test have equal weight, whatever the number of their data points.
+//! w = 1, or 1/|ŷ − ŷ₀| with a floor, where ŷ is the value of the scene and ŷ₀ its value at rest: the size of a position is that of its changes,
+//! wherever the origin is. Several curves are weighted by their noise, or by their relative misfit, where w is divided by the rms of w(ŷ − ŷ₀).
+//! Weights from measured values would prefer data points and curves whose errors are negative, as in direct fits ([`noise`]); they are used only
+//! before there is an answer. Specimens that repeat a test have equal weight, whatever the number of their data points.
 
 use super::InverseError;
 use super::model::ModelAnswer;
@@ -12,21 +12,21 @@ use crate::calibrate::Weighting;
 use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::noise;
 
-/// Changes from rest below this share of the values are rounding \[–\]
+/// Change from rest, as a share of the values, below which it is rounding \[–\]
 const NOTHING: f64 = 1e-9;
 
-/// A number of each data point, \[curves\]\[data points\].
+/// One number for each data point, \[curves\]\[data points\].
 pub type CurveValues = Vec<Vec<f64>>;
 
-/// The rule by which the data points of some curves are weighted.
+/// The rule for the weights of the data points of some curves.
 pub struct Rule {
     weighting: Weighting,
-    /// Standard deviation of each of several curves, where they count by it
+    /// Standard deviation of each of several curves, if they are weighted by it
     noise: Option<Vec<f64>>,
 }
 
 impl Rule {
-    /// Refuses curves that are zero, and those without noise where they count by it.
+    /// Builds the rule; refuses curves that are zero, and curves without noise if they are weighted by it.
     pub fn new(curves: &[ObservedCurve], weighting: Weighting) -> Result<Self, InverseError> {
         if let Some(zero) = curves.iter().find(|c| largest(&c.measured.y) == 0.0) {
             return Err(InverseError::Zero { curve: zero.name.clone() });
@@ -35,13 +35,13 @@ impl Rule {
             let (x, y) = (&c.measured.x, &c.measured.y);
             noise::of_curve(x, y).ok_or_else(|| InverseError::NoNoise { curve: c.name.clone(), rows: y.len() })
         };
-        // One curve has one noise
+        // A single curve needs no relative noise
         let is_needed = weighting == Weighting::Noise && curves.len() > 1;
         let noise = is_needed.then(|| curves.iter().map(of).collect::<Result<_, _>>()).transpose()?;
         Ok(Self { weighting, noise })
     }
 
-    /// Weights by `changes`, those of the scenes or the measured ones; neither these nor the size of a curve count below a share of what was `measured`.
+    /// Weights by `changes`, simulated or measured; neither these nor the size of a curve count below a share of `measured`.
     pub fn weights(&self, changes: &CurveValues, measured: &CurveValues, origin: &Origin) -> CurveValues {
         let is_alone = changes.len() == 1;
         let one = |(of, (changes, measured)): (usize, (&Vec<f64>, &Vec<f64>))| {
@@ -70,7 +70,7 @@ impl Rule {
     }
 }
 
-/// y − b − ŷ₀ of the measured curves, b the zero of each; of data that say that nothing changes their values.
+/// y − b − ŷ₀ of the measured curves, with the zero b of each; for data without any change, their values.
 pub fn measured(curves: &[ObservedCurve], answers: &[ModelAnswer], zeros: &[f64]) -> CurveValues {
     let one = |((curve, answer), zero): ((&ObservedCurve, &ModelAnswer), &f64)| {
         let y = &curve.measured.y;

@@ -1,8 +1,8 @@
 //! Range of material stability of a fitted law, mode by mode: [`material_stability()`] of the law of scenes.
 //!
-//! The law is made nearly incompressible, κ = 1e5 of the Neo-Hookean modulus of the data, which moves the loss of stability by about
-//! 1e-5. The range examined: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch
-//! reaches L or 1/L, simple shear with principal stretches L and 1/L.
+//! The law is made nearly incompressible, with κ = 1e5 times the neo-Hookean modulus of the data, which shifts the loss of stability by about 1e-5.
+//! The examined range: tension up to L = 1.5 times the largest stretch of the table and at least 3, compression until a principal stretch reaches L
+//! or 1/L, simple shear with principal stretches L and 1/L.
 
 use crate::calibrate::{FittableLaw, Mode, Sample};
 use crate::material::{Law, LoadCase, StabilityLimit, material_stability};
@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct StableRange {
     pub mode: Mode,
-    /// Range that was examined: λ \[–\], in simple shear γ \[–\]
+    /// Examined range: λ \[–\], in simple shear γ \[–\]
     pub looked: [f64; 2],
-    /// First amount below rest at which stability is lost; `None`: none in the range
+    /// First amount below rest at which stability is lost; `None` if it is kept throughout the range
     pub below: Option<f64>,
-    /// First amount above rest at which stability is lost; `None`: none in the range
+    /// First amount above rest at which stability is lost; `None` if it is kept throughout the range
     pub above: Option<f64>,
 }
 
@@ -27,7 +27,7 @@ impl StableRange {
     }
 }
 
-/// The modes that are load cases.
+/// The load cases, each with its mode.
 pub const CASES: [(LoadCase, Mode); 4] = [
     (LoadCase::Uniaxial, Mode::Uniaxial),
     (LoadCase::Equibiaxial, Mode::Equibiaxial),
@@ -44,12 +44,13 @@ pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
     }
 }
 
-/// The stable ranges of all load cases. `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
+/// The stable ranges of all load cases. `modulus`: the neo-Hookean modulus of the data \[Pa\]. Empty if the constants do not form a law (a shear
+/// modulus that is not positive).
 pub fn certificate(model: FittableLaw, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
     model.law(values, 1e5 * modulus).map_or(vec![], |law| ranges(law.as_ref(), largest))
 }
 
-/// The stable ranges of all load cases of a law, as it is. `largest`: stretch of the data.
+/// The stable ranges of all load cases of a given law. `largest`: largest stretch of the data.
 pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
     let top = (1.5 * largest).max(3.0);
     let one = |(case, mode): (LoadCase, Mode)| {
@@ -61,17 +62,17 @@ pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
     CASES.into_iter().filter_map(one).collect()
 }
 
-/// How far data points go: no principal stretch of theirs is larger, and their λ in each mode.
+/// The reach of data points: their largest principal stretch, and their λ in each mode.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Reach {
-    /// Largest principal stretch \[–\]: of compression that across the load
+    /// Largest principal stretch \[–\]; in compression the stretch across the load
     pub principal: f64,
-    /// Smallest and largest λ of each mode \[–\], 1 where it has none
+    /// Smallest and largest λ of each mode \[–\], 1 in modes without data
     own: [[f64; 2]; Mode::ALL.len()],
 }
 
 impl Reach {
-    /// The reach of data points whose free directions follow this Poisson's ratio.
+    /// The reach of data points whose lateral stretches follow this Poisson's ratio.
     pub fn of(samples: &[Sample], nu: f64) -> Self {
         let mut found = Self { principal: 1.0, own: [[1.0; 2]; Mode::ALL.len()] };
         for s in samples {
@@ -87,7 +88,7 @@ impl Reach {
         self.own.iter().map(|[low, _]| 1.0 / low).fold(self.principal, f64::max)
     }
 
-    /// Amounts of a load case whose principal stretches are not larger than those of the data points, or that are theirs.
+    /// Amounts of a load case whose principal stretches do not exceed those of the data points, or that are amounts of data points.
     fn amounts(&self, case: LoadCase, mode: Mode) -> [f64; 2] {
         let amount = |l: f64| if mode == Mode::SimpleShear { mode.strain(l) } else { l };
         let ([low, high], [from, to]) = (range(case, self.principal), self.own[mode as usize].map(amount));
@@ -95,7 +96,7 @@ impl Reach {
     }
 }
 
-/// Modes in which material stability ends within the principal stretches that the fitted data points reach, and where.
+/// Modes in which material stability ends within the principal stretches that the fitted data points reach, and the amounts at which it ends.
 pub fn lost(stability: &[StableRange], reach: Reach) -> Vec<(Mode, f64)> {
     let of = |r: &StableRange| {
         let (case, mode) = CASES.into_iter().find(|(_, mode)| *mode == r.mode)?;
@@ -110,8 +111,8 @@ pub fn lost(stability: &[StableRange], reach: Reach) -> Vec<(Mode, f64)> {
 mod tests {
     use super::*;
 
-    /// Compression to λ = 0.4 stretches by 0.4^-½ across the load. Independent: σ = 2W′(λ² − 1/λ) of W′ = C10 + 2C20(I₁ − 3) is largest at 0.4395 in compression and 2.015 in tension for
-    /// C10 = 20 kPa and C20 = −2 kPa, and at 0.295 and 2.56 for C20 = −1 kPa.
+    /// Compression to λ = 0.4 stretches by 0.4^-½ across the load. Checked independently: σ = 2W′(λ² − 1/λ) with W′ = C10 + 2C20(I₁ − 3) has its
+    /// extremum at 0.4395 in compression and 2.015 in tension for C10 = 20 kPa and C20 = −2 kPa, and at 0.295 and 2.56 for C20 = −1 kPa.
     #[test]
     fn compression_reaches_its_own_stretches() {
         let row =

@@ -1,19 +1,20 @@
-//! Covariance of the constants by the scatter between specimens, whose data points may lie at different stretches or in different modes.
+//! Covariance of the constants from the scatter between specimens, whose data points may lie at different stretches or in different modes.
 //!
-//! With the rows Uⱼ of specimen j, Gⱼ = UⱼᵀUⱼ and its residual rⱼ the covariance of the directions is Σⱼ HⱼUⱼᵀrⱼrⱼᵀUⱼHⱼ, Hⱼ = (I − Gⱼ)^(−½): the residual of a
-//! specimen that decides a direction is small because the law follows it (CR2: Bell & McCaffrey, Survey Methodology 28, 2002, 169–181; generalised inverse:
-//! Pustejovsky & Tipton, J. Bus. Econ. Stat. 36, 2018, 672–683). Student's t has Satterthwaite's degrees of freedom ν = (tr Γ)²/tr Γ² of each constant, Γ the
-//! covariance of the HⱼUⱼᵀrⱼ along it, and the covariance is scaled to be unbiased, both where the errors are τ²P̂P̂ᵀ + σ²I: a level of each specimen with the
-//! variance τ² on the stresses P̂ of the law, and noise (Imbens & Kolesár, Rev. Econ. Stat. 98, 2016, 701–712). Without P̂ it is the noise.
+//! With the rows Uⱼ of specimen j, Gⱼ = UⱼᵀUⱼ and its residual rⱼ, the covariance of the directions is Σⱼ HⱼUⱼᵀrⱼrⱼᵀUⱼHⱼ with Hⱼ = (I − Gⱼ)^(−½),
+//! which corrects for the small residual of a specimen that dominates a direction, because the law follows it (CR2: Bell & McCaffrey, Survey
+//! Methodology 28, 2002, 169–181; generalised inverse: Pustejovsky & Tipton, J. Bus. Econ. Stat. 36, 2018, 672–683). Student's t has Satterthwaite's
+//! degrees of freedom ν = (tr Γ)²/tr Γ² for each constant, with Γ the covariance of the HⱼUⱼᵀrⱼ along it, and the covariance is scaled to be
+//! unbiased; both assume errors τ²P̂P̂ᵀ + σ²I: a level of each specimen with the variance τ² on the stresses P̂ of the law, and noise (Imbens &
+//! Kolesár, Rev. Econ. Stat. 98, 2016, 701–712). Without P̂ only the noise remains.
 //!
-//! Of k specimens with the same stretches it is k/(k − 1) Σⱼ(Uⱼᵀrⱼ)(Uⱼᵀrⱼ)ᵀ with k − 1 degrees of freedom (Liang & Zeger, Biometrika 73, 1986, 13–22), the covariance
-//! s²/k of the mean. Standard errors are stated for k − 1 degrees: they are wider by t(ν)/t(k − 1).
+//! For k specimens with the same stretches the covariance is k/(k − 1) Σⱼ(Uⱼᵀrⱼ)(Uⱼᵀrⱼ)ᵀ with k − 1 degrees of freedom (Liang & Zeger, Biometrika 73,
+//! 1986, 13–22), the covariance s²/k of the mean. Standard errors are stated for k − 1 degrees: they are enlarged by t(ν)/t(k − 1).
 
 use super::directions::Directions;
 use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 
-/// 1 − g of a direction that one specimen alone decides, of whose scatter nothing is known \[–\]
+/// 1 − g below which a direction is determined by one specimen alone, so that nothing is known about its scatter \[–\]
 const ALONE: f64 = 1e-9;
 
 /// Sums of one specimen along the directions.
@@ -35,7 +36,8 @@ struct Sizes {
     s2: f64,
 }
 
-/// Covariance of the directions by the scatter between the specimens, given by their rows, and a factor of each standard error; `fitted`: the stresses of the law.
+/// Covariance of the directions from the scatter between the specimens, which are given by their rows, and a factor for each standard error;
+/// `fitted`: the stresses of the law.
 pub fn scatter(
     directions: &Directions,
     residual: &DVector<f64>,
@@ -59,7 +61,7 @@ pub fn scatter(
     (covariance, factors)
 }
 
-/// (I − G)^(−½), zero along what is decided alone.
+/// (I − G)^(−½), with zero along directions that one specimen alone determines.
 fn inverse_root(gram: &DMatrix<f64>) -> DMatrix<f64> {
     // The data determine no direction
     if gram.is_empty() {
@@ -79,7 +81,7 @@ pub fn levels(residual: &DVector<f64>, fitted: &DVector<f64>, curves: &[Vec<usiz
     curves.iter().map(one).collect()
 }
 
-/// τ² between the specimens and σ² of what their levels leave.
+/// τ² between the specimens, and σ² of the residual without their levels.
 fn sizes(residual: &DVector<f64>, fitted: &DVector<f64>, specimens: &[Vec<usize>], p: usize) -> Sizes {
     let k = specimens.len();
     let level = levels(residual, fitted, specimens);

@@ -1,21 +1,23 @@
 //! Correlations of the data points of a curve in order of loading, and what follows for sums over them.
 //!
-//! R = (1 − w)R₁ + wI, (R₁)ᵢⱼ = ρ^|i−j|: a drift, whose steps are independent, and noise of each reading alone with the share w of the variance.
+//! R = (1 − w)R₁ + wI, (R₁)ᵢⱼ = ρ^|i−j|: a drift, whose steps are independent, and independent noise of each reading with the share w of the
+//! variance.
 //!
-//! *Innovations.* With the drift s of the variance 1 − w, and z = s + v, the part of zᵢ that the data points before do not explain is eᵢ = zᵢ − aᵢ with the variance
-//! Fᵢ = Pᵢ + w; aᵢ₊₁ = ρ(aᵢ + eᵢPᵢ/Fᵢ), Pᵢ₊₁ = ρ²wPᵢ/Fᵢ + (1 − w)(1 − ρ²) from P₁ = 1 − w (Kalman, J. Basic Eng. 82, 1960, 35–45): zᵀR⁻¹z = Σeᵢ²/Fᵢ and |R| = ΠFᵢ.
+//! *Innovations.* With the drift s of variance 1 − w and the noise v, z = s + v, the part of zᵢ that the previous data points do not explain is eᵢ =
+//! zᵢ − aᵢ with the variance Fᵢ = Pᵢ + w; aᵢ₊₁ = ρ(aᵢ + eᵢPᵢ/Fᵢ), Pᵢ₊₁ = ρ²wPᵢ/Fᵢ + (1 − w)(1 − ρ²) from P₁ = 1 − w (Kalman, J. Basic Eng. 82, 1960,
+//! 35–45): zᵀR⁻¹z = Σeᵢ²/Fᵢ and |R| = ΠFᵢ.
 //!
-//! *Roots.* With the tridiagonal T = (1 − ρ²)R₁⁻¹, whose eigenvalues lie between (1 − ρ)² and (1 + ρ)², R⁻¹ = T S⁻¹ with S = (1 − w)(1 − ρ²)I + wT, so that
-//! R^(−½)x = T T^(−½)S^(−½)x.
+//! *Roots.* With the tridiagonal T = (1 − ρ²)R₁⁻¹, whose eigenvalues lie between (1 − ρ)² and (1 + ρ)², R⁻¹ = T S⁻¹ with S = (1 − w)(1 − ρ²)I + wT,
+//! so that R^(−½)x = T T^(−½)S^(−½)x.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Correlations of the data points of a curve; the default is none.
+/// Correlation between the data points of a curve; by default they are independent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlation {
-    /// Of the drift between neighbours \[–\]
+    /// Correlation of the drift between neighbours \[–\]
     pub rho: f64,
-    /// Share of the variance that is of each reading alone \[–\]
+    /// Share of the variance that is independent noise of each reading \[–\]
     pub white: f64,
 }
 
@@ -30,12 +32,12 @@ impl Correlation {
         (1.0 - self.white) * self.rho
     }
 
-    /// Independent data points with the same information about a mean as `n` of these.
+    /// Number of independent data points with the same information about a mean as `n` of these.
     pub fn effective(self, n: f64) -> f64 {
         n * (1.0 - self.rho) / (1.0 - self.rho + 2.0 * self.of_neighbours())
     }
 
-    /// ln|R| and the products ZᵀR⁻¹Z of columns Z, over all curves.
+    /// ln|R| and the products ZᵀR⁻¹Z of the columns Z, summed over all curves.
     pub fn products(self, z: &GroupedColumns, curves: &[Vec<usize>]) -> (f64, DMatrix<f64>) {
         let Self { rho, white } = self;
         let (mut log, mut sums) = (0.0, Sums::new(z.width));
@@ -67,7 +69,7 @@ impl Correlation {
     /// ZᵀRZ = Σᵢⱼ zᵢzⱼᵀRᵢⱼ over the pairs of each curve.
     pub fn spread(self, z: &GroupedColumns, curves: &[Vec<usize>]) -> DMatrix<f64> {
         let mut sums = Sums::new(z.width);
-        // zⱼ + 2(1 − w)Σᵢ zᵢρ^(j−i) over the rows i before j: each pair counts once here, and the other half is that of the transposed matrix
+        // zⱼ + 2(1 − w)Σᵢ zᵢρ^(j−i) over the rows i before j: each pair is counted twice here, and the symmetric part is taken at the end
         let (mut before, mut both) = (vec![[0.0; GROUP]; z.groups()], vec![[0.0; GROUP]; z.groups()]);
         for curve in curves {
             before.fill([0.0; GROUP]);
@@ -85,8 +87,8 @@ impl Correlation {
         (&one_sided + one_sided.transpose()) * 0.5
     }
 
-    /// R^(−½)x by the symmetric root, curve by curve in order of loading: rows without what their neighbours explain, the same from either end. Rows whose
-    /// correlations are those of R become independent, of one size.
+    /// R^(−½)x by the symmetric root, curve by curve in order of loading: the rows without the part that their neighbours explain, independent of the
+    /// direction of the order. Rows whose correlations are R become independent and of one size.
     pub fn whitened(self, x: &DVector<f64>, curves: &[Vec<usize>]) -> Vec<f64> {
         let one = |curve: &Vec<usize>| {
             let own: Vec<f64> = curve.iter().map(|k| x[*k]).collect();
@@ -112,13 +114,13 @@ impl Correlation {
     }
 }
 
-/// Product of variances from which on its logarithm is taken.
+/// Product of variances below which its logarithm is taken.
 const SMALL: f64 = 1e-200;
 
-/// Columns that are computed with at a time.
+/// Number of columns that are processed together.
 const GROUP: usize = 4;
 
-/// Columns over data points, held data point by data point; the last group is filled with zeros.
+/// Columns over data points, stored data point by data point; the last group is padded with zeros.
 pub struct GroupedColumns {
     width: usize,
     values: Vec<[f64; GROUP]>,
@@ -175,7 +177,7 @@ struct Tridiagonal {
     n: usize,
 }
 
-/// Distance of the nodes of the rule along s, whose error is 2 exp(−π²/h), and how far beyond the eigenvalues they go, which leaves out exp(−s).
+/// Spacing of the nodes of the quadrature rule in s, whose error is 2 exp(−π²/h), and their extent beyond the eigenvalues, which neglects exp(−s).
 const NODE: f64 = 0.4;
 const BEYOND: f64 = 24.0;
 
@@ -197,15 +199,15 @@ impl Tridiagonal {
         (0..self.n).map(at).collect()
     }
 
-    /// A^(−½)x = (2/π)∫ eˢ(e²ˢ + A)⁻¹x ds over all s, by the trapezoidal rule (Hale, Higham & Trefethen, SIAM J. Numer. Anal. 46, 2008, 2505–2523), with the ends
-    /// of the eigenvalues.
+    /// A^(−½)x = (2/π)∫ eˢ(e²ˢ + A)⁻¹x ds over all s, by the trapezoidal rule (Hale, Higham & Trefethen, SIAM J. Numer. Anal. 46, 2008, 2505–2523);
+    /// `[least, most]` are bounds of the eigenvalues.
     fn inverse_root(&self, x: &[f64], [least, most]: [f64; 2]) -> Vec<f64> {
         let n = self.n;
         let (first, last) = (0.5 * least.ln() - BEYOND, 0.5 * most.ln() + BEYOND);
         let (mut sum, mut upper, mut solved) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
         for node in 0..=((last - first) / NODE).ceil() as usize {
             let e = (first + NODE * node as f64).exp();
-            // (e² + A) solved = x by elimination without pivots: it is diagonally dominant
+            // (e² + A) solved = x by elimination without pivoting, because the matrix is diagonally dominant
             for k in 0..n {
                 let (above, before) = if k == 0 { (0.0, 0.0) } else { (upper[k - 1], solved[k - 1]) };
                 let pivot = e * e + self.diagonal(k) - self.off_diagonal() * above;
@@ -241,7 +243,7 @@ mod tests {
         })
     }
 
-    /// WᵀW = R⁻¹ for the matrix W of the rows, which is symmetric, and from the other end the rows are the same in the other order.
+    /// WᵀW = R⁻¹ for the symmetric matrix W of the rows; with the order of the data points reversed, the rows are the same in reverse order.
     #[test]
     fn whitening_is_the_symmetric_root_and_has_no_direction() {
         for (n, rho, white) in [(2, 0.3, 0.0), (9, 0.5, 0.0), (40, 0.95, 0.0), (2, 0.5, 0.4), (40, 0.98, 0.2)] {
@@ -265,7 +267,7 @@ mod tests {
         }
     }
 
-    /// Innovations and sums over pairs against the dense matrix of two curves.
+    /// Compares innovations and sums over pairs with the dense matrix of two curves.
     #[test]
     fn sums_over_pairs_are_those_of_the_dense_matrix() {
         let curves = [(0..7).collect::<Vec<usize>>(), (7..12).collect()];
@@ -285,7 +287,7 @@ mod tests {
         }
     }
 
-    /// A determinant that is less than any number, (1 − ρ²)^(n−1) without noise, and products of no columns, as where no constant changes anything.
+    /// A determinant that underflows, (1 − ρ²)^(n−1) without noise, and products of no columns, as when no constant changes anything.
     #[test]
     fn a_determinant_below_all_numbers_has_a_logarithm() {
         let (rows, curves) = (GroupedColumns::of(&DMatrix::zeros(1000, 0)), [(0..1000).collect::<Vec<usize>>()]);

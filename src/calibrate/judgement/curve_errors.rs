@@ -1,4 +1,4 @@
-//! Errors of the constants by the data points of one specimen, whose curves are in order of loading.
+//! Errors of the constants from the data points of one specimen, whose curves are in order of loading.
 
 use super::correlated::{Scaled, correlated};
 use super::correlation::Correlation;
@@ -9,7 +9,7 @@ use crate::calibrate::Sample;
 use crate::calibrate::sample::tests;
 use nalgebra::{DMatrix, DVector};
 
-/// Data points of each curve, a specimen in one test and direction, in order of loading.
+/// Data points of each curve (a specimen in one test and direction), in order of loading.
 pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
     let mut found: std::collections::BTreeMap<_, Vec<usize>> = std::collections::BTreeMap::new();
     // Both stresses of a biaxial data point are on one line
@@ -20,21 +20,21 @@ pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
     found.into_values().collect()
 }
 
-/// The errors by curves that are lists of rows.
+/// The errors from curves that are lists of rows.
 pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec<usize>], rounding: bool) -> Errors {
     of_curves_along(&directions(jacobian), residual, curves, rounding, Known::default())
 }
 
-/// Knowledge of the sizes of errors.
+/// Known facts about the sizes of the errors.
 #[derive(Clone, Copy, Default)]
 pub struct Known<'a> {
     /// Stresses of the law, with which errors may grow
     pub fitted: Option<&'a DVector<f64>>,
-    /// Of the curves, where they differ
+    /// Sizes of the errors of each curve, if they differ
     pub apart: Option<&'a Sizes>,
 }
 
-/// The errors by curves that are lists of rows, along directions that are known.
+/// The errors from curves that are lists of rows, along known directions.
 pub fn of_curves_along(
     directions: &Directions,
     residual: &DVector<f64>,
@@ -70,8 +70,8 @@ pub fn of_curves_along(
     Errors { deviations, covariance: &of_size_1.covariance * s2, ..of_size_1 }
 }
 
-/// ‖r‖ beyond independent noise: σ² is the mean of (rᵢ − ½(rᵢ₋₁ + rᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz 1986), of which two standard
-/// deviations are allowed for, nσ²(1 + 4/√n).
+/// The part of ‖r‖ beyond independent noise: σ² is the mean of (rᵢ − ½(rᵢ₋₁ + rᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz 1986), and the noise may
+/// reach two standard deviations above it, nσ²(1 + 4/√n).
 pub fn smooth(residual: &DVector<f64>, curves: &[Vec<usize>]) -> f64 {
     let bend = |w: &[usize]| (residual[w[1]] - 0.5 * (residual[w[0]] + residual[w[2]])).powi(2) / 1.5;
     let all: Vec<f64> = curves.iter().flat_map(|c| c.windows(3).map(bend)).collect();

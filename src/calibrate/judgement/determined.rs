@@ -1,17 +1,18 @@
 //! Which constants of a fitted law the data leave open, and why.
 //!
-//! Determined is a constant with a finite interval, a sign, a value inside the range of the search, and an interval without zero, which is one smaller than the value. The interval
-//! of a constant is the one where all others are free: constants that only their combination determines, such as two large terms that cancel each other, have wide ones.
+//! A constant is determined if it has a finite interval, a sign, a value inside the range of the search, and an interval that excludes zero, so that
+//! its half-width is smaller than the value. The interval of a constant is taken with all others free: constants of which only a combination is
+//! determined, such as two large terms that cancel each other, have wide intervals.
 
 use super::estimate::Estimate;
 use crate::calibrate::FittableLaw;
 use crate::calibrate::solve::LawFit;
 use crate::material::FitTerms;
 
-/// Part of the searched interval from which on a constant is at its end \[–\]
+/// Relative position in the searched interval from which on a constant counts as being at its end \[–\]
 const NEAR_WALL: f64 = 0.99;
 
-/// The reasons for which constants count as not determined, each with the symbols of its constants: `α₄ at an end of the search`. Empty where every constant is determined.
+/// The reasons why constants are not determined, each with the symbols of its constants: `α₄ at an end of the search`. Empty if all are determined.
 pub fn undetermined(
     parameters: &[Estimate],
     open_signs: &[&'static str],
@@ -34,7 +35,7 @@ pub fn undetermined(
     found
 }
 
-/// Shape constants at an end of the interval that is searched, with their values.
+/// Shape constants at an end of the searched interval, with their values.
 pub fn limits(answer: &LawFit, model: FittableLaw) -> Vec<(&'static str, f64)> {
     let FitTerms::Separable(family) = &model.form.terms else { return vec![] };
     let wall = family.wall();

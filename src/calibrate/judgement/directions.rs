@@ -7,10 +7,10 @@ use crate::math::statistics::root;
 use crate::math::svd::svd;
 use nalgebra::DMatrix;
 
-/// Singular value of a direction that is rounding \[–\]
+/// Relative singular value below which a direction is rounding \[–\]
 pub const BLIND: f64 = 1e-10;
 
-/// Orthonormal columns of the directions that the data determine, and θ of each of them.
+/// Orthonormal columns of the directions that the data determine, and the change of θ for each of them.
 pub struct Directions {
     /// \[data points × directions\]
     pub u: DMatrix<f64>,
@@ -19,7 +19,7 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// (JᵀJ)⁻¹Jᵀ on these directions, (p, n): a change of the weighted data into the one of the constants.
+    /// (JᵀJ)⁻¹Jᵀ on these directions, (p × n): it maps a change of the weighted data to the change of the constants.
     pub fn inverse(&self) -> DMatrix<f64> {
         &self.by * self.u.transpose()
     }
@@ -29,7 +29,8 @@ impl Directions {
         self.by.row_iter().map(|row| row.norm()).collect()
     }
 
-    /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `correlation` and `smooth` are those of [`Errors`].
+    /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `correlation` and `smooth` are the
+    /// fields of [`Errors`].
     pub fn errors(
         &self,
         model: ErrorModel,
@@ -53,7 +54,7 @@ impl Directions {
     }
 }
 
-/// Those of a Jacobian (n, p) whose columns may have any size.
+/// The directions of a Jacobian (n × p), whose columns may have any size.
 pub fn directions(jacobian: &DMatrix<f64>) -> Directions {
     let p = jacobian.ncols();
     let length: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|l| if l > 0.0 { l } else { 1.0 }).collect();

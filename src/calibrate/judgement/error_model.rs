@@ -1,4 +1,4 @@
-//! Models of the errors of the data points, and the standard errors of the constants by them.
+//! Models of the errors of the data points, and the resulting standard errors of the constants.
 
 use super::correlation::Correlation;
 use crate::math::statistics::{extent, t_quantile};
@@ -6,36 +6,36 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Errors of the data points.
+/// Model of the errors of the data points.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ErrorModel {
-    /// Of every data point alone
+    /// Independent errors of the data points
     #[default]
     Independent,
-    /// Of every data point alone, of a size that changes with the stress
+    /// Independent errors whose size changes with the stress
     Unequal {
         /// Larger at large stresses
         grow: bool,
     },
-    /// Of every data point alone, of another size in each curve
+    /// Independent errors whose size differs between the curves
     UnequalCurves {
-        /// Largest standard deviation of a curve over the smallest one \[–\]
+        /// Ratio of the largest standard deviation of a curve to the smallest \[–\]
         ratio: f64,
     },
-    /// Of neighbours in order of loading
+    /// Errors that are correlated between neighbours in order of loading
     Correlated {
-        /// Correlation of neighbours, the mean over its likelihood \[–\]
+        /// Correlation of neighbours, averaged over its likelihood \[–\]
         rho: f64,
-        /// Independent data points with the same information about a mean
+        /// Number of independent data points with the same information about a mean
         effective: f64,
         /// Larger at large stresses
         #[serde(default)]
         grow: bool,
     },
-    /// Of each specimen as a whole
+    /// One error for each specimen as a whole
     Specimens { specimens: usize },
-    /// Of the level of each specimen, as the tests with several specimens show it
+    /// One error of the level of each specimen, from the tests with several specimens
     Levels {
         specimens: usize,
         /// Degrees of freedom of the scatter: specimens beyond the first of each test
@@ -49,7 +49,7 @@ impl ErrorModel {
         matches!(self, Self::Unequal { grow: true } | Self::Correlated { grow: true, .. })
     }
 
-    /// The model in words, in which the errors are those of measured `responses`, such as stresses.
+    /// Describes the model, where the errors are those of measured `responses`, such as stresses.
     pub fn words(&self, responses: &str) -> String {
         match self {
             Self::Independent => "the errors of the data points are independent".into(),
@@ -80,41 +80,43 @@ impl fmt::Display for ErrorModel {
     }
 }
 
-/// Standard errors of the constants, with the model of the errors behind them.
+/// Standard errors of the constants, with the error model behind them.
 #[derive(Clone, Debug, Default)]
 pub struct Errors {
     pub model: ErrorModel,
-    /// Standard error of each column of the Jacobian; where the data do not determine it, of the part that they determine
+    /// Standard error of each column of the Jacobian; if the data do not determine it, of the part that they determine
     pub deviations: Vec<f64>,
-    /// √((JᵀJ)⁻¹ⱼⱼ): the same of errors of size 1 that are independent
+    /// √((JᵀJ)⁻¹ⱼⱼ): standard error for independent errors of size 1
     pub plain: Vec<f64>,
-    /// Degrees of freedom of Student's t; 0 where there are as many constants as data points
+    /// Degrees of freedom of Student's t; 0 if there are as many constants as data points
     pub free: usize,
-    /// Most likely correlation; none where data points are independent
+    /// Most likely correlation; the default if data points are independent
     pub correlation: Correlation,
-    /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
+    /// ‖r‖ of the smooth departure from the law: the part beyond the differences between neighbours, weighted like the residual
     pub smooth: f64,
-    /// Standard deviation of each data point up to a factor, that of its curve or one that grows with the stress, where the data show that they differ \[–\]
+    /// Standard deviation of each data point up to a factor, either that of its curve or one that grows with the stress, if the data show that they
+    /// differ \[–\]
     pub sizes: Option<DVector<f64>>,
-    /// Covariance of the constants, of the part that the data determine
+    /// Covariance of the constants, for the part that the data determine
     pub covariance: DMatrix<f64>,
 }
 
 impl Errors {
-    /// Largest ratio of a standard error to the one of independent errors of this size.
+    /// Largest ratio of a standard error to the one for independent errors of this size.
     pub fn wider(&self, size: f64) -> f64 {
         let ratio = |(d, plain): (&f64, &f64)| if *plain > 0.0 && size > 0.0 { d / (size * plain) } else { 1.0 };
         self.deviations.iter().zip(&self.plain).map(ratio).filter(|r| r.is_finite()).fold(0.0, f64::max)
     }
 
-    /// Largest rise of the sum of squares at an end of one of the 95 % intervals, (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, as in profiles; none without a degree of freedom, where no interval is finite.
+    /// Largest rise of the sum of squares at an end of one of the 95 % intervals, (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, as in profiles; `None` without a degree of
+    /// freedom, where no interval is finite.
     pub fn rise(&self) -> Option<f64> {
         let t = (self.free > 0).then(|| t_quantile(0.95, self.free))?;
         let limit = self.deviations.iter().zip(&self.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
         Some(limit.fold(0.0, f64::max).powi(2))
     }
 
-    /// Largest standard deviation of a curve over the smallest one, where they differ \[–\]
+    /// Ratio of the largest standard deviation of a curve to the smallest, if they differ \[–\]
     pub fn ratio(&self) -> Option<f64> {
         let of_curves = self.sizes.as_ref().filter(|_| !self.model.grows());
         let [least, most] = extent(of_curves?.iter().copied());

@@ -1,15 +1,16 @@
-//! Errors of the data points as the data show them, and the standard errors of the constants that follow.
+//! Error models of the data points, chosen by the data, and the resulting standard errors of the constants.
 //!
-//! The constants are those of least squares, θ̂ = θ + Br with B = (JᵀJ)⁻¹Jᵀ, whatever the errors are; what the data decide is the covariance
-//! BΣBᵀ of θ̂.
+//! The constants are always those of least squares, θ̂ = θ + Br with B = (JᵀJ)⁻¹Jᵀ; the data decide only the covariance BΣBᵀ of θ̂.
 //!
-//! *Specimens* (two or more in every test, for direct fits mode): the law of each one differs, and Σ has one block of each ([`clusters`]). *Levels*: some tests have one specimen, and the
-//! scatter of the stress level in the others is taken for them ([`levels`]). Where no test has two specimens, the files are the curves of one.
+//! *Specimens* (two or more in every test; for direct fits a test is a mode): the law of each specimen differs, and Σ has one block for each
+//! ([`clusters`]). *Levels*: some tests have one specimen, and the scatter of the stress level in the other tests is used for them ([`levels`]). If
+//! no test has two specimens, the files count as the curves of one specimen.
 //!
-//! *Correlated*: Σᵢⱼ = sᵢsⱼ[(1 − w)ρ^|i−j| + wδᵢⱼ] between data points of one curve (specimen and mode) in order of loading, with sizes s that are one, of each curve, or grow with the stress, as the
-//! data decide ([`correlated`]).
+//! *Correlated*: Σᵢⱼ = sᵢsⱼ[(1 − w)ρ^|i−j| + wδᵢⱼ] between data points of one curve (specimen and mode) in order of loading, where the sizes s are
+//! all one, differ between the curves, or grow with the stress, as the data decide ([`correlated`]).
 //!
-//! *Unequal*: independent, of a size that changes with the stress, or of another one in each curve ([`Sizes`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
+//! *Unequal*: independent errors whose size changes with the stress or differs between the curves ([`Sizes`]). *Independent*, otherwise: s²(JᵀJ)⁻¹
+//! with n − p degrees of freedom.
 //!
 //! Limit: linearised at the answer.
 
@@ -29,7 +30,8 @@ pub use super::error_model::{ErrorModel, Errors};
 use super::curve_errors::{Known, of_curves_along, smooth};
 use super::directions::BLIND;
 
-/// Those of the constants of a law. `jacobian` (n, p), `residual` and the stresses of the law, `fitted`, (n) are weighted; `rounding`: the residual is none.
+/// The errors of the constants of a law. `jacobian` (n × p), `residual` (n) and `fitted`, the stresses of the law (n), are weighted. `rounding` says
+/// that the residual is only rounding.
 pub fn of(
     jacobian: &DMatrix<f64>,
     residual: &DVector<f64>,
@@ -49,7 +51,7 @@ pub fn of(
     between(&directions, (residual, rounding), Some(fitted), &origin.specimen, &origin.curves)
 }
 
-/// The errors of the constants by the curves of one specimen.
+/// The errors of the constants from the curves of one specimen.
 fn of_one(
     directions: &Directions,
     (residual, rounding): (&DVector<f64>, bool),
@@ -68,8 +70,8 @@ fn of_one(
     }
 }
 
-/// Errors where the specimen of each row is given, in one mode. Residual and fitted values are weighted; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
-/// its own, count as constants of all.
+/// The errors of the constants if the specimen of each row is given, in one mode. Residual and fitted values are weighted; `curves` are lists of rows
+/// in order of loading. Columns that belong to one specimen, such as its own offset, count as constants of all.
 pub fn of_specimens(
     jacobian: &DMatrix<f64>,
     (residual, fitted): (&DVector<f64>, &DVector<f64>),
@@ -85,7 +87,7 @@ pub fn of_specimens(
     between(&directions, (residual, rounding), None, specimen, curves)
 }
 
-/// The errors of the constants by the scatter between specimens.
+/// The errors of the constants from the scatter between specimens.
 fn between(
     directions: &Directions,
     (residual, rounding): (&DVector<f64>, bool),
@@ -100,7 +102,7 @@ fn between(
     let mut alone = residual.clone();
     for own in &specimens {
         let (rows, errors) = (directions.u.select_rows(own), residual.select_rows(own));
-        // Without what constants of its own would explain
+        // Without the part that separate constants of the specimen would explain
         let inverse = svd(rows.transpose() * &rows, true, true).pseudo_inverse(BLIND).unwrap_or_default();
         let kept = &errors - &rows * inverse * (rows.transpose() * &errors);
         own.iter().zip(kept.iter()).for_each(|(i, r)| alone[*i] = *r);

@@ -21,20 +21,20 @@ impl Estimate {
         self.std_error.is_finite() && self.interval.iter().all(|end| end.is_finite())
     }
 
-    /// Whether the interval has zero in it; one without a width has not.
+    /// Whether the interval includes zero; an interval without a width does not.
     pub fn may_be_zero(&self) -> bool {
         let [low, high] = self.interval;
         low <= 0.0 && high >= 0.0 && low < high
     }
 }
 
-/// A change of the constants that the data do not determine, or hardly.
+/// A direction of change of the constants that the data do not determine, or hardly determine.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Direction {
-    /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one
+    /// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of a single constant
     pub changes: String,
-    /// The combination that the data determine, where it is a single one
+    /// The combination that the data determine, if there is exactly one
     pub known: Option<String>,
-    /// Half-width of the 95 % interval along the direction, relative to the constants \[–\]; `None`: the data do not depend on it at all
+    /// Half-width of the 95 % interval along the direction, relative to the constants \[–\]; `None` if the data do not depend on the direction at all
     pub half_width: Option<f64>,
 }

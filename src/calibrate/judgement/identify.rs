@@ -1,11 +1,11 @@
 //! Identifiability: intervals from the Jacobian, and the names of the directions that the data do not determine.
 //!
-//! S = J diag(z)/‖wP‖ are sensitivities to relative changes of the constants, z = |value|. With S = UΣVᵀ, the residual r and
-//! s² = ‖r‖²/(n − p), the change along the direction v_k has the standard deviation s/(‖wP‖σ_k), relative to the constants. A constant
-//! that takes part in a direction with σ_k below 1e-10 of the largest has an infinite standard error: a pseudo-inverse would report
-//! none at all. Source: Seber & Wild, *Nonlinear Regression*, 1989, ch. 5; Belsley, *Conditioning Diagnostics*, 1991.
+//! S = J diag(z)/‖wP‖ are sensitivities to relative changes of the constants, z = |value|. With S = UΣVᵀ, the residual r and s² = ‖r‖²/(n − p), the
+//! change along the direction v_k has the standard deviation s/(‖wP‖σ_k), relative to the constants. A constant that takes part in a direction with
+//! σ_k below 1e-10 of the largest has an infinite standard error; a pseudo-inverse would report no error along it. Source: Seber & Wild, *Nonlinear
+//! Regression*, 1989, ch. 5; Belsley, *Conditioning Diagnostics*, 1991.
 //!
-//! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
+//! Limits: the interval is that of the law linearised at the answer, and ignores active constraints.
 
 use super::directions::BLIND;
 use super::errors::Errors;
@@ -18,7 +18,7 @@ use crate::math::svd::svd;
 use crate::math::units::Dimension;
 use nalgebra::{DMatrix, DVector};
 
-/// A part of a direction below this one is none \[–\]
+/// Component of a direction below which it counts as zero \[–\]
 const PART: f64 = 1e-6;
 /// Half-width of the 95 % interval along a direction, relative to the constants, from which on the data do not determine it \[–\]
 const LOOSE: f64 = 1.0;
@@ -28,13 +28,13 @@ const LOOSE: f64 = 1.0;
 pub struct Identified {
     pub estimates: Vec<Estimate>,
     pub directions: Vec<Direction>,
-    /// The direction that the data determine least, in words
+    /// Description of the direction that the data determine least
     pub least: String,
 }
 
-/// `residual` and `jacobian` \[weighted Pa\], (n) and (n, p); `size` = ‖wP‖; a relative change of the constants that changes the
-/// stresses by a smaller part than `rounding` counts as not determined. Changes are relative to the second values, and to the size of the curve where these are zero.
-/// `errors`: those of the data points, independent without them.
+/// Computes intervals and open directions. `residual` and `jacobian` \[weighted Pa\], (n) and (n × p); `size` = ‖wP‖; a relative change of the
+/// constants that changes the stresses by less than `rounding` counts as not determined. Changes are relative to `bases`, and to the size of the
+/// curve where these are zero. `errors`: those of the data points, independent by default.
 pub fn identify(
     parameters: &[Parameter],
     (values, bases): (&[f64], &[f64]),
@@ -67,7 +67,7 @@ pub fn identify(
     let degrees = errors.map_or(free, |e| e.free);
     let quantile = if free > 0 { statistics::t_quantile(0.95, degrees) } else { f64::INFINITY };
     let estimate = |(i, q): (usize, &Parameter)| {
-        // A direction with an infinite deviation takes all constants with it that have a part in it
+        // An infinite deviation along a direction makes the errors of all constants with a component in it infinite
         let parts = (0..p).map(|k| {
             let part = vt[(k, i)].abs();
             if deviation(k).is_infinite() && part <= PART { 0.0 } else { (part * deviation(k)).powi(2) }
@@ -79,7 +79,7 @@ pub fn identify(
         Estimate { name: q.name, symbol: q.symbol, unit: unit(q), value: values[i], std_error, interval }
     };
     let estimates = parameters.iter().enumerate().map(|(i, q)| estimate((i, q))).collect();
-    // A direction that the errors of the data points leave open as far as the constants are large
+    // Along such a direction the errors of the data points leave the constants open to their full size
     let wider = errors.map_or(1.0, |e| e.wider(error * size));
     let loose = |k: usize| blind(k) || (free > 0 && quantile * wider * deviation(k) > LOOSE);
     let told: Vec<usize> = (0..p).filter(|k| !loose(*k)).collect();
@@ -100,7 +100,7 @@ pub fn identify(
     Identified { estimates, directions, least: least.unwrap_or_default() }
 }
 
-/// `C10 + 0.98 C01`
+/// A combination as text: `C10 + 0.98 C01`
 fn combination(parts: &[f64], names: &[&str]) -> String {
     let first = parts[0];
     let mut text = names[0].to_string();
@@ -111,10 +111,11 @@ fn combination(parts: &[f64], names: &[&str]) -> String {
     text
 }
 
-/// `changing C10 by +1 %, C01 by −0.97 % together`, or the name of one: parts below a hundredth of the largest are omitted.
+/// A change as text: `changing C10 by +1 %, C01 by −0.97 % together`, or the name of a single constant. Components below a hundredth of the largest
+/// are omitted.
 pub fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
     let largest = v.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
-    // z = |value|: a relative change of a negative constant has the other sign
+    // z = |value|: a relative change of a negative constant has the opposite sign
     let parts = v.iter().zip(names).zip(values).filter(|((v, _), _)| v.abs() >= 0.01 * largest.abs());
     let words: Vec<String> = parts
         .map(|((v, name), value)| {
@@ -128,7 +129,7 @@ pub fn changes(v: &[f64], names: &[&str], values: &[f64]) -> String {
     }
 }
 
-/// The part of a column outside the span of the sensitivities, of which those below rounding do not count.
+/// The part of a column outside the span of the sensitivities; directions below rounding do not count.
 pub fn across(jacobian: &DMatrix<f64>, column: &DVector<f64>) -> DVector<f64> {
     let p = jacobian.ncols();
     let lengths: Vec<f64> = (0..p).map(|k| jacobian.column(k).norm()).map(|n| if n > 0.0 { n } else { 1.0 }).collect();

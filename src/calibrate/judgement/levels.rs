@@ -1,11 +1,13 @@
-//! Covariance of the constants where only some tests, in a direct fit modes, have several specimens: the scatter of their level is taken for the others too.
+//! Covariance of the constants if only some tests (in a direct fit: modes) have several specimens: the scatter of their levels is used for the others
+//! too.
 //!
-//! Each specimen has a level δⱼ on the stresses P̂ of the law, δ = r·P̂/P̂² of its curve. The variance τ² of δ is that within the tests with several specimens, with
-//! ν_τ = Σ(k − 1) degrees of freedom. The covariance of the directions is τ² Σⱼ(UⱼᵀP̂ⱼ)(UⱼᵀP̂ⱼ)ᵀ, and that of the curves without their levels (independent or correlated
-//! errors) is added. Student's t has Satterthwaite's degrees of freedom (a + d)²/(a²/ν_τ + d²/ν_d) of both parts (Biometrics Bull. 2, 1946, 110–114). Standard errors
-//! are stated for ν_τ degrees.
+//! Each specimen has a level δⱼ on the stresses P̂ of the law, δ = r·P̂/P̂² of its curve. The variance τ² of δ is estimated within the tests with
+//! several specimens, with ν_τ = Σ(k − 1) degrees of freedom. The covariance of the directions is τ² Σⱼ(UⱼᵀP̂ⱼ)(UⱼᵀP̂ⱼ)ᵀ, plus the covariance from
+//! the curves without their levels (independent or correlated errors). Student's t has Satterthwaite's degrees of freedom (a + d)²/(a²/ν_τ + d²/ν_d)
+//! of both parts (Biometrics Bull. 2, 1946, 110–114). Standard errors are stated for ν_τ degrees.
 //!
-//! Limits: specimens of the tests without a repeat scatter as those of the others; their scatter is one of the level, not of the shape of the curve.
+//! Limits: specimens of tests without a repeat are assumed to scatter like those of the other tests, and only in level, not in the shape of the
+//! curve.
 
 use super::clusters;
 use super::curve_errors::{Known, of_curves_along};
@@ -17,7 +19,7 @@ use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The errors of the constants by the levels of the specimens in the repeated tests.
+/// The errors of the constants from the levels of the specimens in the repeated tests.
 pub fn between(
     directions: &Directions,
     (residual, rounding): (&DVector<f64>, bool),
@@ -59,7 +61,7 @@ pub fn between(
     Errors { deviations, covariance, ..level }.scaled(&factors)
 }
 
-/// Variance of the levels within the repeated tests, and its degrees of freedom. `test`: of each data point.
+/// Variance of the levels within the repeated tests, and its degrees of freedom. `test`: the test of each data point.
 fn variance(curves: &[Vec<usize>], levels: &[f64], test: &[usize], repeated: &[usize]) -> (f64, usize) {
     let (mut sum, mut free) = (0.0, 0);
     for one in repeated {

@@ -1,14 +1,19 @@
 //! Errors of the measurement that all data points share, in the intervals of the constants.
 //!
-//! A law that is fitted takes up such an error: no residual shows it. To first order a change δrᵢ of the residuals moves the constants by
-//! δθ = (JᵀJ)⁻¹Jᵀ δr, with a fitted slack among them where there is one; δr = wᵢ δP of an error of the stress, −wᵢ (∂P/∂e) δe of one of
-//! the strain. The half-widths of independent errors are added in quadrature to the one of the scatter (JCGM 100:2008, *Guide to the
-//! expression of uncertainty in measurement*, 5.1.2, type B).
+//! The fitted law absorbs such an error, so that no residual shows it. To first order a change δrᵢ of the residuals moves the constants (and a fitted
+//! slack) by δθ = (JᵀJ)⁻¹Jᵀ δr, with
 //!
-//! Zeros and the cross-section are those of each curve, a specimen in one test. Between several specimens of a test they are a part of the scatter, which is measured, and are not
-//! added a second time; those of the one specimen of another test are. Other scales and the compliance are common to all.
+//! - δr = wᵢ δP for an error of the stress,
+//! - δr = −wᵢ (∂P/∂e) δe for an error of the strain.
 //!
-//! Limits: first order; the errors are those of one machine; a constraint of stability that is active is not followed.
+//! The half-widths of independent errors are added in quadrature to that of the scatter (JCGM 100:2008, *Guide to the expression of uncertainty in
+//! measurement*, 5.1.2, type B).
+//!
+//! Errors of zeros and of the cross-section differ between curves (a specimen in one test). Between several specimens of a test they are part of the
+//! measured scatter and are not added a second time; for a test with one specimen they are added. Other scales and the compliance are common to all
+//! curves.
+//!
+//! Limits: first order; the errors are those of one machine; an active stability constraint is ignored.
 
 use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
 use crate::calibrate::intake::piece::Piece;
@@ -22,28 +27,29 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// Part of a shared error in the intervals of the constants.
+/// Contribution of a shared error to the intervals of the constants.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Contribution {
     pub error: SharedError,
-    /// Half-width of its 95 % interval, as given \[SI\]
+    /// Half-width of its 95 % interval, as stated \[SI\]
     pub half_width: f64,
-    /// Half-widths that follow, of each constant \[SI\]
+    /// Resulting half-width of each constant \[SI\]
     pub moves: Vec<f64>,
 }
 
 /// Ratio of a 95 % half-width of a normal error to its standard deviation
 pub const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Stated errors with their contributions, and how each moves the weighted residuals, (n, errors): one column for each curve where they are of a curve.
+/// Stated errors with their contributions, and the changes of the weighted residuals that they cause (n × errors): one column for each curve if an
+/// error differs between curves.
 pub struct Stated {
     pub contributions: Vec<Contribution>,
     pub columns: DMatrix<f64>,
-    /// Covariance of the constants by these errors \[SI²\]
+    /// Covariance of the constants due to these errors \[SI²\]
     pub covariance: DMatrix<f64>,
 }
 
-/// Contributions of the errors that data points share: those of their test pieces, and those that are `asked` of all.
+/// Contributions of the errors that data points share: those of their test pieces, and those `asked` for all.
 pub fn contributions(
     setting: &LawSetting,
     fitted: &[Sample],
@@ -98,7 +104,8 @@ pub fn contributions(
     Ok(stated)
 }
 
-/// The errors of the curve of each data point: those of a toe with what the curvature of the law adds, and those of a zero of a single data point within the scatter about the law.
+/// The errors of the curve of each data point: for a toe including the effect of the curvature of the law, and for a zero from a single data point
+/// limited to the scatter about the law.
 fn errors_of_rows(
     setting: &LawSetting,
     fitted: &[Sample],
@@ -124,14 +131,14 @@ fn errors_of_rows(
     all
 }
 
-/// 95 % half-width of the scatter of the data points of a curve about the law, whatever their weights \[Pa\].
+/// 95 % half-width of the unweighted scatter of the data points of a curve about the law \[Pa\].
 fn scatter(setting: &LawSetting, fitted: &[Sample], answer: &LawFit, rows: &[usize]) -> f64 {
     let free = rows.len().saturating_sub(answer.values.len()).max(1);
     let own = |k: &usize| fitted[*k].stress - setting.model.at(&answer.values, &fitted[*k]);
     t_quantile(0.95, free) * (rows.iter().map(|k| own(k).powi(2)).sum::<f64>() / free as f64).sqrt()
 }
 
-/// Rows of the curves whose zeros are in no scatter.
+/// Rows of the curves whose errors of the zero are not part of a measured scatter.
 fn alone(fitted: &[Sample], tests: &[Test], answer: &LawFit) -> Vec<Vec<usize>> {
     let groups = curves(fitted);
     let of_test = |row: usize| groups.iter().filter(|rows| tests[rows[0]] == tests[row]).count();
@@ -142,7 +149,7 @@ fn alone(fitted: &[Sample], tests: &[Test], answer: &LawFit) -> Vec<Vec<usize>> 
     }
 }
 
-/// Change of the residual of a data point by an error \[Pa per SI unit of the error\].
+/// Change of the residual of a data point per unit of an error \[Pa per SI unit of the error\].
 fn change(
     kind: SharedError,
     setting: &LawSetting,
@@ -150,7 +157,7 @@ fn change(
     (s, test): (&Sample, Test),
     piece: &Piece,
 ) -> Result<f64, FitError> {
-    // The stress without its scatter, which would take up the residuals
+    // The stress of the law, without the scatter, which would absorb the residuals
     let law = || setting.model.at(&answer.values, s);
     let slope = || match s.stretch == 1.0 && !setting.slack.is_empty() {
         true => 0.0,
@@ -172,7 +179,7 @@ fn change(
     })
 }
 
-/// How far the curvature of the law moves the line of a toe \[–\].
+/// Shift of the line of a toe due to the curvature of the law \[–\].
 fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, (s, test): (&Sample, Test)) -> f64 {
     let Some(toe) = piece.correction(SharedError::Toe, test) else { return 0.0 };
     let law = |strain: f64| setting.model.at(&answer.values, &Sample { stretch: s.mode.stretch(strain), ..*s });
@@ -180,14 +187,14 @@ fn curvature(setting: &LawSetting, answer: &LawFit, piece: &Piece, (s, test): (&
     ToeLine::through(&points).map_or(0.0, |line| line.origin.abs())
 }
 
-/// −∂P/∂ν \[Pa\], what an error of ν leaves in the residuals: central differences, to 1e-8.
+/// −∂P/∂ν \[Pa\], the change of the residuals per error of ν, by central differences, to 1e-8.
 fn by_poisson(model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
     const H: f64 = 1e-5;
     let at = |nu: f64| model.with_poisson(nu).at(values, s);
     (at(model.nu - H) - at(model.nu + H)) / (2.0 * H)
 }
 
-/// The constants with wider intervals and standard errors.
+/// Widens the intervals and standard errors of the constants by the contributions.
 pub fn widen(parameters: &mut [Estimate], contributions: &[Contribution]) {
     for (k, e) in parameters.iter_mut().enumerate() {
         let more = contributions.iter().map(|c| c.moves[k] * c.moves[k]).sum::<f64>();

@@ -1,14 +1,14 @@
-//! Constants that may have either sign, and the test that tells two answers apart.
+//! Constants that may have either sign, and the test that distinguishes the two answers.
 //!
-//! Where λ₂ = 1 and λ₃ = 1/λ, in planar tests and simple shear, a term of Ogden's law has the same stresses with −μ and −α as with μ and α. The fit takes the positive α, and the
-//! intervals hold both signs. In other modes the two laws differ.
+//! If λ₂ = 1 and λ₃ = 1/λ, in planar tests and simple shear, a term of Ogden's law has the same stresses with −μ and −α as with μ and α. The fit
+//! takes the positive α, and the intervals include both signs. In other modes the two laws differ.
 
 use super::warning::FitWarning;
 use crate::calibrate::solve::LawFit;
 use crate::calibrate::{FitResult, FittableLaw, Mode};
 use crate::material::FitTerms;
 
-/// The constants with the other sign, where the fitted modes have the same stresses with both, and the places of those that have a sign.
+/// The constants with the opposite sign if the fitted modes have the same stresses with both, and the indices of those that have a sign.
 fn mirror(answer: &LawFit, model: FittableLaw) -> Option<(Vec<f64>, Vec<usize>)> {
     let FitTerms::Separable(family) = &model.form.terms else { return None };
     let one = |pair: &[f64]| [pair[0] * (family.factor)(-pair[1]).0 / (family.factor)(pair[1]).0, -pair[1]];
@@ -25,7 +25,7 @@ pub fn either_sign(answer: &LawFit, model: FittableLaw) -> Vec<&'static str> {
     open.into_iter().map(|k| answer.identified.estimates[k].symbol).collect()
 }
 
-/// Widens the intervals of constants with an open sign by the other sign, and names them.
+/// Widens the intervals of constants whose sign is open to include the opposite sign, and lists these constants.
 pub fn open_signs(mut result: FitResult, answer: &LawFit, model: FittableLaw) -> FitResult {
     let Some((other, open)) = mirror(answer, model) else { return result };
     for k in open {
@@ -40,7 +40,8 @@ pub fn open_signs(mut result: FitResult, answer: &LawFit, model: FittableLaw) ->
     result
 }
 
-/// The mode that was not fitted in which the stresses of two answers differ most at the ends of the fitted stretches, and by what part of the larger one \[–\].
+/// The mode that was not fitted in which the stresses of two answers differ most at the ends of the fitted stretches, and their difference relative
+/// to the larger one \[–\].
 pub fn decisive(model: FittableLaw, own: &[f64], other: &[f64], result: &FitResult) -> Option<(Mode, f64)> {
     let differ = |mode: Mode, stretch: f64| {
         let [a, b] = [own, other].map(|values| model.stress(values, mode, stretch));

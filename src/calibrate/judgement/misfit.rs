@@ -10,7 +10,7 @@ pub struct Residual {
     pub mode: Mode,
     /// λ \[–\]
     pub stretch: f64,
-    /// [`Sample::reach`], by which ranges are judged \[–\]
+    /// [`Sample::reach`], by which ranges are selected \[–\]
     #[serde(skip)]
     pub reach: f64,
     /// Measured P \[Pa\]
@@ -50,18 +50,18 @@ pub struct Misfit {
     pub rows: usize,
     /// √(Σrᵢ²/n) \[Pa\]
     pub rms_pa: f64,
-    /// √(Σrᵢ²/ΣPᵢ²) \[–\]; 0 where both sums are zero
+    /// √(Σrᵢ²/ΣPᵢ²) \[–\]; 0 if both sums are zero
     pub rms_relative: f64,
     /// max |rᵢ| \[Pa\]
     pub max_pa: f64,
     /// max |rᵢ/Pᵢ| over data points with Pᵢ ≠ 0 \[–\]
     pub max_relative: f64,
-    /// −(Σrᵢ/n)/√(ΣPᵢ²/n) \[–\]: negative where the law is too soft; its size is at most `rms_relative`
+    /// −(Σrᵢ/n)/√(ΣPᵢ²/n) \[–\]: negative if the law is too soft; its magnitude is at most `rms_relative`
     pub bias_relative: f64,
 }
 
 impl Misfit {
-    /// `None` without data points
+    /// The misfit of these residuals; `None` without data points
     pub fn of(rows: &[Residual]) -> Option<Self> {
         if rows.is_empty() {
             return None;

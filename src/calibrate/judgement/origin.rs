@@ -17,7 +17,7 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// The origin of samples; the number of a test serves as a name alone.
+    /// The origin of samples; the number of a test is only a label.
     pub fn of(samples: &[Sample]) -> Self {
         Self {
             specimen: samples.iter().map(|s| s.specimen).collect(),
@@ -26,7 +26,7 @@ impl Origin {
         }
     }
 
-    /// The tests by the number of their specimens.
+    /// The tests, grouped by the number of their specimens.
     pub fn repeats(&self) -> Repeats<usize> {
         Repeats::of(self.test.iter().copied().zip(self.specimen.iter().copied()))
     }

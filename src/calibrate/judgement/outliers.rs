@@ -6,20 +6,20 @@ use crate::calibrate::{Loss, Sample};
 use crate::math::statistics::median;
 use std::collections::BTreeSet;
 
-/// Robust standard deviations off the neighbours, of stresses and of relative ones, part of the own stress and of the largest one from which on a data point is
-/// an outlier \[–\]
+/// Thresholds of an outlier \[–\]: distance from the neighbours in robust standard deviations, of stresses and of relative stresses; distance
+/// relative to its own stress; and distance relative to the largest stress
 const OFF: f64 = 8.0;
 const PART: f64 = 0.2;
 const SMALL: f64 = 0.05;
-/// Fewer data points have no neighbourhood
+/// Least number of data points that have a neighbourhood
 const FEW: usize = 10;
 
-/// Specimen and line of data points far off their neighbours, each specimen alone.
+/// Specimen and line of data points far from their neighbours, for each specimen separately.
 #[derive(Clone, Debug, Default)]
 pub struct Outliers(pub BTreeSet<(usize, u64)>);
 
 impl Outliers {
-    /// Those of fitted data points with the stresses of their law.
+    /// The outliers among fitted data points, given the stresses of their law.
     pub fn of(samples: &[Sample], law: impl Fn(&Sample) -> f64) -> Self {
         let specimens: BTreeSet<usize> = samples.iter().map(|s| s.specimen).collect();
         let of = |specimen: usize| {
@@ -29,13 +29,13 @@ impl Outliers {
         Self(specimens.into_iter().flat_map(of).collect())
     }
 
-    /// The data points that count in a misfit: with Huber's loss, which limits their weight, those that are none.
+    /// The data points that count in a misfit: with Huber's loss, which limits the weight of outliers, all others.
     pub fn counted(&self, samples: &[Sample], loss: Loss) -> Vec<Sample> {
         let counts = |s: &&Sample| loss == Loss::Squares || !self.0.contains(&(s.specimen, s.line));
         samples.iter().filter(counts).copied().collect()
     }
 
-    /// A warning for each specimen that has some. `names`: of the specimens.
+    /// A warning for each specimen that has outliers. `names`: names of the specimens.
     pub fn warnings<'a>(&'a self, names: &'a [String], loss: Loss) -> impl Iterator<Item = FitWarning> + 'a {
         names.iter().enumerate().filter_map(move |(specimen, file)| {
             let own = self.0.iter().filter(|(of, _)| *of == specimen);
@@ -48,8 +48,8 @@ impl Outliers {
     }
 }
 
-/// Lines of one specimen whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
-/// outlier is not.
+/// Lines of one specimen whose residual differs from the median of itself and its neighbours (two on each side, same mode): a misfit of the law is
+/// smooth, an outlier is not.
 fn outliers(rows: &[Residual]) -> Vec<u64> {
     let off = |k: usize| {
         let near = rows[k.saturating_sub(2)..(k + 3).min(rows.len())].iter().filter(|r| r.mode == rows[k].mode);
@@ -63,7 +63,7 @@ fn outliers(rows: &[Residual]) -> Vec<u64> {
     let relative: Vec<f64> =
         rows.iter().zip(&all).map(|(r, off)| off / r.measured.abs()).filter(|v| v.is_finite()).collect();
     let limit = (OFF * 1.4826 * median(&all)).max(SMALL * largest);
-    // Of errors that grow with the stress the large ones are none
+    // If errors grow with the stress, large errors are not outliers
     let part = if relative.is_empty() { PART } else { (OFF * 1.4826 * median(&relative)).max(PART) };
     let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > part * r.measured.abs();
     let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();

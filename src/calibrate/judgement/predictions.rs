@@ -1,10 +1,10 @@
-//! Predictions of a fit: what its law gives for data points that were not fitted.
+//! Predictions of a fit: stresses of its law at data points that were not fitted.
 
 use super::misfit::{Misfit, Residual};
 use crate::calibrate::{Mode, Prediction, PredictionKind, StretchRange};
 use crate::math::statistics::extent;
 
-/// Misfits over the data points outside of the fitted range or modes.
+/// Misfits over the data points outside the fitted range or modes.
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();
     let mut add = |kind, mode, rows: Vec<Residual>| {

@@ -1,19 +1,19 @@
-//! Intervals by profile likelihood, of laws that are not linear in their constants: the range of one constant while all others are refitted.
+//! Intervals by profile likelihood, for laws that are not linear in their constants: the range of one constant while all others are refitted.
 //!
-//! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ with t = t₀.₉₇₅ and the standard error dⱼ of
-//! the error model. Of a law linear in its constants it is θⱼ ± t dⱼ; of independent errors it is S(θⱼ) ≤ Ŝ(1 + t²/(n − p)). With other errors it is the
-//! profile scaled to their standard error (Chandler & Bate, Biometrika 94, 2007, 167–183).
+//! S(θⱼ) = min over the other constants of Σ wᵢ²rᵢ²; the interval is S(θⱼ) − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ with t = t₀.₉₇₅ and the standard error dⱼ of the
+//! error model. For a law linear in its constants it is θⱼ ± t dⱼ; for independent errors it is S(θⱼ) ≤ Ŝ(1 + t²/(n − p)). For other errors the
+//! profile is scaled to their standard error (Chandler & Bate, Biometrika 94, 2007, 167–183).
 //!
-//! Source: Bates & Watts, *Nonlinear Regression Analysis*, 1988, ch. 6. The interval is skewed as the data are, and open where a constant may
-//! grow without end. The minimum is followed from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a
-//! secant finds the end. Offsets of the strain are refitted as constants are.
+//! Source: Bates & Watts, *Nonlinear Regression Analysis*, 1988, ch. 6. The interval may be asymmetric, as the data are, and is open if a constant
+//! may grow without bound. The minimum is followed from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost linear in θⱼ, so that the
+//! secant method finds the end. Strain offsets are refitted like constants.
 //!
-//! Several minima may lie within the interval: of one mode, a term of Ogden's law with α and one with about −2α (uniaxial) are nearly
-//! alike. It reaches from the lowest to the highest end of the intervals around all minima that the search of the constants found; S between them may be
-//! larger.
+//! Several minima may lie within the interval: in one mode, a term of Ogden's law with α and one with about −2α (uniaxial) are nearly equal. The
+//! interval reaches from the lowest to the highest end of the intervals around all minima that the search for the constants found; S between them may
+//! be larger.
 //!
-//! A term whose factor vanished has any shape, and both of its constants are open. In the profile of another term it has the shape of that term, so that
-//! the two can share it. Limits: minima that the search did not find are not looked for.
+//! A term whose factor vanished may have any shape, and both of its constants are open. In the profile of another term it takes the shape of that
+//! term, so that the two can share the load. Limits: no further minima are sought.
 
 use crate::calibrate::Sample;
 use crate::calibrate::solve::refit::Refit;
@@ -21,22 +21,22 @@ use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING};
 use crate::material::FitTerms;
 use crate::math::{statistics, threads};
 
-/// Widths of the covariance interval after which an end is open
+/// Number of widths of the covariance interval beyond which an end counts as open
 const FAR: f64 = 1e3;
-/// Part of T at which the end is found \[–\]
+/// Relative deviation from the limit at which the end counts as found \[–\]
 const CLOSE: f64 = 1e-6;
 const STEPS: usize = 40;
 
 struct Profile<'a> {
     of: Refit<'a>,
-    /// Constants of a minimum, then strain offsets
+    /// Constants at a minimum, followed by strain offsets
     minimum: Vec<f64>,
     /// S of the answer \[weighted Pa²\]
     least: f64,
 }
 
-/// Both ends per constant \[SI\], infinite where open; `None` of a linear law, where no degree of freedom is left, or where the data points agree with
-/// the law to rounding.
+/// Both ends for each constant \[SI\], infinite if open; `None` for a linear law, without a degree of freedom, or if the data points agree with the
+/// law to rounding.
 pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
     let all = |values: &[f64]| {
         let offsets = setting.slack.iter().map(|o| o.strain);
@@ -66,12 +66,12 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
 }
 
 impl Profile<'_> {
-    /// Constants of a term with a factor of zero
+    /// Whether the constant belongs to a term with a factor of zero.
     fn vanished(&self, k: usize) -> bool {
         k < self.of.model.parameters().len() && self.minimum[k / 2 * 2] == 0.0
     }
 
-    /// The minimum, in which vanished terms have the shape of the term of constant j.
+    /// The minimum, with vanished terms given the shape of the term of constant j.
     fn shared(&self, j: usize) -> Vec<f64> {
         let mut x = self.minimum.clone();
         let constants = self.of.model.parameters().len();
@@ -82,16 +82,16 @@ impl Profile<'_> {
         x
     }
 
-    /// Both ends around this minimum; `None` where its misfit is above the limit.
+    /// Both ends around this minimum; `None` if its misfit is above the limit.
     fn ends(&self, j: usize, width: f64, limit: f64) -> Option<[f64; 2]> {
         let tau = statistics::root(self.of.square(&self.minimum)? - self.least);
         (tau <= limit).then(|| [-width, width].map(|width| self.end(j, width, tau, limit)))
     }
 
-    /// The end of the interval of constant j in the direction of `width`, where √(S − Ŝ) is `limit`; `tau` at the minimum.
+    /// The end of the interval of constant j in the direction of `width`, where √(S − Ŝ) reaches `limit`; `tau`: its value at the minimum.
     fn end(&self, j: usize, width: f64, tau: f64, limit: f64) -> f64 {
         let value = self.minimum[j];
-        // Offset, √(S − Ŝ) and the constants there
+        // Offset, √(S − Ŝ) and the constants at the last point inside
         let mut inside = (0.0, tau, self.shared(j));
         let mut step = 0.5;
         let mut outside = loop {
@@ -106,7 +106,7 @@ impl Profile<'_> {
             }
         };
         for _ in 0..STEPS {
-            // Where the law ends beyond, there is no secant
+            // If the law is not defined beyond, there is no secant
             let part = outside.1.map_or(0.5, |tau| ((limit - inside.1) / (tau - inside.1)).clamp(0.01, 0.99));
             let middle = inside.0 + part * (outside.0 - inside.0);
             match self.at(j, middle * width, &inside.2) {
@@ -125,7 +125,7 @@ impl Profile<'_> {
         value + inside.0 * width
     }
 
-    /// √(S − Ŝ) with constant j off the minimum by this much, the others found from `start`.
+    /// √(S − Ŝ) with constant j changed by `offset` from the minimum, the others found from `start`.
     fn at(&self, j: usize, offset: f64, start: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut x = start.to_vec();
         x[j] = self.minimum[j] + offset;

@@ -1,13 +1,16 @@
-//! The same fit over ranges that end earlier or later, by the amount |ln λ| in tension and compression alike, and whether the constants of a shorter one differ by more than the errors of both explain.
+//! Fits over ranges that end earlier or later, measured by |ln λ| in both tension and compression, and whether the constants of a shorter range
+//! differ by more than the errors of both fits explain.
 //!
-//! Where the law describes the data, the constants θₖ of a part of the data points are less exact than θ of all of them, and their difference has the covariance
-//! Var θₖ − Var θ (Hausman, Econometrica 46, 1978, 1251–1271), σ²\[(JₖᵀJₖ)⁻¹ − (JᵀJ)⁻¹\] of equal errors. σ is known twice without the misfit of the law over the whole range:
-//! from the errors of θₖ by its own data points, and from what all data points leave beyond the departure β P(λ)/λ (`solve::Pattern`),
-//! which a few data points show better. A t-test of each, of each constant and of each range shares the level of 5 % (Bonferroni), so that a law that describes its
-//! data is said to depend on the range in one fit of twenty at most, although shortest ranges have constants that are far off.
+//! If the law describes the data, the constants θₖ of a part of the data points are less precise than θ of all of them, and their difference has the
+//! covariance Var θₖ − Var θ (Hausman, Econometrica 46, 1978, 1251–1271), which is σ²\[(JₖᵀJₖ)⁻¹ − (JᵀJ)⁻¹\] for equal errors. There are two
+//! estimates of σ without the misfit of the law over the whole range: from the errors of θₖ in its own data points, and from the residual of all data
+//! points beyond the departure β P(λ)/λ (`solve::Pattern`), which is the better one for a range with few data points. The t-tests with both
+//! estimates, over all constants and ranges, share the level of 5 % (Bonferroni), so that a law that describes its data is reported to depend on the
+//! range in at most one fit of twenty, although the shortest ranges have constants that are far off.
 //!
-//! A short range does not show that neighbours are correlated, and its own errors are then too small: with ρ = 0.9 such a test alone found a difference in 15 % of the fits. Where the whole
-//! range shows correlation, the errors of a range count only if a pattern beyond it says that the law does not describe the data.
+//! A short range does not reveal that neighbours are correlated, and its own errors are then too small: with ρ = 0.9 that test alone found a
+//! difference in 15 % of the fits. If the whole range shows correlation, the own errors of a range are used only if a pattern beyond the correlation
+//! says that the law does not describe the data.
 //!
 //! Limits: linearised at the answer; the own errors of a range are those that its data points show.
 
@@ -18,12 +21,12 @@ use crate::calibrate::{ErrorModel, Estimate, Experiment, Misfit, Mode, RangeRow,
 use crate::math::statistics::{extent, t_probability};
 use nalgebra::DMatrix;
 
-/// Probability of a difference that the errors explain, over all constants and ranges \[–\]
+/// Probability, over all constants and ranges, that random errors are reported as a difference \[–\]
 const LEVEL: f64 = 0.05;
-/// Tests of a constant in a range
+/// Number of tests of a constant in a range
 const TESTS: usize = 2;
 
-/// Amount of a deformation, |ln λ|.
+/// Amount of deformation, |ln λ|.
 fn amount(stretch: f64) -> f64 {
     stretch.ln().abs()
 }
@@ -31,7 +34,7 @@ fn amount(stretch: f64) -> f64 {
 /// The fits to other ranges.
 pub struct ByRange {
     pub rows: Vec<RangeRow>,
-    /// Smallest and largest value of each constant over the fitted range and the shorter ones whose difference from it the errors do not explain
+    /// Smallest and largest value of each constant over the fitted range and those shorter ranges whose difference from it the errors do not explain
     pub spread: Vec<[f64; 2]>,
 }
 
@@ -47,13 +50,13 @@ impl<'a> Whole<'a> {
         Self { setting, fitted, answer }
     }
 
-    /// The fit over other ranges, `count` of them about.
+    /// The fits over about `count` other ranges.
     pub fn ranges(&self, experiment: &Experiment, modes: &[Mode], (range, count): (StretchRange, usize)) -> ByRange {
         let rows = self.repeated(experiment, modes, (range, count));
         ByRange { spread: self.spread(&rows), rows }
     }
 
-    /// The fit repeated with every end of the range that the data offer on its longer side, about `ranges` of them where there are more.
+    /// Repeats the fit with every end of the range that the data offer on its longer side, with about `count` of them if there are more.
     fn repeated(
         &self,
         experiment: &Experiment,
@@ -97,11 +100,11 @@ impl<'a> Whole<'a> {
             rms_pa: misfit.rms_pa,
             rms_relative: misfit.rms_relative,
         };
-        // A law that is infinite at its own data points fits nothing
+        // A law that is infinite at its own data points is not a fit
         misfit.rms_pa.is_finite().then_some((row, found))
     }
 
-    /// Whether the fitted range has all data points of another one, and more.
+    /// Whether the fitted range contains all data points of another range, and more.
     fn is_longer(&self, row: &RangeRow) -> bool {
         let [_, last] = extent(self.fitted.iter().map(|s| amount(s.reach())));
         amount(row.to) <= last && row.rows < self.fitted.len()
@@ -117,17 +120,17 @@ impl<'a> Whole<'a> {
     }
 }
 
-/// The whole range, for the comparison with shorter ones.
+/// The whole range, with which shorter ranges are compared.
 struct Comparison<'a> {
     whole: &'a Whole<'a>,
     jacobian: DMatrix<f64>,
     /// √((JᵀJ)⁻¹ⱼⱼ)
     plain: Vec<f64>,
-    /// The errors that a range shows by itself count
+    /// Whether the errors that a range shows by itself are used
     own: bool,
     /// Standard deviation of an independent data point beyond the departure of the law, with its degrees of freedom
     beyond: Option<(f64, usize)>,
-    /// P(|T| ≤ t) from which on a difference is none of the errors; above 1 where the whole fit leaves rounding only
+    /// P(|T| ≤ t) above which a difference is not explained by the errors; above 1 if the whole fit leaves only rounding
     limit: f64,
 }
 
@@ -139,7 +142,7 @@ impl<'a> Comparison<'a> {
         let misfit = Misfit::of(&residuals(fitted, |s| setting.model.at(&answer.values, s)));
         let is_rounding = misfit.is_none_or(|m| m.rms_relative <= ROUNDING);
         let limit = if is_rounding { f64::INFINITY } else { 1.0 - LEVEL / tests.max(1) as f64 };
-        // Rows over the sizes of their errors have others
+        // Rows divided by the sizes of their errors have a different deviation
         let beyond = answer.pattern.beyond.filter(|_| answer.errors.sizes.is_none());
         let own = !matches!(answer.errors.model, ErrorModel::Correlated { .. }) || answer.pattern.is_found(1);
         Self { whole, jacobian, plain, own, beyond, limit }

@@ -1,20 +1,20 @@
-//! Tests that several specimens repeat, and those of a single one.
+//! Tests with several specimens, and tests with a single one.
 
 use crate::calibrate::Sample;
 use crate::calibrate::sample::{Test, tests};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Tests by the number of their specimens.
+/// Tests, grouped by the number of their specimens.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Repeats<T> {
-    /// With two specimens or more
+    /// Tests with two or more specimens
     pub repeated: Vec<T>,
-    /// With one
+    /// Tests with one specimen
     pub single: Vec<T>,
 }
 
 impl<T: Ord> Repeats<T> {
-    /// Counts the specimens of each test, from those of the data points.
+    /// Counts the specimens of each test, given the test and the specimen of each data point.
     pub fn of(points: impl Iterator<Item = (T, usize)>) -> Self {
         let mut specimens: BTreeMap<T, BTreeSet<usize>> = BTreeMap::new();
         points.for_each(|(test, specimen)| {

@@ -1,18 +1,25 @@
 //! Slack of a test: an offset e₀ of the measured strain, fitted with the law.
 //!
-//! Before a specimen is straight it stretches without stress: P = P(λ(e − e₀)), and 0 where e < e₀ in tension (e > e₀ in compression). One e₀
-//! for every specimen and mode is found together with the constants: each is the step of Gauss & Newton in all unknowns, halved until the sum of squares
-//! with the best constants falls (variable projection). It takes part in the covariance of the constants as a column −∂P/∂e.
+//! A specimen that is not yet straight stretches without stress: P = P(λ(e − e₀)), and 0 for e < e₀ in tension (e > e₀ in compression). One e₀ for
+//! every specimen and mode is found together with the constants: each iteration is a Gauss–Newton step in all unknowns, halved until the sum of
+//! squares with the best constants falls (variable projection). The offset takes part in the covariance of the constants as a column −∂P/∂e.
 //!
-//! Unless it was asked for, e₀ is fitted only where the table shows slack whatever the law: at least two data points inside it, whose stresses are
-//! below a quarter of those that the law would have there without slack, a scatter that leaves less than this quarter open at 95 %, a fit with it that leaves no more than a quarter of the smooth residual, and e₀ ≠ 0 at 1 % by the errors that the fit with it leaves: what a fit
-//! without it leaves is smooth, the more so the less noise there is, and looks like correlated errors. The part is
-//! c = ΣPP̂/ΣP̂² over these data points, with the sign of the stresses, so that noise does not count as stress; its scatter is √(s²/ΣP̂²), s² the mean square of the
-//! residuals up to twice the slack. Where noise hides the answer, draws that look like slack by chance would have an e₀ that is too large. Any misfit of the law makes an offset significant;
-//! it does not make a rubber stretch without stress, and of a curve that stiffens more than the law can it leaves the most, with an offset too: that is no slack, and no warning. Where one specimen shows slack, the others of its mode were clamped alike, and each has an offset. Where e₀ is significant, a constant without it is outside of its interval with it, and
-//! no such data points exist, there is a warning.
+//! Unless it is requested, e₀ is fitted only if the table shows slack independently of the law:
 //!
-//! Limits: not of biaxial tests, and not of a specimen that was tested to both sides of rest; the gauge length is not corrected by the slack.
+//! - at least two data points lie inside the slack, and their stresses are below a quarter of those that the law would have there without slack, with
+//!   a scatter that leaves less than this quarter open at 95 %. The share is c = ΣPP̂/ΣP̂² over these data points, with the sign of the stresses, so
+//!   that noise does not count as stress; its scatter is √(s²/ΣP̂²), with s² the mean square of the residuals up to twice the slack. Without this
+//!   condition, draws that look like slack by chance would have an e₀ that is too large;
+//! - a fit with e₀ leaves no more than a quarter of the smooth residual. A misfit of the law makes an offset significant without making a rubber
+//!   stretch without stress, but most of the misfit of a curve that stiffens more than the law can remains with an offset: that is neither slack nor
+//!   a reason for a warning;
+//! - e₀ ≠ 0 at 1 %, by the errors of the fit with it: the residual of a fit without it is smooth, the more so the less noise there is, and looks like
+//!   correlated errors.
+//!
+//! If one specimen shows slack, the others of its mode were clamped in the same way, and each gets an offset. If e₀ is significant and a constant
+//! without it lies outside its interval with it, but no such data points exist, there is a warning.
+//!
+//! Limits: not for biaxial tests, and not for a specimen that was tested on both sides of rest; the gauge length is not corrected by the slack.
 
 use super::errors;
 use super::estimate::Estimate;
@@ -26,32 +33,32 @@ use crate::math::statistics;
 use crate::math::svd::svd;
 use serde::Serialize;
 
-/// A fitted offset, as it is reported.
+/// A fitted offset as reported.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Slack {
     pub file: String,
     pub mode: Mode,
     pub strain: f64,
-    /// 95 % \[–\]
+    /// 95 % interval \[–\]
     pub interval: [f64; 2],
     /// Data points inside the slack
     pub rows: usize,
-    /// False where the data points without stress decided
+    /// Whether it was requested; false if the data points without stress decided
     pub asked: bool,
 }
 
-/// Data points inside the slack that show it, and their stress over the one without slack
+/// Least number of data points inside the slack that show it, and the largest ratio of their stress to the stress without slack
 const ROWS: usize = 2;
 const PART: f64 = 0.25;
-/// Part of the smooth residual that a fit with the offsets may leave, and the first step to it \[–\]
+/// Share of the smooth residual that a fit with the offsets may leave, and that the first step towards it may leave \[–\]
 const LEFT: f64 = 0.25;
 const LEFT_AT_FIRST: f64 = 0.9;
-/// Standard deviations of that part within which it stays in 95 of 100 tests, on one side
+/// One-sided 95 % quantile of the standard normal distribution
 const SIDE: f64 = 1.645;
-/// Strains up to which residuals tell the scatter at the beginning, over the slack \[–\]
+/// Strain up to which residuals determine the scatter at the beginning, relative to the slack \[–\]
 const BEGIN: f64 = 2.0;
 const STEPS: usize = 60;
-/// Fall of the sum of squares, relative, that ends the search
+/// Relative decrease of the sum of squares below which the search ends
 const FLAT: f64 = 1e-13;
 
 /// Offsets of the curves of these data points, and the constants that are found with them.
@@ -70,7 +77,7 @@ pub fn search(
     let (mut own, mut samples, mut found, mut square) = fit(&offsets, None)?;
     let p = found.values.len();
     for _ in 0..STEPS {
-        // Rounding moves an offset as it does the constants
+        // Rounding moves an offset as it moves the constants
         if square.sqrt() <= ROUNDING * fitted(&own, &samples, &found).norm() {
             break;
         }
@@ -96,15 +103,15 @@ pub fn search(
     Ok((offsets, found))
 }
 
-/// Strain offsets that a fit takes, and how they compare with none.
+/// Strain offsets that a fit uses, and how they compare with a fit without any.
 pub struct SlackFit {
-    /// Empty where none is fitted
+    /// Empty if no offset is fitted
     pub offsets: Vec<Offset>,
-    /// Largest offset that is significant and was not fitted, with the constants that go with it
+    /// Largest significant offset that was not fitted, with the constants that belong to it
     pub hint: Option<(Offset, Vec<Estimate>)>,
 }
 
-/// `rows`: the fitted data points as measured.
+/// Decides which offsets are fitted. `rows`: the fitted data points as measured.
 pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Result<SlackFit, FitError> {
     let nothing = SlackFit { offsets: vec![], hint: None };
     let mut curves: Vec<Offset> = Vec::new();
@@ -167,8 +174,8 @@ fn is_shown(model: FittableLaw, values: &[f64], rows: &[Sample], o: &Offset) -> 
     inside.len() >= ROWS && part < PART && SIDE * (scatter / size).sqrt() < PART
 }
 
-/// Whether a first step from zero explains a part of what the law leaves apart from noise, by more than independent errors do at 1 % (a test without another fit). A step is not the whole way: it leaves more than
-/// the offsets would, of which the part that is smooth is no noise, however little of that there is.
+/// Whether a first step from zero explains part of the smooth residual, and is significant at 1 % under independent errors (a test without another
+/// fit). A single step leaves more than the offsets would, and the smooth part of what it leaves does not count as noise.
 fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Result<bool, FitError> {
     let own = LawSetting { slack: curves.to_vec(), ..setting.clone() };
     let found = constants(&own, rows, None)?;
@@ -184,13 +191,13 @@ fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Resul
     let [before, after] = [(j.columns(0, p).into_owned(), &all), (j.clone(), &left)]
         .map(|(j, residual)| errors::of(&j, residual, &stress, &origin, false));
     let free = rows.len() - j.ncols();
-    // Half of the bound, for what the step leaves in the residual
+    // Half of the bound, to allow for the residual that the step leaves
     let limit = 0.5 * statistics::t_quantile(0.99, free) * left.norm() / (free as f64).sqrt();
     let is_long = |k: usize| (step[k] / length[k]).abs() > limit * after.plain[k];
     Ok(after.smooth <= LEFT_AT_FIRST * before.smooth && (p..j.ncols()).any(is_long))
 }
 
-/// Whether the offsets explain what the law leaves without them, apart from noise.
+/// Whether the offsets explain the smooth residual of a fit without them.
 fn explains(setting: &LawSetting, rows: &[Sample], with: &LawFit) -> Result<bool, FitError> {
     Ok(with.errors.smooth <= LEFT * solve_untested(setting, rows, with)?.errors.smooth)
 }

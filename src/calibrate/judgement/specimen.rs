@@ -1,15 +1,17 @@
-//! Several specimens of one test: the mean of the constants, their scatter, and a specimen that is an outlier.
+//! Several specimens of one test: the mean and scatter of the constants, and a specimen that is an outlier.
 //!
-//! Each specimen is fitted alone. The level of specimen i is Σ Pᵢ P̂/Σ P̂² of its smoothed curve (below) and the stresses P̂ of the fit to all rows at 11 stretches of each test that all
-//! specimens reached: how stiff it is as a whole. Over its own stretches the level of one that broke earlier would be the misfit of the law there. One
-//! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
+//! Each specimen is fitted separately. The level of specimen i is Σ Pᵢ P̂/Σ P̂², with its smoothed curve Pᵢ (below) and the stresses P̂ of the fit to
+//! all rows, at 11 stretches of each test that all specimens reached: a measure of its overall stiffness. Over its own stretches, the level of a
+//! specimen that broke earlier would be the misfit of the law there. One specimen is named if max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k ·
+//! √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
 //!
-//! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k curves at λ (Hahn & Meeker, *Statistical
-//! Intervals*, 1991, ch. 4; exact for normal scatter). The curve of a specimen is its law with the line of least squares through its residuals near λ (a local
-//! linear regression: Cleveland, J. Am. Stat. Assoc. 74, 1979, 829–836), so that the band holds whether or not the law describes the data.
+//! The stress of the next specimen is expected in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k curves at λ (Hahn &
+//! Meeker, *Statistical Intervals*, 1991, ch. 4; exact for normal scatter). The curve of a specimen is its law plus the least-squares line through
+//! its residuals near λ (a local linear regression: Cleveland, J. Am. Stat. Assoc. 74, 1979, 829–836), so that the band holds whether or not the law
+//! describes the data.
 //!
-//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same tests; does not detect two; a specimen of another
-//! shape and the same level is not seen.
+//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: at most one specimen is named, and only among specimens in the same tests; two
+//! outliers are not detected, nor is a specimen whose curve has a different shape but the same level.
 
 use super::estimate::Estimate;
 use crate::calibrate::sample::tests;
@@ -19,17 +21,17 @@ use crate::math::statistics::{self, deviation, extent};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// One specimen fitted alone.
+/// One specimen, fitted separately.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Specimen {
     pub file: String,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
-    /// Its stresses over those of the fit to all data points \[–\], at the stretches that all specimens have; `None`: there are none
+    /// Its stresses relative to those of the fit to all data points \[–\], at the stretches that all specimens reached; `None` if there are none
     pub level: Option<f64>,
 }
 
-/// Where the stress of another specimen is to be expected.
+/// The interval in which the stress of another specimen is expected.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Band {
     pub mode: Mode,
@@ -37,7 +39,7 @@ pub struct Band {
     pub stretch: f64,
     /// Mean of the measured curves, smoothed along λ \[Pa\]
     pub mean: f64,
-    /// 95 % \[Pa\]
+    /// 95 % interval \[Pa\]
     pub interval: [f64; 2],
 }
 
@@ -55,8 +57,8 @@ pub struct Scatter {
     pub outlier: Option<String>,
 }
 
-/// Also the tests of the residuals of each specimen alone; `None` with one specimen, and where they were tested in different modes or to different sides of rest. `groups`: the fitted data
-/// points of each.
+/// Scatter between the specimens, and the tests of the residuals of each specimen separately; `None` with one specimen, and if the specimens were
+/// tested in different modes or on different sides of rest. `groups`: the fitted data points of each specimen.
 pub fn scatter(
     setting: &LawSetting,
     names: &[String],
@@ -89,12 +91,12 @@ pub fn scatter(
     Ok(Some((Scatter { specimens, means, deviations, next, outlier }, patterns)))
 }
 
-/// Modes and sides of rest of data points.
+/// Modes of the data points, each with its side of rest.
 fn places(rows: &[Sample]) -> BTreeSet<(Mode, bool)> {
     tests(rows).into_iter().map(|test| (test.mode, test.compression)).collect()
 }
 
-/// The level of each specimen at what all have of each test; `None` where that is nothing.
+/// The level of each specimen over the stretches that all specimens reached in each test; `None` if there are none.
 fn levels(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit], answer: &LawFit) -> Option<Vec<f64>> {
     let mut sums = vec![[0.0; 2]; groups.len()];
     for (mode, compression) in places(&groups[0]) {
@@ -103,7 +105,7 @@ fn levels(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit], answer:
         let Some([low, high]) = shared(groups, has, at) else { continue };
         for ((rows, fit), [along, square]) in groups.iter().zip(fits).zip(&mut sums) {
             let mut add = |stress: f64, law: f64| (*along, *square) = (*along + stress * law, *square + law * law);
-            // The stress of a biaxial test is no function of one stretch
+            // The stress of a biaxial test is not a function of one stretch
             let inside = rows.iter().filter(|s| mode == Mode::Biaxial && has(s) && (low..=high).contains(&at(s)));
             inside.for_each(|s| add(s.stress, setting.model.at(&answer.values, s)));
             for stretch in stretches([low, high]).filter(|_| mode != Mode::Biaxial) {
@@ -116,7 +118,7 @@ fn levels(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit], answer:
     sums.iter().all(|[_, square]| *square > 0.0).then(|| sums.iter().map(|[along, square]| along / square).collect())
 }
 
-/// The range that these data points of all specimens share; `None` if they share none.
+/// The range that these data points of all specimens have in common; `None` if there is none.
 fn shared(groups: &[Vec<Sample>], has: impl Fn(&Sample) -> bool, at: impl Fn(&Sample) -> f64) -> Option<[f64; 2]> {
     let ends = groups.iter().map(|rows| extent(rows.iter().filter(|s| has(s)).map(&at)));
     let [low, high] = ends.fold([0.0_f64, f64::INFINITY], |[a, b], [low, high]| [a.max(low), b.min(high)]);
@@ -128,13 +130,14 @@ fn stretches([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     (0..STRETCHES).map(move |i| low + (high - low) * i as f64 / (STRETCHES - 1) as f64)
 }
 
-/// Stretches of a range at which curves are compared
+/// Number of stretches of a range at which curves are compared
 const STRETCHES: usize = 11;
 
-/// Data points that the line through the residuals near a stretch has at least
+/// Least number of data points of the line through the residuals near a stretch
 const NEAR: usize = 4;
 
-/// Stress of a measured curve at λ \[Pa\]: of its law, with the line through the residuals of the data points within `reach` of λ, and of the nearest four at least.
+/// Stress of a measured curve at λ \[Pa\]: the law of the specimen plus the line through the residuals of the data points within `reach` of λ, but of
+/// at least the nearest four.
 fn smoothed(model: FittableLaw, fit: &LawFit, rows: &[Sample], mode: Mode, (stretch, reach): (f64, f64)) -> f64 {
     let mut near: Vec<(f64, f64, f64)> = rows
         .iter()
@@ -153,7 +156,7 @@ fn smoothed(model: FittableLaw, fit: &LawFit, rows: &[Sample], mode: Mode, (stre
     model.stress(&fit.values, mode, stretch) + y - slope * x
 }
 
-/// The stress of the next specimen over the stretches that all specimens have.
+/// The stress of the next specimen over the stretches that all specimens reached.
 fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Band> {
     let k = fits.len() as f64;
     let factor = statistics::t_quantile(0.95, fits.len() - 1) * (1.0 + 1.0 / k).sqrt();
@@ -172,7 +175,7 @@ fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Ba
     Mode::ALL.into_iter().flat_map(of).collect()
 }
 
-/// The value that Grubbs' test at 5 % names.
+/// Index of the value that Grubbs' test at 5 % identifies as an outlier.
 fn apart(values: &[f64]) -> Option<usize> {
     let n = values.len();
     if n < 3 {

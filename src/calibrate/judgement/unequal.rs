@@ -1,19 +1,21 @@
-//! Independent or correlated errors that are not of one size: of each curve another one, or one that changes with the stress.
+//! Errors of unequal size, independent or correlated: a different size for each curve, or one that changes with the stress.
 //!
-//! *Curves* (a mode and direction of one specimen): nR² of eᵢ² = rᵢ²/(1 − hᵢ) over the means of the curves is χ² of one degree of freedom less than curves where all have one size
-//! (Koenker, J. Econometrics 17, 1981, 107–112, the studentised form of Breusch & Pagan, 1979); hᵢ is the leverage uᵢᵀuᵢ. Their variances are those of restricted likelihood for
-//! independent errors, s_k² = Σrᵢ²/Σ(1 − hᵢ) over curve k with r and h of least squares with the weights 1/s (Harville, J. Am. Stat. Assoc. 72, 1977, 320–338): the residual of
-//! equal weights in a quiet curve is the error of the constants by the noisy one, which is smooth and looks like a correlation.
+//! *Curves* (a mode and direction of one specimen): if all curves have one size, nR² of the regression of eᵢ² = rᵢ²/(1 − hᵢ) on the means of the
+//! curves is χ²-distributed with one degree of freedom less than there are curves (Koenker, J. Econometrics 17, 1981, 107–112, the studentised form
+//! of Breusch & Pagan, 1979); hᵢ = uᵢᵀuᵢ is the leverage. The variances of the curves follow from restricted likelihood for independent errors, s_k²
+//! = Σrᵢ²/Σ(1 − hᵢ) over curve k, with r and h of least squares with the weights 1/s (Harville, J. Am. Stat. Assoc. 72, 1977, 320–338). With equal
+//! weights, the residual of a quiet curve would be dominated by the error of the constants due to a noisy one, which is smooth and looks like a
+//! correlation.
 //!
-//! *Stress*: nR² of eᵢ² over |P̂ᵢ|, the stresses of the law, is χ² of one degree of freedom where the size does not change. Both tests are taken at 5 %; curves are told apart
-//! where they explain more of the eᵢ² than the stress does.
+//! *Stress*: nR² of the regression of eᵢ² on |P̂ᵢ|, with P̂ the stresses of the law, is χ²-distributed with one degree of freedom if the size does
+//! not change. Both tests use a level of 5 %; separate sizes of the curves are used if they explain more of the eᵢ² than the stress does.
 //!
-//! *Covariance*: BDBᵀ with D = diag(eᵢ²), the HC2 of MacKinnon & White (J. Econometrics 29, 1985, 305–325), which is unbiased for errors of one size. Student's t has
-//! Satterthwaite's degrees of freedom (tr Γ)²/tr Γ² of each constant (Bell & McCaffrey, Survey Methodology 28, 2002, 169–181), Γ = A(I − H)S(I − H)A with
-//! A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes of the test. Correlated errors, of sizes of the curves or growing with the stress: [`super::correlated`] of the rows over
-//! their sizes.
+//! *Covariance*: BDBᵀ with D = diag(eᵢ²), the HC2 of MacKinnon & White (J. Econometrics 29, 1985, 305–325), which is unbiased for errors of one size.
+//! Student's t has Satterthwaite's degrees of freedom (tr Γ)²/tr Γ² for each constant (Bell & McCaffrey, Survey Methodology 28, 2002, 169–181), Γ =
+//! A(I − H)S(I − H)A with A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes of the test. For correlated errors whose sizes differ between curves
+//! or grow with the stress, [`super::correlated`] is applied to the rows divided by their sizes.
 //!
-//! Limits: the stress is one line in all modes; the sizes of curves with fewer than four data points are one.
+//! Limits: one line over the stress for all modes; all curves with fewer than four data points share one size.
 
 use super::correlated::Scaled;
 use super::correlation::Correlation;
@@ -22,30 +24,30 @@ use super::error_model::{ErrorModel, Errors};
 use crate::math::statistics::{extent, real_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// 95 % of χ² of one to eleven degrees of freedom: a specimen of a direct fit has at most nine curves, both sides of three modes, shear and two directions of a biaxial test; more than twelve curves of an inverse
-/// analysis have errors of one size
+/// 95 % quantiles of χ² of one to eleven degrees of freedom: a specimen of a direct fit has at most nine curves, both sides of three modes, shear and
+/// two directions of a biaxial test; more than twelve curves of an inverse analysis have errors of one size
 const CHANGES: [f64; 11] = [3.841, 5.991, 7.815, 9.488, 11.070, 12.592, 14.067, 15.507, 16.919, 18.307, 19.675];
-/// Data points beyond the constants that the tests need
+/// Number of data points, beyond the number of constants, that the tests need
 const LEAST: usize = 8;
-/// Data points of a curve whose size is its own
+/// Least number of data points of a curve with its own size
 const OWN: usize = 4;
-/// Smallest size, over the mean of the squares \[–\]
+/// Smallest squared size relative to the mean of the squares \[–\]
 const SMALLEST: f64 = 1e-3;
-/// 1 − h of a data point that the constants follow, whose residual says nothing \[–\]
+/// 1 − h below which the constants follow a data point, so that its residual says nothing \[–\]
 const FOLLOWED: f64 = 1e-9;
-/// Smallest stress whose errors are smaller, over the largest \[–\]
+/// Stress relative to the largest below which the size of the errors no longer decreases \[–\]
 const FLOOR: f64 = 0.05;
-/// Rounds of the sizes of curves: each multiplies the error by about the leverage of a curve
+/// Number of iterations for the sizes of curves: each multiplies the error by about the leverage of a curve
 const ROUNDS: usize = 8;
 
-/// Sizes of the errors of the data points, squared, and what they follow.
+/// Squared sizes of the errors of the data points, and the model that they follow.
 pub struct Sizes {
     at: DVector<f64>,
     model: ErrorModel,
 }
 
 impl Sizes {
-    /// One of each curve, where the test finds that they differ by more than the stress explains.
+    /// A separate size for each curve, if the test finds that they differ by more than the stress explains.
     pub fn of_curves(
         directions: &Directions,
         residual: &DVector<f64>,
@@ -84,7 +86,7 @@ impl Sizes {
         Some(Self { at, model: ErrorModel::UnequalCurves { ratio: (most / least).sqrt() } })
     }
 
-    /// A line over the stress, where the test finds that the size changes.
+    /// A linear function of the stress, if the test finds that the size changes with it.
     pub fn over_stress(directions: &Directions, residual: &DVector<f64>, fitted: &DVector<f64>) -> Option<Self> {
         let (squares, _) = squares(directions, residual);
         let line = Line::of(&fitted.abs(), &squares)?;
@@ -96,7 +98,7 @@ impl Sizes {
         Some(Self { at, model: ErrorModel::Unequal { grow: line.slope > 0.0 } })
     }
 
-    /// Choices of correlated errors that grow with the stress: with its root, and in proportion to it.
+    /// Candidates for correlated errors that grow with the stress: with its square root, and in proportion to it.
     pub fn grown(fitted: &DVector<f64>) -> [Self; 2] {
         let least = FLOOR * fitted.amax();
         [1.0, 2.0].map(|power: f64| Self {
@@ -110,12 +112,12 @@ impl Sizes {
         self.at.map(f64::sqrt)
     }
 
-    /// Whether they grow with the stress.
+    /// Whether the errors grow with the stress.
     pub fn grow(&self) -> bool {
         self.model == ErrorModel::Unequal { grow: true }
     }
 
-    /// The errors of the constants by independent errors of these sizes; `equal`: those of one size.
+    /// The errors of the constants due to independent errors of these sizes; `equal`: the errors of the constants for errors of one size.
     pub fn independent(&self, directions: &Directions, residual: &DVector<f64>, equal: &Errors) -> Errors {
         let u = &directions.u;
         let n = u.nrows();
@@ -135,7 +137,7 @@ impl Sizes {
         Errors { sizes: of_curves.then(|| self.deviations()), ..found }
     }
 
-    /// The rows over these sizes; `None` where a direction vanishes.
+    /// The rows divided by these sizes; `None` if a direction vanishes.
     pub fn scaled(&self, directions: &Directions, residual: &DVector<f64>) -> Option<Scaled> {
         let (u, rest) = weighed(&self.at, directions, residual);
         let (n, p) = directions.u.shape();
@@ -154,7 +156,7 @@ fn squares(directions: &Directions, residual: &DVector<f64>) -> (DVector<f64>, V
     (DVector::from_fn(residual.len(), |i, _| square(i)), left)
 }
 
-/// Directions and residual of least squares with the weights 1/√at.
+/// Directions and least-squares residual with the weights 1/√at.
 fn weighed(at: &DVector<f64>, equal: &Directions, residual: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
     let (n, p) = equal.u.shape();
     let u = directions(&DMatrix::from_fn(n, p, |i, k| equal.u[(i, k)] / at[i].sqrt())).u;
@@ -163,12 +165,12 @@ fn weighed(at: &DVector<f64>, equal: &Directions, residual: &DVector<f64>) -> (D
     (u, rest)
 }
 
-/// A straight line through y over x.
+/// A linear regression of y on x.
 struct Line {
     slope: f64,
-    /// Part of the variance of y, R²
+    /// Explained share of the variance of y, R²
     explained: f64,
-    /// Its values
+    /// Values of the line
     at: DVector<f64>,
 }
 
@@ -182,7 +184,7 @@ impl Line {
     }
 }
 
-/// (tr Γ)²/tr Γ² with the squares of the diagonal of A and the sizes; (I − H)S(I − H) = S + WCWᵀ, W = (U, SU), of p × p blocks.
+/// (tr Γ)²/tr Γ² from the squares of the diagonal of A and the sizes; with (I − H)S(I − H) = S + WCWᵀ, W = (U, SU), only p × p blocks are needed.
 fn degrees(u: &DMatrix<f64>, a2: &DVector<f64>, sizes: &DVector<f64>) -> f64 {
     let (n, p) = u.shape();
     let su = DMatrix::from_fn(n, p, |i, k| sizes[i] * u[(i, k)]);
@@ -207,7 +209,7 @@ fn degrees(u: &DMatrix<f64>, a2: &DVector<f64>, sizes: &DVector<f64>) -> f64 {
 mod tests {
     use super::*;
 
-    /// The degrees of freedom against Γ in full.
+    /// Compares the degrees of freedom with the full matrix Γ.
     #[test]
     fn degrees_are_those_of_the_dense_matrix() {
         let j = DMatrix::from_fn(12, 2, |i, k| (1.0 + 0.1 * i as f64).powi(k as i32 + 1));

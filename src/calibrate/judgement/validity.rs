@@ -4,14 +4,15 @@ use super::misfit::{Residual, residuals};
 use crate::calibrate::sample::{Test, by_test};
 use crate::calibrate::{Sample, ValidRange, Validity};
 
-/// Misfit below this part of the rms stress of the fitted data points does not end a range: at small stretches it is noise, slack or the resolution
-/// of the machine \[–\]
+/// Misfit, relative to the rms stress of the fitted data points, below which a range does not end: at small stretches it is noise, slack or the
+/// resolution of the machine \[–\]
 pub const FLOOR: f64 = 0.02;
 
-/// Part of the data points, those nearest to rest, that a range may leave out: slack and offsets of the zero are large against their stresses \[–\]
+/// Share of the data points, those nearest to rest, that a range may leave out: slack and offsets of the zero are large compared with their stresses
+/// \[–\]
 const LEFT_OUT: f64 = 0.1;
 
-/// The range of each test of these data points, with the stresses of the law; `fitted` are the residuals of the fitted data points.
+/// The range of validity for each test of these data points, given the stresses of the law; `fitted`: the residuals of the fitted data points.
 pub fn validity(samples: &[Sample], law: impl Fn(&Sample) -> f64, fitted: &[Residual], tolerance: f64) -> Validity {
     let budget = FLOOR * FLOOR * fitted.iter().map(|r| r.measured.powi(2)).sum::<f64>();
     let of = |(test, own): (Test, Vec<Sample>)| {
@@ -31,14 +32,14 @@ pub fn validity(samples: &[Sample], law: impl Fn(&Sample) -> f64, fitted: &[Resi
     Validity { tolerance, tests: by_test(samples).into_iter().map(of).collect() }
 }
 
-/// End of the range of rows by distance from rest, and where it begins if not at the first of them.
+/// End of the range of rows by distance from rest, and its beginning if it is not the first row.
 fn range(rows: &[Residual], tolerance: f64, budget: f64) -> Option<(f64, Option<f64>)> {
     let (mut r2, mut p2) = (0.0, 0.0);
     let sums = rows.iter().map(|row| {
         (r2, p2) = (r2 + row.residual.powi(2), p2 + row.measured.powi(2));
         (r2, tolerance * tolerance * p2)
     });
-    // A range beyond one where the fit was bad is not to be trusted
+    // A range that continues beyond a bad fit is not to be trusted
     let sums: Vec<(f64, f64)> = sums.take_while(|(r2, allowed)| *r2 <= allowed + budget).collect();
     let to = sums.iter().rposition(|(r2, allowed)| r2 <= allowed)?;
     let from = sums[..to].iter().rposition(|(r2, allowed)| r2 > allowed).map(|k| rows[k + 1].reach);

@@ -1,4 +1,4 @@
-//! Reasons not to take the answer of a fit at its word.
+//! Warnings about the answer of a fit.
 
 use super::compressibility::{Change, UNNOTICED};
 use super::estimate::Direction;
@@ -9,62 +9,63 @@ use crate::wording;
 use serde::Serialize;
 use std::fmt;
 
-/// Reasons not to take the answer at its word.
+/// A warning about the answer of a fit.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FitWarning {
-    /// Residuals have a pattern. p-values \[–\] of the two tests; one of them is below 2.5 %.
-    /// `wider`: something smooth is left, by which the intervals for use are wider
+    /// Residuals have a pattern. p-values \[–\] of the two tests, of which one is below 2.5 %. `wider`: the smooth residual widens the intervals for
+    /// use
     Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64, wider: bool },
-    /// Rms misfit in the fitted range above the tolerance, where there are several tests of one of them
+    /// Rms misfit in the fitted range above the tolerance; of one `test` if there are several
     Misfit { test: Option<Test>, rms_relative: f64, tolerance: f64 },
-    /// Another mode is predicted with more than the tolerance
+    /// Another mode is predicted with an error above the tolerance
     CrossMode { mode: Mode, bias_relative: f64, rms_relative: f64 },
-    /// Stiffness outside 1 kPa to 10 MPa; `instead`: the unit that would make it a rubber
+    /// Stiffness outside 1 kPa to 10 MPa; `instead`: the stress unit with which it would be that of a rubber
     Stiffness { mu_pa: f64, unit: String, instead: Option<&'static str> },
-    /// From the audit log
+    /// An entry of the audit log
     Data { message: String },
-    /// The compressible law of the file is softer (or stiffer) than the fitted curve; `enough`: a ν by which it is not
+    /// The compressible law of the file is softer (or stiffer) than the fitted curve; `enough`: a ν for which it is not
     Compressible { given: Partner, change: Change, enough: Option<f64> },
-    /// The law file lacks a constant; `volumetric`: and the form of the volumetric part
+    /// The law file lacks a constant; `volumetric`: and also the form of the volumetric part
     NoPartner { volumetric: bool },
-    /// Directions that the data say nothing about, or hardly anything
+    /// Directions about which the data say nothing, or hardly anything
     Unidentifiable { directions: Vec<Direction> },
     /// As many constants as data points, and the direction that the data determine least
     NoFreedom { constants: usize, rows: usize, least: String },
-    /// Shape constants at an end of the interval that is searched
+    /// Shape constants at an end of the searched interval
     Limit { found: Vec<(&'static str, f64)> },
-    /// Data points that were not fitted and where the law is not defined; the one nearest to rest
+    /// Data points that were not fitted and at which the law is not defined; the one nearest to rest
     Undefined { rows: usize, nearest: f64 },
     /// Modes and amounts at which stability ends, within the largest principal stretch of the fitted data
     Unstable { lost: Vec<(Mode, f64)>, reach: f64, linear: bool },
     /// Least squares alone would give a law that is unstable at these stretches of a mode
     Held { mode: Mode, range: [f64; 2] },
-    /// A law of several constants and tests of one mode only
+    /// A law with several constants, fitted to tests of only one mode
     OneMode { mode: Mode },
-    /// Rows of a file far off their neighbours
+    /// Rows of a file that are far from their neighbours
     Outliers { file: String, lines: Vec<u64> },
-    /// The same where the loss limits their weight
+    /// Rows of a file that are far from their neighbours, with a loss that limits their weight
     LimitedOutliers { file: String, lines: Vec<u64> },
-    /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
+    /// A specimen whose stresses, relative to those of the fit to all specimens, are an outlier
     Specimen { file: String, level: f64 },
-    /// Tests of which only one of several specimens was taken, and those of which several were
+    /// Tests of only one specimen, and tests of several
     NoRepeat { single: Vec<Test>, repeated: Vec<Test> },
-    /// The errors are larger at large stresses, and every pascal has the same weight
+    /// The errors are larger at large stresses, although every pascal has the same weight
     Unequal,
-    /// The errors of curves have different sizes, and every pascal has the same weight; largest standard deviation over the smallest one
+    /// The errors of the curves have different sizes, although every pascal has the same weight; ratio of the largest to the smallest standard
+    /// deviation
     UnequalCurves { ratio: f64 },
-    /// An offset of the strain that was not fitted and would change the constants: slack, or misfit of the law
+    /// A strain offset that was not fitted and would change the constants: slack, or misfit of the law
     Slack { mode: Mode, strain: f64, answer: String },
-    /// Intervals of these constants contain zero: a law without them describes the data equally well
+    /// Intervals of these constants include zero: a law without them describes the data equally well
     MayBeZero { symbols: Vec<&'static str> },
-    /// A choice of data that was not requested, and the answer of another one
+    /// A choice of data that was not requested, and its answer
     Cycles { treatment: Treatment, change: f64, answer: String },
-    /// Other constants that describe the data within their errors, of the least misfit
+    /// Other constants that describe the data within their errors: those with the smallest misfit
     OtherMinimum { answer: String, minima: usize, decides: Option<(Mode, f64)> },
-    /// Constants that may have either sign; the mode in which the stresses of both differ most, and by what part \[–\]
+    /// Constants that may have either sign; the mode in which the stresses of both answers differ most, and their relative difference \[–\]
     OpenSigns { symbols: Vec<&'static str>, decides: Option<(Mode, f64)> },
-    /// A single start found the reported minimum
+    /// The reported minimum was found from a single start
     Starts { starts: usize },
 }
 
@@ -142,7 +143,7 @@ impl fmt::Display for FitWarning {
     }
 }
 
-/// The change of the stress by the given ν or κ.
+/// Writes the change of the stress due to the given ν or κ.
 fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Change, enough: Option<f64>) -> fmt::Result {
     match given {
         Partner::Nu(nu) => write!(f, "with nu = {}", number_text(nu)),
@@ -166,12 +167,12 @@ fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Chang
 }
 
 impl FitWarning {
-    /// Whether it is said for information, and limits nothing.
+    /// Whether it is only a note, which limits nothing.
     pub fn is_note(&self) -> bool {
         matches!(self, Self::LimitedOutliers { .. })
     }
 
-    /// Whether it makes the constants doubtful, or the law over the stretches of the data.
+    /// Whether it casts doubt on the constants, or on the law over the stretches of the data.
     pub fn is_grave(&self) -> bool {
         match self {
             Self::Systematic { .. }
@@ -203,7 +204,7 @@ impl FitWarning {
         }
     }
 
-    /// Data points far off their neighbours.
+    /// Writes warnings about data points far from their neighbours.
     fn write_outliers(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let write = |f: &mut fmt::Formatter<'_>, what: &str, file: &str, lines: &[u64]| {
             let (n, lines) = (lines.len(), wording::lines(lines));
@@ -222,7 +223,7 @@ impl FitWarning {
         }
     }
 
-    /// Warnings about other constants that describe the data.
+    /// Writes warnings about other constants that describe the data.
     fn write_others(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let test = |decides: &Option<(Mode, f64)>| {
             let words = |(mode, part): &(Mode, f64)| {
@@ -253,7 +254,7 @@ impl FitWarning {
         }
     }
 
-    /// Warnings about the scatter of data points and specimens.
+    /// Writes warnings about the scatter of data points and specimens.
     fn write_scatter(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Specimen { file, level } => write!(
@@ -275,7 +276,7 @@ impl FitWarning {
         }
     }
 
-    /// Warnings about the ends of what can be searched, fitted or predicted.
+    /// Writes warnings about the limits of what can be searched, fitted or predicted.
     fn write_limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoFreedom { constants, rows, least } => write!(

@@ -1,4 +1,4 @@
-//! Which warnings a fit has.
+//! Decides which warnings a fit has.
 
 use super::certificate::{Reach, lost};
 use super::compressibility::UNNOTICED;
@@ -22,10 +22,10 @@ use crate::material::FitTerms;
 use crate::math::statistics::extent;
 use crate::math::units::{Dimension, parse};
 
-/// A relative misfit that is printed as 0.00 % has no pattern worth a word \[–\]
+/// Relative misfit below which no pattern is reported; it prints as 0.00 % \[–\]
 const NOTHING: f64 = 5e-5;
 
-/// All warnings of a fit but those that need other fits.
+/// All warnings of a fit, except those that need other fits.
 pub fn warnings(
     result: &FitResult,
     answer: &LawFit,
@@ -78,8 +78,8 @@ pub fn warnings(
     found
 }
 
-/// One warning for each test in which the misfit is above the tolerance: the stresses of one may hide that of another. What is below 2 % of the rms stress of the fit, in which the range of validity
-/// does not end either, is none.
+/// One warning for each test in which the misfit is above the tolerance: large stresses in one test may hide the misfit in another. Misfits below 2 %
+/// of the rms stress of the fit, where the range of validity does not end either, do not count.
 fn misfits(
     result: &FitResult,
     model: FittableLaw,
@@ -105,7 +105,7 @@ fn misfits(
     }
 }
 
-/// A pattern in the residuals of one specimen, the level shared by all.
+/// A pattern in the residuals of one specimen; the level of the tests is shared by all specimens.
 pub fn systematic(patterns: &[Pattern], rms_relative: f64, wider: bool) -> Option<FitWarning> {
     let worst = patterns.iter().min_by(|a, b| a.least().total_cmp(&b.least()))?;
     let found = rms_relative > NOTHING && worst.is_found(patterns.len());
@@ -113,32 +113,32 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64, wider: bool) -> Optio
     found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative, wider })
 }
 
-/// Errors that grow with the stress or have another size in each mode, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
-/// `ratio`: largest standard deviation of a curve over the smallest one, where they differ.
+/// A warning about errors that grow with the stress or differ between modes although the weights assume otherwise. A pattern of the residuals can
+/// look the same and is reported instead. `ratio`: ratio of the largest to the smallest standard deviation of a curve, if they differ.
 pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
-    // Residuals of nothing but the rounding of the file say nothing about its errors
+    // Residuals that are only rounding of the file say nothing about its errors
     let grow = (result.misfit.rms_relative > NOTHING && result.errors.grows()).then_some(FitWarning::Unequal);
     let apart = ratio.filter(|_| result.modes.len() > 1).map(|ratio| FitWarning::UnequalCurves { ratio });
     grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
 
-/// Tests on one specimen where there are several.
+/// A warning about tests with one specimen if other tests have several.
 pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
     let Repeats { repeated, single } = Repeats::of_samples(fitted);
     let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
     (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
 }
 
-/// An offset that was not fitted, where a constant without it is outside of the interval with it.
+/// A warning about an offset that was not fitted, if a constant without it lies outside its interval with it.
 pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
-    // The slack is in the residuals of the one fit, and widens its interval
+    // The slack is in the residuals of the fit without it, and widens its interval
     let leaves = |(a, b): (&Estimate, &Estimate)| a.value < b.interval[0] || a.value > b.interval[1];
     let answer = list(own, other.iter().map(|e| e.value));
     let Offset { mode, strain, .. } = offset;
     own.iter().zip(other).any(leaves).then_some(FitWarning::Slack { mode, strain, answer })
 }
 
-/// The answer of a choice of data points that was not requested: the last loading, else every data point.
+/// The answer of a choice of data points that was not requested: the last loading, otherwise all data points.
 fn cycles(result: &FitResult) -> Option<FitWarning> {
     let unasked = || result.otherwise.iter().filter(|o| o.unasked);
     let other = unasked().find(|o| o.treatment == Treatment::LastLoading).or_else(|| unasked().next())?;
@@ -146,14 +146,14 @@ fn cycles(result: &FitResult) -> Option<FitWarning> {
     Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer })
 }
 
-/// Constants with a finite interval that contains zero, of laws that do not need them.
+/// Constants with a finite interval that includes zero, for laws that do not need them.
 fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
     let holds_zero = |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.may_be_zero();
     let symbols: Vec<_> = result.parameters.iter().filter(holds_zero).map(|e| e.symbol).collect();
     (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
 }
 
-/// The constants at the minimum next to the least one.
+/// The constants at the second-lowest minimum.
 fn other_minimum(result: &FitResult, answer: &LawFit, model: FittableLaw) -> Option<FitWarning> {
     let values = answer.others.first()?;
     let all = list(&result.parameters, values.iter().copied());
@@ -161,7 +161,7 @@ fn other_minimum(result: &FitResult, answer: &LawFit, model: FittableLaw) -> Opt
     Some(FitWarning::OtherMinimum { answer: all, minima: answer.others.len(), decides })
 }
 
-/// One warning per mode and side of rest in which least squares alone would give an unstable law.
+/// One warning for each mode and side of rest in which least squares alone would give an unstable law.
 fn held(answer: &LawFit) -> Vec<FitWarning> {
     let of = |(mode, tension): (Mode, bool)| {
         let own = answer.active.iter().filter(|(m, s)| *m == mode && (*s > 1.0) == tension);
@@ -178,7 +178,7 @@ fn unstable(result: &FitResult, model: FittableLaw, fitted: &[Sample]) -> Option
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach: reach.principal, linear })
 }
 
-/// Data points outside the range at which the law is not defined.
+/// A warning about data points outside the range at which the law is not defined.
 fn undefined(answer: &LawFit, model: FittableLaw, experiment: &Experiment) -> Option<FitWarning> {
     let not_defined = |s: &&Sample| !model.at(&answer.values, s).is_finite();
     let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(Sample::reach).collect();
@@ -186,7 +186,7 @@ fn undefined(answer: &LawFit, model: FittableLaw, experiment: &Experiment) -> Op
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })
 }
 
-/// The law of the file, or of the scene that completes it, follows the fitted curve only as far as it is incompressible.
+/// A warning if the law of the file, or of the scene that completes it, departs from the fitted curve because it is compressible.
 fn compressible(result: &FitResult, model: FittableLaw) -> Option<FitWarning> {
     if model.form.compressible {
         return None;
@@ -200,16 +200,16 @@ fn compressible(result: &FitResult, model: FittableLaw) -> Option<FitWarning> {
     Some(FitWarning::Compressible { given, change, enough: written.enough() })
 }
 
-/// Shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds
+/// Range of shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds
 const RUBBER: std::ops::RangeInclusive<f64> = 1e3..=1e7;
 
-/// A stiffness outside the range of rubbers: usually a unit that was misread.
+/// A warning about a stiffness outside the range of rubbers, usually due to a misread unit.
 fn stiffness(mu: f64, unit: &str) -> Option<FitWarning> {
     if RUBBER.contains(&mu) {
         return None;
     }
     let pascal = |unit: &str| parse(&format!("1 {unit}"), Dimension::PRESSURE);
-    // A force has another unit
+    // A force has a different kind of unit
     let read_as = pascal(unit).ok();
     let fits = |other: &&str| {
         pascal(other).ok().zip(read_as).is_some_and(|(factor, read_as)| RUBBER.contains(&(mu / read_as * factor)))

@@ -1,4 +1,4 @@
-//! Refusals of a fit of a Prony series, with fact, place and remedy.
+//! Errors of a fit of a Prony series: the fact, the place and the remedy.
 
 use crate::calibrate::constant_format::number_text;
 use crate::calibrate::intake::roles::ColumnError;
@@ -8,7 +8,7 @@ use crate::math::units::UnitError;
 use crate::wording::first;
 use std::path::PathBuf;
 
-/// Why no Prony series was fitted.
+/// Reasons why no Prony series was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum RelaxationError {
     #[error("{}: cannot be written: {source}", path.display())]

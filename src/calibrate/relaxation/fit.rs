@@ -13,11 +13,11 @@ use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
 use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// Part of the response below which the residual is rounding \[–\]
+/// Residual relative to the response below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
-/// Data points of a figure at most
+/// Largest number of data points in a figure
 const SHOWN: usize = 2000;
-/// Points of a curve
+/// Number of points of a curve
 const POINTS: usize = 201;
 
 /// Reads a table and fits a series to it.
@@ -100,12 +100,12 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
     Ok(fit)
 }
 
-/// A text of every specimen.
+/// A text of every specimen, joined by commas.
 fn joined(record: &Record, of: fn(&Record) -> &String) -> String {
     record.specimens().map(|r| of(r).as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// The result in words.
+/// Describes the result in words.
 fn put_into_words(fit: &mut RelaxationFit) {
     let (n, [first, last]) = (fit.terms.len(), fit.span);
     let plural = if n == 1 { "" } else { "s" };
@@ -122,7 +122,7 @@ fn put_into_words(fit: &mut RelaxationFit) {
         answer += "; the long-term modulus is not determined";
     }
     let unit = &fit.unit;
-    // The strain that is held is not in the data of a relaxation.
+    // The held strain is not in the data of a relaxation.
     let of = match (fit.experiment, unit.as_str()) {
         (TestKind::Relaxation, "N") => "force at the held strain",
         (TestKind::Relaxation, "Pa") => "stress at the held strain",
@@ -168,7 +168,7 @@ fn check_ramp(record: &Record) -> Result<(), RelaxationError> {
     }
 }
 
-/// The refusal of data that an elastic response describes, with its criterion and that of a series.
+/// The error for data that an elastic response describes, with its criterion and that of the series.
 fn elastic_response(record: &Record, elastic: f64, series: f64) -> RelaxationError {
     let remedy = match record.kind {
         TestKind::Relaxation | TestKind::Creep => {
@@ -222,10 +222,10 @@ fn chosen_by(terms: &TermChoice) -> String {
     }
 }
 
-/// Changes of the weights of storage and loss that are followed
+/// Largest number of updates of the weights of storage and loss
 const AGAIN: usize = 8;
 
-/// The series with all data points; of a dynamic test with weights by the residuals of storage and of loss.
+/// The series fitted to all data points; for a dynamic test with weights from the residuals of storage and of loss.
 fn settled<'a>(record: &'a Record, times: &[f64], free: bool) -> Result<(Series, Weighted<'a>), RelaxationError> {
     let mut weighted = Weighted { record, weight: search::first_weights(record)? };
     let bounds = search::bounds(record);
@@ -253,7 +253,7 @@ fn settled<'a>(record: &'a Record, times: &[f64], free: bool) -> Result<(Series,
     Ok((series, weighted))
 }
 
-/// c₀, cᵢ and, where they are unknowns, ln τᵢ.
+/// c₀, cᵢ and, if they are unknowns, ln τᵢ.
 fn native(series: &Series, free: bool) -> Vec<f64> {
     let factors = std::iter::once(series.constant).chain(series.terms.iter().map(|t| t.0));
     factors.chain(series.terms.iter().filter(|_| free).map(|t| t.1.ln())).collect()

@@ -1,11 +1,11 @@
 //! Evidence of the data on the long-term modulus: how far a term slower than the data would lower it, and whether it is determined.
 //!
-//! A sum of exponentials is flat after its last time, whatever the material does later. The interval of G∞ therefore reaches down to what one more term leaves
-//! of it, whose time is that of the last data point or up to three times as long, as long as the times of a series may be. With the column φ(τ) of
-//! that term next to those of the series, one step of Gauss & Newton gives its factor and the others, and the error model of the fit their covariance.
-//! The term can only lower G∞: where it would have a negative factor, the interval is that of the series alone.
+//! A sum of exponentials is flat after its last time, whatever the material does later. The interval of G∞ therefore extends down to the value that
+//! one further term leaves, with a time from that of the last data point to three times as long, which is the limit for the times of a series. With
+//! the column φ(τ) of that term added to those of the series, one Gauss–Newton step gives all factors, and the error model of the fit their
+//! covariance. The term can only lower G∞: if its factor would be negative, the interval is that of the series alone.
 //!
-//! Limits: the step is linear; a relaxation that begins later than three times the last data point leaves no trace in them.
+//! Limits: the step is linear; a relaxation that begins later than three times the last data point leaves no trace in the data.
 
 use super::response::{Record, TestKind};
 use super::result::{RelaxationFit, RelaxationWarning};
@@ -15,16 +15,17 @@ use crate::calibrate::judgement::errors;
 use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// Last part of the data in which the modulus is looked at, a factor of time
+/// Length of the last part of the data over which the modulus is examined, as a factor of time
 const PART: f64 = 3.162_277_660_168_379_5;
-/// Fall of the modulus in a decade that counts as a plateau \[–\]
+/// Fall of the modulus per decade up to which it counts as a plateau \[–\]
 const FLAT: f64 = 0.02;
-/// Part that one more term may take from the long-term modulus, which is still determined: of a curve that falls, and of one that is flat \[–\]
+/// Share that one further term may take from a long-term modulus that still counts as determined: for a curve that falls, and for one that is flat
+/// \[–\]
 const OPEN: [f64; 2] = [0.05, 0.1];
-/// Part of the long-term modulus beyond which its interval does not determine it \[–\]
+/// Half-width of the interval, relative to the long-term modulus, above which the modulus is not determined \[–\]
 const WIDE: f64 = 0.5;
 
-/// A series next to which one more term is possible.
+/// A series to which one more term may be added.
 pub struct Beyond<'a> {
     pub record: &'a Record,
     pub series: &'a Series,
@@ -32,7 +33,7 @@ pub struct Beyond<'a> {
 }
 
 impl Beyond<'_> {
-    /// The lowest long-term modulus that one more term leaves, of all its times; `jacobian` is that of the series.
+    /// The lowest long-term modulus that one more term leaves, over all its times; `jacobian` is that of the series.
     pub fn lowest(&self, jacobian: &DMatrix<f64>) -> f64 {
         let last = self.record.span()[1];
         let slowest = search::bounds(self.record)[1];
@@ -53,7 +54,7 @@ impl Beyond<'_> {
         if errors.free == 0 {
             return 0.0;
         }
-        // In creep the long-term compliance is the sum of all factors, which a further term raises
+        // In creep the long-term compliance is the sum of all factors, which a further term increases
         let creep = record.kind == TestKind::Creep;
         let factors = 1 + self.series.terms.len();
         let of = |k: usize| f64::from(u8::from(k == 0 || creep && (k < factors || k + 1 == columns.len())));
@@ -67,15 +68,15 @@ impl Beyond<'_> {
     }
 }
 
-/// The interval down to this value.
+/// Extends the interval down to this value.
 pub fn widened(b: Bounded, lowest: f64) -> Bounded {
     Bounded { interval: [b.interval[0].min(lowest), b.interval[1]], ..b }
 }
 
-/// Why the data do not determine the long-term modulus, where they do not. `longest`: a term has the longest time of the search.
+/// The reason why the data do not determine the long-term modulus, if they do not. `longest`: whether a term has the longest time of the search.
 pub fn doubt(fit: &RelaxationFit, longest: bool) -> Option<RelaxationWarning> {
     let (slope, value, [low, high]) = (slope(fit), fit.long_term.value, fit.long_term.interval);
-    // The upper end is as far from the value as the lower end of the series alone
+    // The upper end is as far from the value as the lower end for the series alone
     let open = (2.0 * value - high - low) / value;
     if longest || (slope > FLAT && open > OPEN[0]) {
         return Some(RelaxationWarning::NoPlateau { end: fit.span[1], slope });
@@ -84,7 +85,7 @@ pub fn doubt(fit: &RelaxationFit, longest: bool) -> Option<RelaxationWarning> {
     wide.then_some(RelaxationWarning::LongTerm { interval: fit.long_term.interval })
 }
 
-/// Fall of the fitted modulus over the last half decade of the data, a decade, relative to its last value.
+/// Fall of the fitted modulus per decade over the last half decade of the data, relative to its last value.
 fn slope(fit: &RelaxationFit) -> f64 {
     let [first, end] = fit.span;
     let from = (end / PART).max(first);

@@ -1,7 +1,7 @@
-//! Relaxation: from a test in time or frequency to a Prony series with intervals, which the effect `viscoelastic` takes.
+//! Relaxation: from a test in time or frequency to a Prony series with intervals, for the effect `viscoelastic`.
 //!
-//! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `search`
-//! (times and number of terms), `retardation` (creep → relaxation), `long_term` (what is left of the modulus), `fit` (all of it), `result`.
+//! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `search` (times and
+//! number of terms), `retardation` (creep → relaxation), `long_term` (evidence on the long-term modulus), `fit` (the whole fit), `result`.
 
 mod error;
 mod file;

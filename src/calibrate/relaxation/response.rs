@@ -5,19 +5,19 @@
 //! | test | φ₀ | φ(τ) |
 //! |---|---|---|
 //! | relaxation, step at t = 0 | 1 | e^{−t/τ} |
-//! | relaxation, strain in proportion to t up to r | min(t/r, 1) | (τ/r)(1 − e^{−t/τ}) up to r, then (τ/r)(1 − e^{−r/τ}) e^{−(t−r)/τ} |
+//! | relaxation, strain proportional to t up to r | min(t/r, 1) | (τ/r)(1 − e^{−t/τ}) up to r, then (τ/r)(1 − e^{−r/τ}) e^{−(t−r)/τ} |
 //! | history of strain e | e | ∫ e^{−(t−s)/τ} de(s), exact between data points where e is linear |
 //! | dynamic | 1 and 0 | ω²τ²/(1 + ω²τ²) and ωτ/(1 + ω²τ²) |
-//! | creep | as in relaxation, of the stress | φ₀ less the φ(τ) of relaxation |
+//! | creep | as in relaxation, with the stress in place of the strain | φ₀ minus the φ(τ) of relaxation |
 //!
-//! In creep the series is one of compliances, J(t) = c₀ + Σ cᵢ(1 − e^{−t/τᵢ}); `retardation` turns it into one of moduli.
+//! In creep the series consists of compliances, J(t) = c₀ + Σ cᵢ(1 − e^{−t/τᵢ}); `retardation` turns it into one of moduli.
 //!
-//! At finite strain with a law, uniaxial and incompressible, the history is the one of the effect `viscoelastic`: its stress S̃ is
-//! diag(a, b, b) with a = ⅔ P/λ and b = −⅓ λ² P, P the elastic nominal stress, and an arm that remembers h has the nominal stress
-//! λ h_a − h_b/λ², so that φ(τ) = λ ∫ e^{−(t−s)/τ} da − λ⁻² ∫ e^{−(t−s)/τ} db. In a held stretch after a step φ(τ) = P e^{−t/τ}.
+//! At finite strain with a law, uniaxial and incompressible, the history variables are those of the effect `viscoelastic`: its stress S̃ is diag(a,
+//! b, b) with a = ⅔ P/λ and b = −⅓ λ² P, P the elastic nominal stress, and an arm with the history stress h has the nominal stress λ h_a − h_b/λ², so
+//! that φ(τ) = λ ∫ e^{−(t−s)/τ} da − λ⁻² ∫ e^{−(t−s)/τ} db. At a held stretch after a step φ(τ) = P e^{−t/τ}.
 //!
-//! Sources: Ferry, *Viscoelastic Properties of Polymers*, 1980, ch. 3; Simo, CMAME 60, 1987. Zapas & Phillips (J. Res. NBS 75A, 1971) shift
-//! the time by half the ramp instead, which is exact for slow terms only.
+//! Sources: Ferry, *Viscoelastic Properties of Polymers*, 1980, ch. 3; Simo, CMAME 60, 1987. Zapas & Phillips (J. Res. NBS 75A, 1971) shift the time
+//! by half the ramp instead, which is exact for slow terms only.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -26,7 +26,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TestKind {
-    /// Stress, force or modulus over time in a held strain
+    /// Stress, force or modulus over time at a held strain
     Relaxation,
     /// Strain over time under a held stress
     Creep,
@@ -49,7 +49,7 @@ impl TestKind {
         }
     }
 
-    /// The measured values whose errors are fitted, in words.
+    /// Name of the measured values whose errors are fitted.
     pub(super) fn responses(self) -> &'static str {
         match self {
             Self::Relaxation | Self::History => "stresses",
@@ -69,7 +69,7 @@ impl std::str::FromStr for TestKind {
     }
 }
 
-/// Load of an arm in a test with a measured strain: Σ over its parts of `by` times the convolution of `path`.
+/// Load of an arm in a test with a measured strain: the sum over its parts of `by` times the convolution of `path`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Driven {
     /// (path, by), both at the data points
@@ -84,23 +84,23 @@ pub struct Record {
     pub kind: TestKind,
     /// Name of the file
     pub file: String,
-    /// SHA-256 of its bytes; empty of data that come from no file
+    /// SHA-256 of its bytes; empty for data that do not come from a file
     pub sha256: String,
-    /// t \[s\] from the beginning of the loading, ascending; of a dynamic test ω \[rad/s\]
+    /// t \[s\] from the beginning of the loading, ascending; for a dynamic test ω \[rad/s\]
     pub x: Vec<f64>,
-    /// Response; of a dynamic test the storage moduli, then the loss moduli
+    /// Response; for a dynamic test the storage moduli followed by the loss moduli
     pub y: Vec<f64>,
-    /// Duration of the loading at a constant rate \[s\]; 0 of a step
+    /// Duration of the loading at a constant rate \[s\]; 0 for a step
     pub ramp: f64,
-    /// In a test with a measured strain
+    /// The measured load, in a test with a measured strain
     pub driven: Option<Driven>,
     /// Unit of the factors: `Pa`, `N`, `1`, or `of the law`
     pub unit: String,
-    /// Held stress of a creep test \[Pa\], where it is known
+    /// Held stress of a creep test \[Pa\], if it is known
     pub stress: Option<f64>,
-    /// Entries on reading and on changes
+    /// Notes on reading and on changes
     pub notes: Vec<String>,
-    /// This test of further specimens, which have none themselves
+    /// Records of further specimens in the same test, which have no further ones themselves
     pub more: Vec<Record>,
 }
 
@@ -120,7 +120,7 @@ impl Record {
         self.specimens().enumerate().flat_map(|(k, r)| vec![k; r.y.len()]).collect()
     }
 
-    /// Values of each curve: one of each specimen, or storage and loss.
+    /// Values of each curve: one curve for each specimen, or storage and loss.
     pub fn curves(&self) -> Vec<Vec<usize>> {
         let mut found = vec![];
         let mut from = 0;
@@ -135,14 +135,14 @@ impl Record {
         found
     }
 
-    /// Times \[s\] that the data resolve: the shortest and the longest.
+    /// Shortest and longest time \[s\] that the data resolve.
     pub fn span(&self) -> [f64; 2] {
         let of = |x: f64| if self.kind == TestKind::Dynamic { 1.0 / x } else { x };
         let positive = self.specimens().flat_map(|r| &r.x).copied().filter(|x| *x > 0.0).map(of);
         positive.fold([f64::INFINITY, 0.0], |[a, b], t| [a.min(t), b.max(t)])
     }
 
-    /// φ(τ) at every value of all specimens; `None`: φ₀.
+    /// φ(τ) at every value of all specimens; φ₀ for `None`.
     pub fn column(&self, tau: Option<f64>) -> DVector<f64> {
         if self.more.is_empty() {
             return self.own_column(tau);
@@ -188,7 +188,7 @@ impl Record {
         }
     }
 
-    /// This record with some of its data points, by indices into `x` that `rows` gives of each specimen.
+    /// This record with some of its data points; `rows` gives their indices into `x` for each specimen.
     pub fn thinned(&self, rows: &dyn Fn(&Self) -> Vec<usize>) -> Self {
         let more = self.more.iter().map(|r| r.thinned(rows)).collect();
         let (n, rows) = (self.x.len(), rows(self));
@@ -201,7 +201,7 @@ impl Record {
     }
 }
 
-/// φ of a strain that grows in proportion to t up to r and is held; `None`: without relaxation.
+/// φ of a strain that is proportional to t up to the end of the ramp and is then held; `None`: without relaxation.
 fn held(t: f64, ramp: f64, tau: Option<f64>) -> f64 {
     let Some(tau) = tau else { return if ramp > 0.0 { (t / ramp).min(1.0) } else { 1.0 } };
     match ramp {
@@ -211,7 +211,7 @@ fn held(t: f64, ramp: f64, tau: Option<f64>) -> f64 {
     }
 }
 
-/// ∫ e^{−(t−s)/τ} dp(s) at the times of p, linear in between; before the first time p is zero, and it jumps there.
+/// ∫ e^{−(t−s)/τ} dp(s) at the times of p, which is linear in between; before the first time p is zero, so that it jumps there.
 fn convolved(t: &[f64], p: &[f64], tau: f64) -> Vec<f64> {
     let mut h = p[0];
     let mut out = vec![h];
@@ -247,7 +247,7 @@ mod tests {
         }
     }
 
-    /// The ramp as a limit of many small steps: the sum over 20 000 steps in the middle of their intervals is the integral to 1e-8.
+    /// The ramp as a limit of many small steps: the sum over 20 000 steps at the midpoints of their intervals equals the integral to 1e-8.
     #[test]
     fn a_ramp_is_a_sequence_of_steps() {
         let (ramp, tau, n) = (0.7, 0.3, 20_000);
@@ -262,7 +262,7 @@ mod tests {
         }
     }
 
-    /// A measured strain that is the ramp has the response of the ramp, whatever the data points.
+    /// A measured strain that is a ramp has the response of the ramp, independently of the data points.
     #[test]
     fn a_history_of_a_ramp_is_the_ramp() {
         let t: Vec<f64> = vec![0.0, 0.1, 0.35, 0.5, 0.9, 2.0, 10.0];

@@ -1,4 +1,4 @@
-//! A fitted Prony series with its intervals, warnings and words.
+//! A fitted Prony series with its intervals, warnings and descriptions.
 
 use super::error::RelaxationError;
 use super::response::TestKind;
@@ -16,21 +16,21 @@ pub struct RelaxationTerm {
     pub tau: Bounded,
 }
 
-/// Limits of the use of a fitted series.
+/// Warnings about the use of a fitted series.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum RelaxationWarning {
-    /// The modulus still falls where the data end
+    /// The modulus is still falling at the end of the data
     NoPlateau { end: f64, slope: f64 },
     /// The interval of the long-term modulus is wide
     LongTerm { interval: [f64; 2] },
-    /// Nothing is left in the long run
+    /// The long-term modulus vanishes
     Liquid,
-    /// A time at the end of what the data resolve
+    /// A time at the limit of what the data resolve
     TimeAtLimit { tau: f64 },
-    /// A time shorter than that of the first data point
+    /// A time shorter than the first data point
     Early { tau: f64, first: f64 },
-    /// A time of the list without a share
+    /// A time of the list that has no share
     NoShare { tau: f64 },
 }
 
@@ -81,13 +81,13 @@ pub struct RelaxationFit {
     pub data_sha256: String,
     pub experiment: TestKind,
     pub version: &'static str,
-    /// Fitted values; storage and loss count twice
+    /// Number of fitted values; storage and loss count separately
     pub rows: usize,
-    /// Shortest and longest time of the data \[s\]; of a dynamic test 1/ω
+    /// Shortest and longest time of the data \[s\]; for a dynamic test 1/ω
     pub span: [f64; 2],
-    /// Duration of the loading \[s\], where it is stated
+    /// Duration of the loading \[s\], if it is stated
     pub ramp: Option<f64>,
-    /// Of the moduli: `Pa`, `N`, `1`, `of the law`, `of the held stress`
+    /// Unit of the moduli: `Pa`, `N`, `1`, `of the law`, `of the held stress`
     pub unit: String,
     /// G₀
     pub instantaneous: Bounded,
@@ -95,20 +95,20 @@ pub struct RelaxationFit {
     pub long_term: Bounded,
     /// G∞/G₀
     pub long_term_share: Bounded,
-    /// Ascending in τ
+    /// Terms, ascending in τ
     pub terms: Vec<RelaxationTerm>,
     /// Criterion of 0, 1, 2, … terms, as far as they were tried
     pub criteria: Vec<f64>,
     pub chosen_by: String,
-    /// Times of a list that got no share \[s\]
+    /// Times of a list that have no share \[s\]
     pub dropped: Vec<f64>,
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
-    /// Weighted rms of the residual over that of the data \[–\]
+    /// Weighted rms of the residual relative to that of the data \[–\]
     pub misfit: f64,
     pub warnings: Vec<RelaxationWarning>,
-    /// Words, data and curve
+    /// Description, data and curve
     pub summary: FitSummary,
 }
 

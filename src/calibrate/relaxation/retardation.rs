@@ -1,7 +1,7 @@
 //! From the compliances of a creep test to the moduli of a Prony series, exactly.
 //!
-//! J(t) = J₀ + Σ Jⱼ(1 − e^{−t/λⱼ}) has the transform Ĵ(s) = J₀ + Σ Jⱼ/(1 + λⱼs), and the moduli the transform 1/Ĵ (Gross, *Mathematical Structure
-//! of the Theories of Viscoelasticity*, 1953). Between two neighbouring poles −1/λⱼ, and beyond the last one, Ĵ falls through one zero
+//! J(t) = J₀ + Σ Jⱼ(1 − e^{−t/λⱼ}) has the Carson transform Ĵ(s) = J₀ + Σ Jⱼ/(1 + λⱼs), and the moduli have the transform 1/Ĵ (Gross, *Mathematical
+//! Structure of the Theories of Viscoelasticity*, 1953). Between two neighbouring poles −1/λⱼ, and beyond the last one, Ĵ decreases through one zero
 //! s = −1/τᵢ, which gives
 //!
 //! E₀ = 1/J₀, E∞ = 1/(J₀ + Σ Jⱼ), Eᵢ = 1/(sᵢ Ĵ′(sᵢ)), τᵢ > λᵢ₋₁ and τᵢ < λᵢ
@@ -14,7 +14,7 @@ pub fn moduli(instant: f64, terms: &[(f64, f64)]) -> (f64, Vec<(f64, f64)>) {
     let slope = |x: f64| -terms.iter().map(|(j, l)| j * l / (1.0 - l * x).powi(2)).sum::<f64>();
     let rates: Vec<f64> = terms.iter().map(|(_, l)| 1.0 / l).collect();
     let zero = |k: usize| {
-        // In x, Ĵ rises from −∞ right of the pole 1/λ_k to the next pole, or to J₀ in infinity
+        // In x, Ĵ rises from −∞ to the right of the pole 1/λ_k towards the next pole, or towards J₀ at infinity
         let mut low = rates[k];
         let mut high = if k == 0 { low * (2.0 + 2.0 * sum / instant) } else { rates[k - 1] };
         for _ in 0..200 {

@@ -1,41 +1,42 @@
-//! Times and number of terms of a series by what the data show.
+//! Determines the times and the number of terms of a series from the data.
 //!
-//! For N = 0, 1, 2, … terms the times are those of least squares, with factors that are not negative: Levenberg & Marquardt in ln τ over the
-//! residual without its best factors (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973), from several beginnings. The number of terms
-//! minimises the Bayesian information criterion (Schwarz, Ann. Statist. 6, 1978) with first-order autocorrelated errors,
+//! For N = 0, 1, 2, … terms the times are found by least squares with nonnegative factors: Levenberg–Marquardt in ln τ on the residual with the
+//! factors eliminated (Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973), from several starts. The number of terms minimises the Bayesian information
+//! criterion (Schwarz, Ann. Statist. 6, 1978) with first-order autocorrelated errors,
 //!
 //! n ln(S(ρ)/n) − ln(1 − ρ²) + k ln n, S(ρ) = (1 − ρ²)r₁² + Σ(rⱼ − ρ rⱼ₋₁)²
 //!
-//! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term. ρ leaves
-//! at least three independent values of a curve, n(1 − ρ)/(1 + ρ) ≥ 3: else noise would explain its mean too, such as the loss modulus of every dynamic test.
+//! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term. ρ
+//! leaves at least three independent values of a curve, n(1 − ρ)/(1 + ρ) ≥ 3; otherwise noise would explain its mean too, such as the loss modulus of
+//! every dynamic test.
 //!
-//! Errors of a dynamic test are in proportion to the moduli of a series with two times a decade, fitted to it: measured moduli would bind each weight to
-//! the error of its own value, and make the residual of a loss modulus against zero the same everywhere.
+//! Errors of a dynamic test are proportional to the moduli of a series with two times per decade, fitted to the test: measured moduli would couple
+//! each weight to the error of its own value, and with them the relative residual of a loss modulus against zero would be the same everywhere.
 //!
-//! Limits: the search takes at most [`ROWS`] data points of all specimens, spaced in proportion to ln t; the answer is refined with all of them. No time is
-//! shorter than a third of the first or longer than three times the last one that the data resolve.
+//! Limits: the search uses at most [`ROWS`] data points of all specimens, spaced in proportion to ln t; the answer is refined with all of them. No
+//! time is shorter than a third of the first or longer than three times the last one that the data resolve.
 
 use super::error::RelaxationError;
 use super::response::{Record, TestKind};
 use crate::math::nonnegative::dense_weights;
 use nalgebra::{DMatrix, DVector};
 
-/// Data points of the search
+/// Largest number of data points in the search
 const ROWS: usize = 1000;
-/// Terms at most
+/// Largest number of terms
 const MOST: usize = 12;
-/// The times reach beyond those of the data by this factor
+/// Factor by which the times may exceed the range of the data
 const BEYOND: f64 = 3.0;
-/// Two times of a ratio below are one
+/// Ratio of two times below which they count as one
 const SAME: f64 = 1.02;
-/// Iterations of a refinement, and the relative decrease of the sum of squares that ends it
+/// Largest number of iterations of a refinement, and the relative decrease of the sum of squares below which it ends
 const ITERATIONS: usize = 60;
 const SETTLED: f64 = 1e-13;
-/// Part of the response below which a residual is rounding \[–\]
+/// Residual relative to the response below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-10;
-/// Independent values of a curve that a correlation leaves at least
+/// Least number of independent values of a curve that a correlation leaves
 const LEFT: f64 = 3.0;
-/// Times a decade of the series that weights a dynamic test, and its fits
+/// Number of times per decade of the series that weights a dynamic test, and the number of its fits
 const DENSE: f64 = 2.0;
 const PASSES: usize = 2;
 
@@ -46,7 +47,7 @@ pub struct Series {
     pub constant: f64,
     /// (cᵢ, τᵢ \[s\]), ascending in τ; cᵢ > 0
     pub terms: Vec<(f64, f64)>,
-    /// Times that got no factor \[s\]
+    /// Times without a factor \[s\]
     pub dropped: Vec<f64>,
     /// w(y − series)
     pub residual: DVector<f64>,
@@ -74,7 +75,7 @@ impl Weighted<'_> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Factors at these times.
+    /// Factors at these times, with the residual.
     fn factors(&self, times: &[f64]) -> Result<(DVector<f64>, DVector<f64>), RelaxationError> {
         let (a, y) = (self.matrix(times), self.target());
         let c = dense_weights(&a, &y).map_err(|e| RelaxationError::Solver { status: e.status })?;
@@ -82,7 +83,7 @@ impl Weighted<'_> {
         Ok((c, residual))
     }
 
-    /// The series with these times; those without a factor are dropped.
+    /// The series with these times; times without a factor are dropped.
     pub fn with_times(&self, times: &[f64]) -> Result<Series, RelaxationError> {
         let mut times = times.to_vec();
         times.sort_by(f64::total_cmp);
@@ -94,7 +95,7 @@ impl Weighted<'_> {
         Ok(Series { constant: c[0], terms: of(true), dropped: of(false).iter().map(|d| d.1).collect(), residual })
     }
 
-    /// The times moved to the nearest minimum, within bounds.
+    /// The series after moving the times to the nearest minimum, within bounds.
     pub fn refined(&self, times: &[f64], [low, high]: [f64; 2]) -> Result<Series, RelaxationError> {
         let clamp = |u: f64| u.clamp(low.ln(), high.ln());
         let natural = |u: &[f64]| u.iter().map(|u| u.exp()).collect::<Vec<f64>>();
@@ -139,7 +140,7 @@ impl Weighted<'_> {
         self.with_times(&merged(natural(&u)))
     }
 
-    /// Criterion of a series with `constants` constants.
+    /// Information criterion of a series with `constants` constants.
     pub fn criterion(&self, residual: &DVector<f64>, constants: usize) -> f64 {
         let floor = ROUNDING * ROUNDING * self.target().norm_squared();
         let rows = residual.len() as f64;
@@ -158,20 +159,20 @@ impl Weighted<'_> {
     }
 }
 
-/// Times in ascending order, those that are nearly the same once.
+/// Times in ascending order; of those that are nearly equal only one is kept.
 fn merged(mut times: Vec<f64>) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     times.dedup_by(|b, a| *b < SAME * *a);
     times
 }
 
-/// Times that a series may have.
+/// Shortest and longest time that a series may have.
 pub fn bounds(record: &Record) -> [f64; 2] {
     let [first, last] = record.span();
     [first.max(record.ramp / 10.0) / BEYOND, last * BEYOND]
 }
 
-/// Weights: equal ones, or of a dynamic test those of errors in proportion to each fitted modulus, storage and loss alike.
+/// Initial weights: equal ones; for a dynamic test those of errors proportional to each fitted modulus, for both storage and loss.
 pub fn first_weights(record: &Record) -> Result<DVector<f64>, RelaxationError> {
     let all = record.values();
     if record.kind != TestKind::Dynamic {
@@ -192,13 +193,13 @@ pub fn first_weights(record: &Record) -> Result<DVector<f64>, RelaxationError> {
     Ok(weighted.weight)
 }
 
-/// Times from one to another, evenly in ln τ, so many a decade at least.
+/// Times from `low` to `high`, evenly spaced in ln τ, with at least `a_decade` in each decade.
 fn spread(low: f64, high: f64, a_decade: f64) -> Vec<f64> {
     let steps = ((high / low).log10() * a_decade).ceil().max(1.0);
     (0..=steps as usize).map(|k| low * (high / low).powf(k as f64 / steps)).collect()
 }
 
-/// The best series of each number of terms that was tried, with its criterion, from no term on.
+/// The best series for each number of terms that was tried, with its criterion, starting without terms.
 pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f64)>, RelaxationError> {
     let rows = ROWS / record.specimens().count().min(ROWS / 100);
     let thin = levelled(record.thinned(&|r| spaced(r, rows)))?;
@@ -222,7 +223,7 @@ pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f
         last = best.terms.iter().map(|t| t.1).collect();
         let criterion = weighted.criterion(&best.residual, 1 + 2 * count);
         found.push((best, criterion));
-        // Three more terms in vain, or a term without a factor, end it
+        // The search ends after three further terms without a gain, or with a term without a factor
         let least = found.iter().map(|f| f.1).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |f| f.0);
         if asked.is_none() && (count < n || n >= least + 3) {
             break;
@@ -231,7 +232,7 @@ pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f
     Ok(found)
 }
 
-/// Times to begin with: evenly in ln τ, and those of the series before with one more in each gap.
+/// Initial times: evenly spaced in ln τ, and those of the previous series with one more in each gap.
 fn beginnings(n: usize, last: &[f64], [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
     let (low, high) = (low.ln(), high.ln());
     let even = (0..n).map(|k| (low + (high - low) * (k as f64 + 0.5) / n as f64).exp()).collect();
@@ -245,8 +246,8 @@ fn beginnings(n: usize, last: &[f64], [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
     out
 }
 
-/// Specimens at one level: each is divided by its factor to the series of all with one time a decade. Stiffer and softer ones say nothing about the number of
-/// terms, and would hide a small term.
+/// Specimens brought to one level: each is divided by its factor relative to a series for all specimens with one time per decade. Differences in
+/// stiffness say nothing about the number of terms, and would hide a small term.
 fn levelled(mut record: Record) -> Result<Record, RelaxationError> {
     if record.more.is_empty() {
         return Ok(record);
@@ -267,7 +268,7 @@ fn levelled(mut record: Record) -> Result<Record, RelaxationError> {
     Ok(record)
 }
 
-/// Data points of a specimen in the search: all, or `most` of them that are spaced evenly in the logarithm of x and by number, half each.
+/// Data points of a specimen that the search uses: all, or `most` of them, half of them spaced evenly in the logarithm of x and half by number.
 fn spaced(record: &Record, most: usize) -> Vec<usize> {
     let n = record.x.len();
     if n <= most || record.kind == TestKind::History {

@@ -13,28 +13,28 @@ use crate::wording::joined;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How the terms of the series are chosen.
+/// How the terms of the series are determined.
 #[derive(Clone, PartialEq, Debug)]
 pub enum TermChoice {
     /// Times by least squares, their number by the information criterion
     Evidence,
-    /// This number of times, by least squares
+    /// A given number of times, found by least squares
     Number(usize),
-    /// These times \[s\]
+    /// Given times \[s\]
     Times(Vec<f64>),
-    /// So many times in each decade of the data
+    /// A given number of times in each decade of the data
     PerDecade(usize),
 }
 
-/// Delay of the first data point after the loading, in first time steps of the table, from which on the loading does not begin at zero of its time. Times that are
-/// spaced evenly in the logarithm are so late only with more than a hundred a decade \[–\]
+/// Delay of the first data point after the loading, in units of the first time step of the table, from which on the loading does not begin at time
+/// zero. Times that are spaced evenly in the logarithm begin this late only with more than a hundred per decade \[–\]
 const LATE: f64 = 50.0;
 
-/// Frequencies up to this ratio are one in a sweep \[–\]
+/// Ratio up to which frequencies of a sweep count as equal \[–\]
 const SAME_FREQUENCY: f64 = 1.05;
-/// Temperatures of one test differ by less, in the unit of the table
+/// Difference up to which temperatures belong to one test, in the unit of the table
 const DEGREES: f64 = 5.0;
-/// Amplitudes of one test differ by a smaller factor \[–\]
+/// Ratio up to which amplitudes belong to one test \[–\]
 const TIMES: f64 = 1.5;
 
 /// Request for a fit of a Prony series.
@@ -49,7 +49,7 @@ pub struct RelaxationRequest {
     pub units: BTreeMap<Role, String>,
     /// Duration of the loading \[s\] in relaxation and creep
     pub ramp: Option<f64>,
-    /// Time of the table at which the loading begins \[s\]; else zero, which data that begin long after the loading contradict
+    /// Time in the table at which the loading begins \[s\]; zero by default, which is refused if the data begin long after the loading
     pub start: Option<f64>,
     /// Held stress of a creep test \[Pa\]
     pub stress: Option<f64>,
@@ -59,7 +59,7 @@ pub struct RelaxationRequest {
 }
 
 impl RelaxationRequest {
-    /// A request without statements on the table.
+    /// A request without statements about the table.
     pub fn new(data: impl Into<PathBuf>, kind: TestKind) -> Self {
         Self {
             data: data.into(),
@@ -75,7 +75,7 @@ impl RelaxationRequest {
         }
     }
 
-    /// Refuses flags that contradict each other or mean nothing.
+    /// Refuses flags that contradict each other or have no meaning.
     fn check(&self) -> Result<(), RelaxationError> {
         let bad = |flag, value: f64, remedy| Err(RelaxationError::Flag { flag, value: value.to_string(), remedy });
         let terms = if matches!(self.terms, TermChoice::PerDecade(_)) { "--per-decade" } else { "--terms" };
@@ -147,7 +147,7 @@ pub fn read(request: &RelaxationRequest) -> Result<Record, RelaxationError> {
 
 fn read_one(request: &RelaxationRequest, path: &Path) -> Result<Record, RelaxationError> {
     let (all, one) = needed(request.kind);
-    // Shares do not depend on the unit of a stress; those of a law do
+    // Shares do not depend on the unit of a stress; with a law they do
     let unitless: &[Role] = if request.law.is_none() { &[Role::Stress] } else { &[] };
     let wanted = Wanted { all, one, columns: &request.columns, units: &request.units, unitless };
     let ReadTable { file, sha256, mut columns, lines, mut notes, conditions } = roles::read(path, &wanted)?;
@@ -167,7 +167,7 @@ fn read_one(request: &RelaxationRequest, path: &Path) -> Result<Record, Relaxati
     Ok(Record { sha256, notes, ..record })
 }
 
-/// Contents that a test needs, and those of which it needs one.
+/// Contents that a test needs, and contents of which it needs one.
 fn needed(kind: TestKind) -> (&'static [Role], &'static [Role]) {
     match kind {
         TestKind::Relaxation => (&[Role::Time, Role::Stress], &[]),
@@ -213,7 +213,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Refuses times that do not increase and frequencies that are not positive; leaves out what precedes the loading.
+    /// Refuses times that do not increase and frequencies that are not positive; leaves out rows before the loading.
     fn order(
         &self,
         read: &mut BTreeMap<Role, ReadColumn>,
@@ -234,7 +234,7 @@ impl Reader<'_> {
         if !wrong.is_empty() {
             return Err(RelaxationError::Times { file: self.file(), lines: wrong });
         }
-        // The instant of an ideal step has no value of its own
+        // An ideal step has no value at its own instant
         let step = self.request.kind != TestKind::History && self.request.ramp == Some(0.0);
         let start = self.request.start.unwrap_or(0.0);
         let kept: Vec<usize> =
@@ -312,7 +312,7 @@ impl Reader<'_> {
             notes.push(format!("the {what} is negative and was turned: compression"));
             values.iter_mut().for_each(|v| *v = -*v);
         }
-        // Noise crosses zero only where hardly anything is measured: at the beginning of a ramp
+        // Noise crosses zero only where hardly anything is measured, at the beginning of a ramp
         let ramp = self.request.ramp.unwrap_or(0.0);
         let wrong: Vec<u64> = lines
             .iter()
@@ -328,7 +328,7 @@ impl Reader<'_> {
         Ok(self.record(time.values, values, if creep { "1" } else { unit }))
     }
 
-    /// Refuses data that begin long after a loading whose beginning is not stated: their time is that of a logger.
+    /// Refuses data that begin long after a loading whose beginning is not stated: their time is that of a data logger.
     fn check_begin(&self, times: &[f64]) -> Result<(), RelaxationError> {
         let (Some(ramp), None, [first, second, ..]) = (self.request.ramp, self.request.start, times) else {
             return Ok(());
@@ -384,9 +384,9 @@ impl Reader<'_> {
     }
 }
 
-/// Strain and stress of a test that count compression as positive, by the name of one of them, get the other sign.
+/// Changes the sign of strain and stress of a test that counts compression as positive by the name of one of them.
 fn turn_compression(pair: &mut [ReadColumn; 2], notes: &mut Vec<String>) {
-    // A history may rest at zero for most of its rows
+    // A history may be at zero for most of its rows
     let can_turn = |column: &ReadColumn| !column.is_stretch() && column.values.iter().sum::<f64>() > 0.0;
     if pair.iter().any(|column| names::is_compressive(&column.name) && can_turn(column)) {
         pair.iter_mut().filter(|column| can_turn(column)).for_each(|column| column.turn(notes));
@@ -413,7 +413,7 @@ fn unit_of(column: &ReadColumn) -> &'static str {
     }
 }
 
-/// The isochoric part of the law of a file; its volumetric constants do not matter and may be absent.
+/// The isochoric part of the law in a file; its volumetric constants have no effect and may be absent.
 fn elastic_law(path: &Path) -> Result<Box<dyn Law>, RelaxationError> {
     let mut table = read_law_table(path)?;
     let law = law_from_table(&table).or_else(|first| {

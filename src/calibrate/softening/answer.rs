@@ -1,4 +1,4 @@
-//! From a request to law and softening with all their errors.
+//! From a request to a law and its softening, with all their errors.
 
 use super::error::SofteningFitError;
 use super::fit::of_data;
@@ -7,8 +7,8 @@ use super::stated::widened;
 use crate::calibrate::intake::tables;
 use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, FittableLaw, SlackChoice};
 
-/// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a rupture are left out, with an entry in the
-/// log.
+/// Reads the table of a request, fits its law to the rows of the first loading, and softening to the others. Holds at the peaks and rows after a
+/// rupture are left out and logged.
 pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
     check_law(&request.options)?;
     let parts = tables::read(request)?;
@@ -31,7 +31,7 @@ pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), 
     fit_softening_experiment(&experiment, &request.options)
 }
 
-/// Like [`fit_softening`], of a table that was read already.
+/// Fits a law and its softening, as [`fit_softening`] does, to a table that has already been read.
 pub fn fit_softening_experiment(
     experiment: &Experiment,
     options: &FitOptions,
@@ -43,7 +43,7 @@ pub fn fit_softening_experiment(
     Ok((law, softening))
 }
 
-/// Refuses a foam, whose law has no isochoric part.
+/// Refuses a foam law, because it has no isochoric part.
 fn check_law(options: &FitOptions) -> Result<(), SofteningFitError> {
     let model = FittableLaw::new(&options.law, options.terms)?;
     if model.form.compressible { Err(SofteningFitError::NotIsochoric { law: model.name() }) } else { Ok(()) }

@@ -1,15 +1,15 @@
-//! Data points and lines of a figure of softening. The stress on unloading is a function of the stretch and of the largest stretch before, so that
-//! each of these has a line of its own.
+//! Data points and lines of the figure of softening. The stress on unloading is a function of the stretch and of the largest previous stretch, so
+//! that there is one line for each largest stretch.
 
 use super::path::CyclicPath;
 use super::rows::{FirstLoading, Row};
 use crate::calibrate::{CurveSet, Sample};
 use crate::material::Softening;
 
-/// Intervals of a line.
+/// Number of intervals of a line.
 const INTERVALS: usize = 60;
 
-/// Unloading and reloading, with the stress `fitted` of each of its rows, then the first loading.
+/// The curves of unloading and reloading, with the stress `fitted` of each row, followed by the first loading.
 pub fn sets(path: &CyclicPath, first: &FirstLoading, soft: &Softening, set: f64, fitted: &[f64]) -> Vec<CurveSet> {
     let one = |label: &str, samples: &[Sample], fitted: &[f64], lines: Vec<Vec<[f64; 2]>>| {
         let pairs = || samples.iter().zip(fitted);
@@ -48,7 +48,7 @@ pub fn sets(path: &CyclicPath, first: &FirstLoading, soft: &Softening, set: f64,
     ]
 }
 
-/// Samples at even distances from the stretch of one to another stretch.
+/// Samples at even distances from the stretch of `from` to the stretch `to`.
 fn line(from: Sample, to: f64) -> impl Iterator<Item = Sample> {
     (0..=INTERVALS).map(move |k| {
         let t = k as f64 / INTERVALS as f64;

@@ -1,10 +1,10 @@
-//! Refusals of a fit of softening, with fact, place and remedy.
+//! Errors of a fit of softening: the fact, the place and the remedy.
 
 use crate::calibrate::{FitError, Mode, fittable_laws, stretch_text};
 use crate::material::LawSpecError;
 use std::path::PathBuf;
 
-/// Why no softening was fitted.
+/// Reasons why no softening was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum SofteningFitError {
     #[error("{}: cannot be written: {source}", path.display())]
@@ -43,7 +43,7 @@ pub enum SofteningFitError {
     Law(#[from] LawSpecError),
 }
 
-/// Names of the laws that are fitted and have an isochoric part.
+/// Names of the laws that can be fitted and have an isochoric part.
 fn fitted_and_isochoric() -> Vec<&'static str> {
     fittable_laws().into_iter().map(|law| law.info).filter(|info| info.isochoric).map(|info| info.name).collect()
 }

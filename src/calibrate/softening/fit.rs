@@ -1,4 +1,5 @@
-//! Constants of softening by least squares: P = η(W(λ), W_m) P_law(λ), with the law of the first loading, and a permanent set where the data show one.
+//! Fits the constants of softening by least squares: P = η(W(λ), W_m) P_law(λ), with the law of the first loading, and a permanent set if the data
+//! show one.
 
 use super::curves::sets;
 use super::error::SofteningFitError;
@@ -13,14 +14,14 @@ use crate::calibrate::{Bounded, CurveSet, Experiment, FitOptions, FitResult, Sam
 use crate::math::statistics::{root, t_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// Rows below the largest stretch that a fit needs
+/// Least number of rows below the largest stretch
 const ROWS: usize = 6;
-/// Peaks W_m of this ratio tell m and β apart \[–\]
+/// Ratio of the largest to the smallest peak W_m above which m and β are distinguished \[–\]
 const APART: f64 = 1.2;
-/// Part of the stress below which the residual is rounding \[–\]
+/// Residual relative to the stress below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 
-/// Law and softening by the scatter of the data, without words, and the curves of a figure.
+/// Fits law and softening, with errors from the scatter of the data and without descriptions; also returns the curves of a figure.
 pub(super) fn of_data(
     experiment: &Experiment,
     options: &FitOptions,
@@ -39,7 +40,7 @@ pub(super) fn of_data(
     Ok((law, softening, sets))
 }
 
-/// Criterion of Schwarz with first-order autocorrelated errors of a residual and `constants` constants.
+/// Bayesian information criterion (Schwarz) of a residual with first-order autocorrelated errors and `constants` constants.
 fn criterion(residual: &DVector<f64>, curves: &[Vec<usize>], constants: usize, floor: f64) -> f64 {
     let rows = residual.len() as f64;
     let whole = |rho: f64| {
@@ -49,16 +50,16 @@ fn criterion(residual: &DVector<f64>, curves: &[Vec<usize>], constants: usize, f
     (0..100).map(|k| whole(f64::from(k) / 100.0)).fold(f64::INFINITY, f64::min) + constants as f64 * rows.ln()
 }
 
-/// Residual and its errors of one answer, with what is needed to state intervals.
+/// Residual of one answer with its error model, and the data that the intervals need.
 struct Judged {
     answer: SofteningSolution,
     residual: DVector<f64>,
     errors: Errors,
-    /// Half-widths of the 95 % intervals of all four, in units of the search
+    /// Half-widths of the 95 % intervals of all four unknowns, in units of the search
     half: [f64; 4],
 }
 
-/// The answer with a permanent set where its interval leaves out zero, else without.
+/// The answer with a permanent set if its interval excludes zero, otherwise without.
 fn judged(
     law: &FitResult,
     first: &FirstLoading,
@@ -82,7 +83,7 @@ fn judged(
     let (plain, with) = (judge(without), judge(search.with_set(without)));
     let set =
         |j: &Judged| Bounded { value: j.answer.u[3], interval: [-1.0, 1.0].map(|s| j.answer.u[3] + s * j.half[3]) };
-    // Zero is an end of what is possible: a set is shown where its interval leaves it out
+    // Zero is the end of the possible range: a set is shown if its interval excludes zero
     let shown = set(&with).interval[0] > 0.0 && with.residual.norm_squared() < plain.residual.norm_squared();
     let (found, measured) = if shown { (&with, set(&with)) } else { (&plain, set(&with).within(0.0, 1.0)) };
     let Judged { answer, residual, errors: own, half, .. } = found;
@@ -90,7 +91,7 @@ fn judged(
     let ends = |k: usize| [(answer.u[k] - half[k]).max(0.0), answer.u[k] + half[k]];
     let [low_s, high_s] = ends(0);
     let scale = Bounded { value: soft.m, interval: ends(1).map(|end| high * end) };
-    // Cycles to one stretch see m + βW_m alone, any part of which may be that of β
+    // Cycles to one stretch determine only m + βW_m, of which any part may belong to β
     let (m, beta) = match search.beta {
         true => (scale, Bounded { value: soft.beta, interval: ends(2) }),
         false => {
@@ -124,8 +125,8 @@ fn judged(
     Ok((result, sets(path, first, &soft, answer.u[3], &fitted)))
 }
 
-/// Intervals of an answer. With B = (JᵀJ)⁻¹Jᵀ of its unknowns and K = ∂(ηP_law)/∂θ by the constants θ of the law, an error δθ of the law moves the unknowns by
-/// −BKδθ: half² = (t d)² + (t_θ)² (BK Σ_θ KᵀBᵀ), with the quantiles t and t_θ of the two fits, whose data points are different ones.
+/// Intervals of an answer. With B = (JᵀJ)⁻¹Jᵀ for its unknowns and K = ∂(ηP_law)/∂θ for the constants θ of the law, an error δθ of the law moves the
+/// unknowns by −BKδθ: half² = (t d)² + (t_θ)² (BK Σ_θ KᵀBᵀ), with the quantiles t and t_θ of the two fits, which use different data points.
 fn judge(search: &Search, law: &FitResult, answer: SofteningSolution, samples: &[Sample], floor: f64) -> Judged {
     let residual = search.residual(&answer);
     let rounding = residual.norm_squared() <= floor;

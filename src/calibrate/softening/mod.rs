@@ -1,8 +1,8 @@
-//! Softening: from cyclic data to the constants of the effect `mullins`, next to a law of the first loading.
+//! Softening: from cyclic data to the constants of the effect `mullins`, together with a law of the first loading.
 //!
-//! [`fit_softening`] is the entry point, in `answer`. The other files: `path` (rows of the first loading, and what each other row has seen), `rows` (what the law says about
-//! them), `search` (the constants), `fit` (intervals, and whether a set is shown), `stated` (errors of the measurement in them), `curves` (lines of the
-//! figure), `result`.
+//! [`fit_softening`] is the entry point, in `answer`. The other files: `path` (rows of the first loading, and the loading history of every other
+//! row), `rows` (stresses and energies of the law at them), `search` (the constants), `fit` (intervals, and whether a set is shown), `stated` (errors
+//! of the measurement in the intervals), `curves` (lines of the figure), `result`.
 
 mod answer;
 mod curves;

@@ -5,21 +5,22 @@ use super::rows::Row;
 use crate::calibrate::sample::sides;
 use crate::calibrate::{Experiment, Mode, Sample, StretchRange};
 
-/// A row is on the first loading as long as |ln λ| is not below its largest value before by more than this part of the largest of all \[–\]:
-/// noise of the strain is no unloading
+/// A row is on the first loading as long as |ln λ| is below its largest previous value by no more than this share of the overall largest value \[–\]:
+/// noise of the strain is not unloading
 const SAME: f64 = 0.005;
 
 /// Rows of a cyclic test.
 pub struct CyclicPath {
-    /// On the first loading, of every specimen
+    /// Rows on the first loading, of every specimen
     pub virgin: Vec<Sample>,
-    /// Below the largest stretch before them, with that stretch
+    /// Rows below the largest previous stretch, with that stretch
     pub softened: Vec<Row>,
-    /// On the first loading of other modes, and outside of the range: the law predicts them
+    /// Rows on the first loading of other modes or outside the range, which the law predicts
     pub other: Vec<Sample>,
 }
 
-/// Divides the rows of a table, in their order. Those of the modes that are fitted and in the range count, of softened rows together with the largest stretch before.
+/// Divides the rows of a table, in their order. Only rows of the fitted modes and within the range count; for softened rows the largest previous
+/// stretch must be in the range too.
 pub fn divide(experiment: &Experiment, modes: &[Mode], range: StretchRange) -> Result<CyclicPath, SofteningFitError> {
     let file = || experiment.file.clone();
     if modes.contains(&Mode::Biaxial) {
@@ -35,7 +36,7 @@ pub fn divide(experiment: &Experiment, modes: &[Mode], range: StretchRange) -> R
     let amount = |stretch: f64| stretch.ln().abs();
     let largest = fitted().map(|s| amount(s.stretch)).fold(0.0, f64::max);
     let mut path = CyclicPath { virgin: vec![], softened: vec![], other: vec![] };
-    // Largest stretch so far, of each specimen and mode
+    // Largest stretch so far, for each specimen and mode
     let mut peaks: Vec<(usize, Mode, f64)> = vec![];
     for s in &experiment.samples {
         let k = peaks.iter().position(|p| (p.0, p.1) == (s.specimen, s.mode));

@@ -1,4 +1,4 @@
-//! Fitted constants of softening: intervals, words, and `mullins.toml`, which the effect `mullins` includes.
+//! Fitted constants of softening: intervals, descriptions, and `mullins.toml`, which the effect `mullins` includes.
 
 use super::error::SofteningFitError;
 use crate::calibrate::intake::accuracy::SharedError;
@@ -18,36 +18,36 @@ pub struct SofteningFit {
     pub law: &'static str,
     pub constants: Vec<Estimate>,
     pub version: &'static str,
-    /// Rows below the largest stretch before them, which are fitted
+    /// Number of fitted rows, those below the largest previous stretch
     pub rows: usize,
-    /// Rows of the first loading, which the law was fitted to
+    /// Number of rows of the first loading, to which the law was fitted
     pub first_loading: usize,
     pub r: Bounded,
     /// \[Pa\]
     pub m: Bounded,
     pub beta: Bounded,
-    /// Share of the largest ln λ that stays without stress \[–\]; where none is shown, what the data leave possible
+    /// Share of the largest ln λ that remains without stress \[–\]; if no set is shown, the range that the data allow
     pub set: Bounded,
-    /// The scatter of the data leaves out a set of zero, and the constants are those with it
+    /// Whether the scatter of the data excludes a set of zero, so that the constants are those with the set
     pub has_set: bool,
-    /// r is at its bound: nearly the whole stress is lost somewhere
+    /// Whether r is at its bound: nearly the whole stress is lost somewhere
     pub at_bound: bool,
-    /// m + βW_m \[Pa\] where all cycles reach one stretch: the data determine it, and neither m nor β
+    /// m + βW_m \[Pa\] if all cycles reach one stretch: the data determine this sum, and neither m nor β
     pub scale: Option<Bounded>,
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
-    /// rms of the residual over that of the stress \[–\]
+    /// Rms of the residual relative to that of the stress \[–\]
     pub misfit: f64,
     /// Largest W \[J/m³\]
     pub largest_energy: f64,
-    /// Share of it that the first cycle loses \[–\]
+    /// Share of the largest W that the first cycle loses \[–\]
     pub lost: f64,
-    /// Words, data and curve
+    /// Description, data and curve
     pub summary: FitSummary,
 }
 
-/// A summary without words, data and curve, which are added once they are known.
+/// A summary without descriptions, data and curve, which are added once they are known.
 pub fn summary() -> FitSummary {
     let curves = MeasuredCurves {
         x_label: "stretch [–]".into(),
@@ -68,7 +68,7 @@ impl SofteningFit {
         !(self.at_bound || self.scale.is_some() || wide(&self.r) || wide(&self.m) && wide(&self.beta))
     }
 
-    /// Words, next to the data and lines of a figure.
+    /// Adds the descriptions to the data and lines of the figure.
     pub(super) fn with_words(mut self, law: &FitResult, stated: &[SharedError], sets: Vec<CurveSet>) -> Self {
         let determined = self.is_determined();
         let s = &mut self.summary;

@@ -1,15 +1,15 @@
-//! Rows below the largest stretch, with what the law of the first loading says about them at a permanent set.
+//! Rows below the largest stretch, with stress and energies of the law of the first loading for a given permanent set.
 
 use super::error::SofteningFitError;
 use crate::calibrate::{FitResult, FittableLaw, Sample};
 use crate::material::{Law, Want};
 use crate::math::tensor::Mat3;
 
-/// A row below the largest stretch before it.
+/// A row below the largest previous stretch.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     pub sample: Sample,
-    /// The largest stretch before \[–\]
+    /// Largest previous stretch \[–\]
     pub peak: f64,
 }
 
@@ -31,14 +31,14 @@ pub struct FirstLoading {
 }
 
 impl FirstLoading {
-    /// Refuses a law without an isochoric part.
+    /// Builds the law of the first loading from a fit; refuses a law without an isochoric part.
     pub fn of(law: &FitResult) -> Result<Self, SofteningFitError> {
         let model = FittableLaw::new(law.law, Some(law.terms))?;
         Self::with(model, law.parameters.iter().map(|p| p.value).collect())
     }
 
     fn with(model: FittableLaw, values: Vec<f64>) -> Result<Self, SofteningFitError> {
-        // Only the isochoric part is used, which κ does not change
+        // Only the isochoric part is used, which is independent of κ
         let whole = model.law(&values, 1e9)?;
         let info = whole.info();
         let (part, _) =
@@ -46,7 +46,7 @@ impl FirstLoading {
         Ok(Self { model, values, part })
     }
 
-    /// This law with each constant smaller and larger by a step, with the step; constants that cannot be moved have none.
+    /// This law with each constant decreased and increased by a step, with the step; `None` for constants that cannot be changed.
     pub fn moved(&self) -> Vec<Option<([Self; 2], f64)>> {
         const H: f64 = 1e-5;
         let one = |k: usize| {
@@ -61,8 +61,8 @@ impl FirstLoading {
         (0..self.values.len()).map(one).collect()
     }
 
-    /// Points of rows whose unloaded state has kept the share `set` of the largest ln λ: ln λ_e = (ln λ − s ln λ_m)/(1 − s), which is rest at the set and
-    /// the peak at the peak. Below its set a specimen is slack.
+    /// Points of rows whose unloaded state has kept the share `set` of the largest ln λ: ln λ_e = (ln λ − s ln λ_m)/(1 − s), which is zero at the set
+    /// and equals ln λ_m at the peak. Below its set a specimen is slack.
     pub fn points(&self, rows: &[Row], set: f64) -> Result<Vec<Point>, SofteningFitError> {
         let one = |Row { sample, peak }: &Row| {
             let stretch = elastic_stretch(sample.stretch, *peak, set);
@@ -87,7 +87,7 @@ impl FirstLoading {
     }
 }
 
-/// λ_e of a stretch with a set.
+/// λ_e of a stretch, given a set.
 fn elastic_stretch(stretch: f64, peak: f64, set: f64) -> f64 {
     if set == 0.0 {
         return stretch;

@@ -1,4 +1,4 @@
-//! The search for the constants of softening: Levenberg & Marquardt within bounds, from a grid of starts.
+//! The search for the constants of softening: Levenberg–Marquardt within bounds, from a grid of starts.
 
 use super::rows::{FirstLoading, Point, Row};
 use crate::material::Softening;
@@ -6,19 +6,19 @@ use libm::erf;
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 use std::f64::consts::PI;
 
-/// Iterations of a search, and the relative decrease of the sum of squares that ends it
+/// Largest number of iterations of a search, and the relative decrease of the sum of squares below which it ends
 const ITERATIONS: usize = 200;
 const SETTLED: f64 = 1e-14;
-/// Largest 1/r \[–\]: r stays above 1
+/// Largest 1/r \[–\], so that r stays above 1
 const MOST: f64 = 0.999;
-/// Smallest m over the largest W_m where β is zero \[–\]: one of them is positive
+/// Smallest m relative to the largest W_m if β is zero \[–\]: one of the two is positive
 const LEAST: f64 = 1e-6;
-/// Largest share of the largest ln λ that stays \[–\]
+/// Largest share of the largest ln λ that may remain as a set \[–\]
 const MOST_SET: f64 = 0.9;
-/// Step of the share for its derivative \[–\]
+/// Step of the set for its derivative \[–\]
 const STEP: f64 = 1e-6;
 
-/// 1/r, m, β and the share of the largest ln λ that stays, in units of 1, the largest W_m, 1 and 1.
+/// 1/r, m, β and the share of the largest ln λ that remains, in units of 1, the largest W_m, 1 and 1.
 #[derive(Clone, Copy, Debug)]
 pub struct SofteningSolution {
     pub u: [f64; 4],
@@ -27,7 +27,7 @@ pub struct SofteningSolution {
 }
 
 impl SofteningSolution {
-    /// r is at its bound.
+    /// Whether r is at its bound.
     pub fn at_bound(&self) -> bool {
         self.u[0] >= MOST
     }
@@ -55,12 +55,12 @@ impl<'a> Search<'a> {
         Softening { r: 1.0 / u[0].max(1e-12), m: u[1] * self.unit, beta: u[2] }
     }
 
-    /// No softening and no set.
+    /// The solution without softening and without a set.
     pub fn elastic(&self) -> SofteningSolution {
         SofteningSolution { u: [0.0, 1.0, 0.0, 0.0], set: false }
     }
 
-    /// Points at a set; a state at which the law is not defined has no stress that is a number.
+    /// Points at a set; the stress is NaN at a state where the law is not defined.
     fn points(&self, set: f64) -> Vec<Point> {
         let nowhere = |p: &Point| Point { stress: f64::NAN, ..*p };
         if set == 0.0 {
@@ -81,7 +81,7 @@ impl<'a> Search<'a> {
         measured - self.stress(answer, &self.points(answer.u[3]))
     }
 
-    /// ∂(η P_law)/∂u, (n, 4): −erf x, s 2/√π e^{−x²} x/(m + βW_m) times 1 and W_m with s = 1/r, and differences by the set.
+    /// ∂(η P_law)/∂u (n × 4): −erf x, s 2/√π e^{−x²} x/(m + βW_m) times 1 and W_m with s = 1/r, and finite differences for the set.
     pub fn jacobian(&self, answer: &SofteningSolution) -> DMatrix<f64> {
         let (soft, u) = (self.softening(answer), &answer.u);
         let points = self.points(u[3]);
@@ -104,7 +104,7 @@ impl<'a> Search<'a> {
         j
     }
 
-    /// ∂(η P_law)/∂θ by the constants of the law, (n, constants): central differences, to 1e-8. A constant that cannot be moved has none.
+    /// ∂(η P_law)/∂θ for the constants of the law (n × constants), by central differences, to 1e-8; zero for a constant that cannot be changed.
     pub fn by_law(&self, answer: &SofteningSolution) -> DMatrix<f64> {
         let n = self.rows.len();
         let column = |moved: Option<([FirstLoading; 2], f64)>| {
@@ -119,7 +119,7 @@ impl<'a> Search<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Unknowns whose errors count. One that ends at its bound is among them: the data leave it open how far from the bound it is.
+    /// Unknowns whose errors count. An unknown that ends at its bound is included, because the data leave open how far from the bound it is.
     pub fn free(&self, answer: &SofteningSolution) -> Vec<usize> {
         let is_free = [true, true, self.beta, answer.set];
         (0..4).filter(|k| is_free[*k]).collect()
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
         SofteningSolution { u: [u[0].clamp(0.0, MOST), m, beta, share], set }
     }
 
-    /// Levenberg & Marquardt within the bounds; unknowns at a bound that is pressed on rest.
+    /// Levenberg–Marquardt within the bounds; unknowns that a step would push beyond their bound are held.
     fn search(&self, from: SofteningSolution) -> (SofteningSolution, f64) {
         let mut own = self.inside(from.u, from.set);
         let (mut r, mut damping) = (self.residual(&own), 1e-3);
@@ -179,7 +179,7 @@ impl<'a> Search<'a> {
         (own, r.norm_squared())
     }
 
-    /// The best of searches from a grid, without a set.
+    /// The best of the searches from a grid of starts, without a set.
     pub fn best(&self) -> SofteningSolution {
         let betas: &[f64] = if self.beta { &[0.0, 0.1, 0.6] } else { &[0.0] };
         let grid = [0.2, 0.5, 0.8].into_iter().flat_map(|s| [0.02, 0.1, 0.5].map(|m| (s, m)));
@@ -189,8 +189,8 @@ impl<'a> Search<'a> {
         found.min_by(|a, b| a.1.total_cmp(&b.1)).expect("the grid has points").0
     }
 
-    /// The best of searches with a set as an unknown, from an answer without one and from constants in its neighbourhood: a set that was hidden in the
-    /// softening has moved them.
+    /// The best of the searches with a set as an unknown, starting from an answer without a set and from constants in its neighbourhood, because a
+    /// set that was hidden in the softening has moved them.
     pub fn with_set(&self, from: SofteningSolution) -> SofteningSolution {
         let start = |(share, set): (f64, f64)| {
             let [s, m, b, _] = from.u;

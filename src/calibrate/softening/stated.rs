@@ -1,8 +1,8 @@
 //! Errors of the measurement that all data points share, in the intervals of softening.
 //!
-//! The data are moved by each of them, there and back, and law and softening are fitted anew: half of the difference is by how much the error moves a constant. The half-widths of independent errors
-//! are added in quadrature to the one of the scatter, as in fits of a law ([`crate::calibrate::judgement::measurement`]). Zeros are those of each specimen; between several specimens they are
-//! a part of the scatter.
+//! The data are shifted by each error in both directions, and law and softening are fitted again: half of the difference is the effect of the error
+//! on a constant. The half-widths of independent errors are added in quadrature to that of the scatter, as in fits of a law
+//! ([`crate::calibrate::judgement::measurement`]). Errors of zeros differ between specimens; with several specimens they are part of the scatter.
 
 use super::fit::of_data;
 use super::result::SofteningFit;
@@ -13,7 +13,7 @@ use crate::calibrate::sample::{Test, tests};
 use crate::calibrate::{Accuracy, Bounded, ErrorModel, Experiment, FitError, FitOptions, Sample};
 use std::collections::BTreeSet;
 
-/// The constants with wider intervals, the errors that are in them, and a message for each error that could not be followed.
+/// Widens the intervals of the constants; lists the errors that they include, and adds a message for each error whose effect could not be computed.
 pub fn widened(
     mut fit: SofteningFit,
     experiment: &Experiment,
@@ -22,7 +22,7 @@ pub fn widened(
     let of_tests: BTreeSet<(Test, usize)> =
         tests(&experiment.samples).into_iter().zip(experiment.samples.iter().map(|s| s.specimen)).collect();
     let is_alone = |test: Test| of_tests.iter().filter(|other| other.0 == test).count() == 1;
-    // The specimens whose zeros are in no scatter
+    // Specimens whose errors of the zero are not part of a measured scatter
     let specimens: BTreeSet<usize> = match fit.errors {
         ErrorModel::Specimens { .. } => BTreeSet::new(),
         ErrorModel::Levels { .. } => of_tests.iter().filter(|one| is_alone(one.0)).map(|one| one.1).collect(),
@@ -70,7 +70,7 @@ fn errors(experiment: &Experiment, options: &FitOptions, s: &Sample) -> Accuracy
     experiment.piece(s).errors(Test { mode: s.mode, compression: s.stretch < 1.0, both: false }, &options.accuracy)
 }
 
-/// r, m, β, the set and m + βW_m from the data with an error of ± its half-width, of one specimen or of all; none where they cannot be had.
+/// r, m, β, the set and m + βW_m from data with an error of ± its half-width, in one specimen or in all; `None` if the fit fails.
 fn moved_fit(
     experiment: &Experiment,
     options: &FitOptions,
@@ -96,7 +96,7 @@ fn moved_fit(
     }))
 }
 
-/// A data point as it would be measured with an error; none of an error that is in no data point.
+/// A data point as it would be measured with an error; `None` for an error that does not affect data points.
 fn moved(s: &Sample, kind: SharedError, by: f64, dimensions: &Dimensions) -> Result<Option<Sample>, FitError> {
     let stressed = |stress: f64| Some(Sample { stress, ..*s });
     let strained = |strain: f64| Some(Sample { stretch: s.mode.stretch(strain), ..*s });

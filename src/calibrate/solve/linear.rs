@@ -3,11 +3,11 @@
 //! min ½‖Ax − p̂‖² subject to Σₖ xₖ Qₖ(λ) − δ Q₀(λ) ⪰ 0 at sampled λ
 //!
 //! Qₖ is the second derivative of term k within Σ de = 0 (2 × 2, [`PrincipalDerivatives::in_plane`](PrincipalDerivatives::in_plane)), Q₀ that of the
-//! Neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [\[a, b\], \[b, d\]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
+//! neo-Hookean law fitted to the same rows: Drucker's stability with a margin δ. [\[a, b\], \[b, d\]] ⪰ 0 ⇔ a + d ≥ ‖(a − d, 2b)‖.
 //!
-//! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least squares
-//! by the same SVD satisfy every cone, they are the minimum of the convex problem and are taken, as they have more digits; the
-//! two then have to agree.
+//! With A = UΣVᵀ of columns scaled to length 1 the QP is written in y = ΣVᵀx, where its matrix is the identity. If the least-squares solution from
+//! the same SVD satisfies every cone, it is the minimum of the convex problem and is used, because it is more accurate; the two solutions then have
+//! to agree.
 
 use super::rows::{WeightedRows, padded, side_by_side};
 use super::solver_check::SolverCheck;
@@ -19,24 +19,24 @@ use crate::math::convex::{SecondOrderConeT, minimum};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
-/// δ: the incremental stiffness stays above this part of the Neo-Hookean one \[–\]
+/// δ: smallest incremental stiffness relative to that of the neo-Hookean law \[–\]
 const MARGIN: f64 = 1e-3;
-/// Singular values below this part of the largest are not told apart from rounding \[–\]
+/// Ratio to the largest singular value below which a singular value is rounding \[–\]
 const RANK: f64 = 1e-12;
 /// Largest relative difference of the stresses of the two solvers \[–\]
 const AGREEMENT: f64 = 1e-7;
 /// Tolerance of the QP \[–\]
 const TOLERANCE: f64 = 1e-12;
-/// The QP begins with every fifth point
+/// The QP begins with every `SPARSE`-th point
 const SPARSE: usize = 5;
 
 /// Derivatives of term k with factor 1 at principal stretches.
 type Derivatives = fn(usize, [f64; 3]) -> PrincipalDerivatives;
 
-/// Where the law has to be stable.
+/// Modes and stretches at which the law has to be stable.
 pub type Points = Vec<(Mode, f64)>;
 
-/// Factors of the terms and what held them back.
+/// Factors of the terms and the constraints that are active.
 pub struct Linear {
     /// \[Pa\]
     pub values: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct Linear {
     pub active: Points,
 }
 
-/// (a + d, a − d, 2b) of each term and of the Neo-Hookean law at a point.
+/// (a + d, a − d, 2b) of each term and of the neo-Hookean law at a point.
 struct Cone {
     terms: Vec<[f64; 3]>,
     reference: [f64; 3],
@@ -57,7 +57,7 @@ fn lorentz(s: &PrincipalDerivatives) -> [f64; 3] {
     [a + d, a - d, 2.0 * b]
 }
 
-/// The Neo-Hookean law, linear in its one constant μ.
+/// The neo-Hookean law, linear in its one constant μ.
 fn neo_hookean() -> Derivatives {
     match find("neo_hookean").ok().and_then(|entry| entry.fit).map(|form| form.terms) {
         Some(FitTerms::Linear(derivatives)) => derivatives,
@@ -72,14 +72,14 @@ impl Cone {
         Self { terms: (0..terms).map(|k| lorentz(&derivatives(k, s))).collect(), reference }
     }
 
-    /// Slack over the stiffness of the Neo-Hookean law \[–\]; negative where the cone is left.
+    /// Slack relative to the stiffness of the neo-Hookean law \[–\]; negative outside the cone.
     fn slack(&self, x: &DVector<f64>) -> f64 {
         let part = |i: usize| self.terms.iter().zip(x).map(|(t, x)| t[i] * x).sum::<f64>() - MARGIN * self.reference[i];
         (part(0) - part(1).hypot(part(2))) / self.reference[0]
     }
 }
 
-/// `always`: solve the QP also where least squares satisfy every cone, for the comparison.
+/// Finds the factors of the terms. `always`: whether the QP is solved for comparison even if the least-squares solution satisfies every cone.
 pub fn solve(
     derivatives: Derivatives,
     terms: usize,
@@ -107,11 +107,11 @@ pub fn solve(
     if inside && !always {
         return Ok(Linear { values: pascal(&free), check: None, active: vec![] });
     }
-    // x = length⁻¹ V T⁻¹ y with T = Σ, but not below 1e-8 of its largest
+    // x = length⁻¹ V T⁻¹ y with T = Σ, but at least 1e-8 of the largest singular value
     let t = sigma.map(|s| s.max(1e-8 * largest));
     let back = DMatrix::from_fn(terms, terms, |k, j| vt[(j, k)] / (t[j] * length[k]));
     let g = sigma.component_div(&t);
-    // Every few points first; those that the answer violates join until none is left
+    // Every few points at first; points that the answer violates are added until none is left
     let mut used: Vec<usize> = (0..cones.len()).step_by(SPARSE).collect();
     let mut held = &back * quadratic(&g, &d, &back, &cones, &used)?;
     loop {
@@ -136,7 +136,7 @@ pub fn solve(
     Ok(Linear { values: pascal(&held), check: Some(SolverCheck::Constrained), active })
 }
 
-/// min ½Σ(gₖyₖ)² − gₖdₖyₖ with the used cones in x = `back` y.
+/// Minimises ½Σ(gₖyₖ)² − gₖdₖyₖ subject to the used cones in x = `back` y.
 fn quadratic(
     g: &DVector<f64>,
     d: &DVector<f64>,
@@ -145,7 +145,7 @@ fn quadratic(
     used: &[usize],
 ) -> Result<DVector<f64>, FitError> {
     let n = g.len();
-    // 1e-12: directions that no data point determines stay where the cones leave them, near zero
+    // 1e-12: directions that no data point determines remain where the cones leave them, near zero
     let diagonal = DMatrix::from_diagonal(&g.map(|g| g * g + 1e-12));
     let q = -g.component_mul(d);
     // s = (a + d, a − d, 2b)(x) − δ(…)₀ in the cone: −C y + s = −δ(…)₀, each cone scaled by its reference

@@ -39,21 +39,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct LawSetting {
     pub model: FittableLaw,
     pub weighting: Weighting,
-    /// Standard deviation of the stress by mode \[Pa\], where the weights ask for it
+    /// Standard deviation of the stress of each mode \[Pa\], if the weights need it
     pub noise: Vec<ModeNoise>,
     pub loss: Loss,
-    /// Where a linear law is kept stable
+    /// Points at which a linear law is kept stable
     pub stable: Points,
-    /// Strain offsets that are unknowns; the samples are those without them
+    /// Strain offsets that are unknowns; the samples are given without these offsets
     pub slack: Vec<Offset>,
-    /// Where some constants are held
+    /// Constants that are held, if only some are fitted
     pub held: Option<Held>,
-    /// Set from outside to end the fit
+    /// Flag that is set from outside to stop the fit
     pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl LawSetting {
-    /// Refuses to go on where the fit is to end.
+    /// Returns an error if the fit is to stop.
     fn goes_on(&self) -> Result<(), FitError> {
         match &self.stop {
             Some(stop) if stop.load(Ordering::Relaxed) => Err(FitError::Interrupted),
@@ -61,7 +61,7 @@ impl LawSetting {
         }
     }
 
-    /// These settings with the strain offsets of these samples alone.
+    /// These settings with only the strain offsets of these samples.
     pub fn of(&self, samples: &[Sample]) -> Self {
         let slack = self.slack.iter().filter(|o| samples.iter().any(|s| o.is_of(s))).copied().collect();
         Self { slack, ..self.clone() }
@@ -74,47 +74,48 @@ pub struct LawFit {
     /// Values of the constants \[SI\]
     pub values: Vec<f64>,
     pub identified: Identified,
-    /// Of the strain, one for each of the setting
+    /// Strain offsets, one for each offset of the setting
     pub offsets: Vec<Estimate>,
     pub errors: Errors,
-    /// `None` where a single solver was enough (fits of parts of the data)
+    /// `None` if a single solver was enough (fits of parts of the data)
     pub check: Option<SolverCheck>,
-    /// Points at which least squares alone would give an unstable law; empty where the stability constraint is not active
+    /// Points at which least squares alone would give an unstable law; empty if no stability constraint is active
     pub active: Points,
     pub pattern: Pattern,
-    /// Neo-Hookean modulus of the same data \[Pa\], a measure of size
+    /// Neo-Hookean modulus of the same data \[Pa\], used as a scale
     pub modulus: f64,
-    /// w of each sample, with Huber's loss in it
+    /// w of each sample, including Huber's weight
     pub weight: Vec<f64>,
-    /// √ of Huber's weight of each sample, 1 of least squares
+    /// √ of Huber's weight of each sample; 1 for least squares
     pub share: Vec<f64>,
-    /// Where a separable search ended
+    /// Shape variables at which a separable search ended
     pub at: Vec<f64>,
-    /// Values at other minima of a separable search whose misfit the errors of the data points allow \[SI\]
+    /// Values at other minima of a separable search whose misfit is compatible with the errors of the data points \[SI\]
     pub others: Vec<Vec<f64>>,
-    /// Shape constants of the other sign give the same stresses
+    /// Whether shape constants with the opposite sign give the same stresses
     pub mirrored: bool,
 }
 
-/// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing \[–\]
+/// Misfit ‖r‖/‖P‖ below which the residuals are rounding and their pattern has no meaning \[–\]
 pub const ROUNDING: f64 = 1e-9;
 /// Huber's constant: 95 % efficiency for normal errors \[–\]
 const HUBER: f64 = 1.345;
-/// Reweighted fits at most, and the change of a weight that ends them
+/// Largest number of reweighted fits, and the change of a weight below which they end
 const REWEIGHTED: usize = 60;
 const SETTLED: f64 = 1e-6;
 
-/// The constants with intervals and tests. `near`: the answer to nearly the same samples; then one solver and one start are enough.
+/// Fits the constants with intervals and tests. `near`: the answer to nearly the same samples; one solver and one start are then enough.
 pub fn solve(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     judge(setting, samples, constants(setting, samples, near)?, true)
 }
 
-/// The answer next to one to nearly the same samples, without tests of the residuals.
+/// Fits the constants starting from an answer to nearly the same samples, without tests of the residuals.
 pub fn solve_untested(setting: &LawSetting, samples: &[Sample], near: &LawFit) -> Result<LawFit, FitError> {
     judge(setting, samples, constants(setting, samples, Some(near))?, false)
 }
 
-/// The constants without intervals and tests. Relative weights and Huber's follow from the law, and the fit is repeated until they settle.
+/// Fits the constants without intervals and tests. Relative weights and Huber's weights follow from the law, and the fit is repeated until they
+/// settle.
 pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
     let (specimen, repeats): (Vec<usize>, _) =
         (samples.iter().map(|s| s.specimen).collect(), Repeats::of_samples(samples));
@@ -149,7 +150,7 @@ pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>
     Ok(found)
 }
 
-/// √ of Huber's weights, with the weights before them and the stresses of the law.
+/// √ of Huber's weights, from the weights without them and the stresses of the law.
 fn shares(samples: &[Sample], base: &[f64], law: &[f64]) -> Vec<f64> {
     let off = |((s, w), p): ((&Sample, &f64), &f64)| (w * (s.stress - p)).abs();
     let r: Vec<f64> = samples.iter().zip(base).zip(law).map(off).collect();
@@ -157,7 +158,7 @@ fn shares(samples: &[Sample], base: &[f64], law: &[f64]) -> Vec<f64> {
     huber_share(&r, size)
 }
 
-/// √ of Huber's weights min(1, kσ/|r|), σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7), of weighted |r| of data points with the norm
+/// √ of Huber's weights min(1, kσ/|r|), σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7), for weighted |r| of data points with the norm
 /// `size`.
 pub fn huber_share(r: &[f64], size: f64) -> Vec<f64> {
     let limit = (HUBER * 1.4826 * median(r)).max(ROUNDING * size / (r.len() as f64).sqrt());
@@ -217,7 +218,7 @@ fn weighted(
     }
 }
 
-/// w ∂P/∂(constants, offsets), (n, p + q).
+/// w ∂P/∂(constants, offsets), (n × (p + q)).
 pub fn jacobian(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DMatrix<f64> {
     let row = |(s, w): (&Sample, &f64)| {
         let offsets = setting.slack.iter().map(|o| o.slope(setting.model, &found.values, s));
@@ -234,7 +235,7 @@ pub fn residual(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DVe
     DVector::from_iterator(samples.len(), samples.iter().zip(&found.weight).map(one))
 }
 
-/// The rows of an answer whose errors are those of the data points.
+/// The rows of an answer that determine the errors of its constants.
 fn error_rows(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> ErrorRows {
     let law: Vec<f64> = samples.iter().map(|s| setting.model.at(&found.values, s)).collect();
     let (jacobian, residual) = (jacobian(setting, samples, found), residual(setting, samples, found));
@@ -247,7 +248,7 @@ pub fn fitted(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DVect
     DVector::from_iterator(samples.len(), samples.iter().zip(&found.weight).map(one))
 }
 
-/// Intervals and tests of an answer.
+/// Adds intervals and tests to an answer.
 fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bool) -> Result<LawFit, FitError> {
     let residual = residual(setting, samples, &found);
     let size = samples.iter().zip(&found.weight).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
@@ -284,7 +285,8 @@ fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &
     errors.rise().is_some_and(|rise| square(other) - square(&found.values) <= rise)
 }
 
-/// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.
+/// Tests of the residuals that remain after the constants and these errors of the measurement, each of any size, are fitted; `columns` are in the
+/// form of the Jacobian.
 pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, columns: &DMatrix<f64>) -> Pattern {
     let own = error_rows(setting, samples, found);
     let columns = unshared(columns.clone(), &found.share);

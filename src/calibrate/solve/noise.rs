@@ -1,12 +1,12 @@
 //! Weights of data points, and the noise of a test from its own data.
 //!
-//! w = 1; 1/|P̂| with a floor, P̂ the stress of the law; 1/σ of the mode. By the measured stress, relative weights would prefer the data points whose errors are
-//! negative: μ is low by the variance of the relative errors twice, 0.5 % with errors of 5 % (Carroll & Ruppert, *Transformation and Weighting in Regression*,
-//! 1988, ch. 2). σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b of the straight
-//! line between the neighbours in λ: variation from one data point to the next cannot be the law.
+//! w = 1; 1/|P̂| with a floor, P̂ the stress of the law; 1/σ of the mode. With the measured stress, relative weights would prefer data points whose
+//! errors are negative: μ would be too low by twice the variance of the relative errors, 0.5 % for errors of 5 % (Carroll & Ruppert, *Transformation
+//! and Weighting in Regression*, 1988, ch. 2). σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b from the straight line
+//! between the neighbours in λ: variation from one data point to the next cannot come from the law.
 //!
-//! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the data points for independent (correlated errors give
-//! too small a σ) and the curve for straight over three data points (coarse tables give too large a one).
+//! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: the data points are assumed to be independent (σ is too small for
+//! correlated errors), and the curve to be straight over three data points (σ is too large for coarse tables).
 
 use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{FitError, Mode, Sample, Weighting};
@@ -18,13 +18,13 @@ pub struct ModeNoise {
     pub mode: Mode,
     /// \[Pa\]
     pub std_pa: f64,
-    /// False where it was estimated from the data
+    /// Whether it was given; otherwise it was estimated from the data
     pub given: bool,
 }
 
-/// Smallest |P| that a relative weight divides by, over the largest |P| of the mode \[–\]
+/// Smallest |P| by which a relative weight divides, relative to the largest |P| of the mode \[–\]
 pub const FLOOR: f64 = 0.05;
-/// Data points of different stretch that an estimate needs
+/// Least number of data points at different stretches that an estimate needs
 const LEAST: usize = 5;
 
 /// The noise of each mode, as given or estimated.
@@ -39,7 +39,7 @@ pub fn of_modes(samples: &[Sample], modes: &[Mode], given: Option<f64>) -> Resul
     modes.iter().map(one).collect()
 }
 
-/// Standard deviation of y over x by the same formula; none where it is zero or cannot be estimated.
+/// Standard deviation of y over x by the same formula as for tests; `None` if it is zero or cannot be estimated.
 pub fn of_curve(x: &[f64], y: &[f64]) -> Option<f64> {
     let row = |(x, y): (&f64, &f64)| Sample {
         mode: Mode::Uniaxial,
@@ -72,8 +72,8 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     Ok(std_pa)
 }
 
-/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them. `specimen`: of each data point. Where no test has two
-/// specimens, the data points count as those of one.
+/// Gives each of several specimens the same weight, independently of the number of its data points, because the scatter is between specimens.
+/// `specimen`: the specimen of each data point. If no test has two specimens, the data points count as those of one specimen.
 pub fn share<T>(weights: &mut [f64], specimen: &[usize], repeats: &Repeats<T>) {
     if repeats.repeated.is_empty() {
         return;
@@ -88,7 +88,7 @@ pub fn share<T>(weights: &mut [f64], specimen: &[usize], repeats: &Repeats<T>) {
     }
 }
 
-/// Weights before a robust loss: 1, or \[1/Pa\]. `stress`: that of the law at each data point, or the measured one before there is a law.
+/// Weights before a robust loss: 1, or \[1/Pa\]. `stress`: the stress of the law at each data point, or the measured stress before there is a law.
 pub fn weights(
     samples: &[Sample],
     stress: &[f64],
@@ -99,7 +99,7 @@ pub fn weights(
     let tops = Mode::ALL.map(largest);
     let one = |(s, stress): (&Sample, &f64)| match weighting {
         Weighting::Absolute => Ok(1.0),
-        // A mode without stress has no scale: its data points have the weight of the largest data point of all
+        // A mode without stress has no scale: its data points get the weight of the largest stress of all modes
         Weighting::Relative => {
             let top = tops[s.mode as usize];
             let all = tops.iter().copied().fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Offset of the strain of a curve: how data points move with it, and which curves have one.
+//! Strain offset of a curve: how data points move with it, and which curves have one.
 
 use crate::calibrate::sample::sides;
 use crate::calibrate::{FittableLaw, Mode, Sample};
@@ -15,7 +15,7 @@ pub const OFFSET: Parameter =
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SlackChoice {
-    /// Those that show data points without stress
+    /// Curves that have data points without stress
     #[default]
     Auto,
     Yes,
@@ -39,21 +39,21 @@ impl FromStr for SlackChoice {
 pub struct Offset {
     pub specimen: usize,
     pub mode: Mode,
-    /// Measured strain at which the specimen begins to carry \[–\]
+    /// Measured strain at which the specimen begins to carry load \[–\]
     pub strain: f64,
     /// 1 in tension, −1 in compression
     pub side: f64,
-    /// Where its fitted data points begin, as a strain to its side \[–\]: zero, or noise below it
+    /// Beginning of its fitted data points, as a strain towards its side \[–\]: zero, or noise below it
     pub begin: f64,
 }
 
 impl Offset {
-    /// Whether a data point is of this curve. One on the other side of rest, which was not fitted, is none and keeps its strain.
+    /// Whether a data point belongs to this curve. A data point on the other side of rest that was not fitted does not, and keeps its strain.
     pub fn is_of(&self, s: &Sample) -> bool {
         self.specimen == s.specimen && self.mode == s.mode && self.side * s.mode.strain(s.stretch) >= self.begin
     }
 
-    /// The data point without this much of the slack.
+    /// The data point with its strain reduced by this part of the slack.
     pub fn shifted(&self, s: &Sample, by: f64) -> Sample {
         let strain = s.mode.strain(s.stretch) - by;
         Sample { stretch: if self.side * strain > 0.0 { s.mode.stretch(strain) } else { 1.0 }, ..*s }
@@ -65,7 +65,7 @@ impl Offset {
     }
 }
 
-/// Why a curve has no single offset: of a test to both sides of rest each side has its own.
+/// The reason why a curve has no single offset: in a test on both sides of rest, each side has its own.
 pub fn no_single_offset<'a>(mode: Mode, curve: impl Iterator<Item = &'a Sample>) -> Option<&'static str> {
     match mode {
         Mode::Biaxial => Some("a biaxial test has two strains, and no single offset"),
@@ -76,7 +76,7 @@ pub fn no_single_offset<'a>(mode: Mode, curve: impl Iterator<Item = &'a Sample>)
     }
 }
 
-/// ∂P/∂e \[Pa\] of the law at a data point: central differences, to 1e-9.
+/// ∂P/∂e \[Pa\] of the law at a data point, by central differences, to 1e-9.
 pub fn slope(model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
     const H: f64 = 1e-5;
     let strain = s.mode.strain(s.stretch);
@@ -84,7 +84,7 @@ pub fn slope(model: FittableLaw, values: &[f64], s: &Sample) -> f64 {
     (at(strain + H) - at(strain - H)) / (2.0 * H)
 }
 
-/// The data points without the slack.
+/// The data points with the slack removed.
 pub fn removed(samples: &[Sample], offsets: &[Offset]) -> Vec<Sample> {
     let one = |s: &Sample| offsets.iter().find(|o| o.is_of(s)).map_or(*s, |o| o.shifted(s, o.strain));
     samples.iter().map(one).collect()

@@ -13,17 +13,18 @@ use nalgebra::DVector;
 /// Tests of the residuals for a pattern that the error model does not explain.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Pattern {
-    /// Runs of sign, after the correlation of neighbours is taken out
+    /// Number of runs of signs, after the correlation of neighbours is removed
     pub runs: Option<usize>,
-    /// Probability of as few of them or fewer \[–\]
+    /// Probability of as few runs or fewer \[–\]
     pub runs_p: Option<f64>,
     /// Two-sided p-value of β = 0 in P = P(λ) + β P(λ)/λ \[–\]; `None` with too few data points
     pub departure_p: Option<f64>,
-    /// Standard deviation of an independent data point that the constants and β leave, as that of the standard errors, and its degrees of freedom
+    /// Standard deviation of an independent data point after fitting the constants and β, in the form used for standard errors, with its degrees of
+    /// freedom
     pub beyond: Option<(f64, usize)>,
 }
 
-/// Each of two tests at this level: together at most 5 % false alarms \[–\]
+/// Level of each of the two tests: together at most 5 % false alarms \[–\]
 const LEVEL: f64 = 0.025;
 
 impl Pattern {
@@ -32,12 +33,12 @@ impl Pattern {
         [self.runs_p, self.departure_p].into_iter().flatten().fold(1.0, f64::min)
     }
 
-    /// Whether this one, of so many that are tested, is none of the errors.
+    /// Whether this pattern, one of `among` tested ones, is not explained by random errors.
     pub fn is_found(&self, among: usize) -> bool {
         self.least() * among as f64 <= LEVEL
     }
 
-    /// Tests residuals of data points that are correlated so.
+    /// Tests residuals of data points with this correlation.
     pub fn of(samples: &[Sample], rows: &ErrorRows, correlation: Correlation) -> Self {
         let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
         let (runs, runs_p) = runs(samples, &rows.unlimited, correlation).unzip();
@@ -46,14 +47,15 @@ impl Pattern {
     }
 }
 
-/// Blocks of a curve whose signs are tested at most, two of them less one
+/// A correlated curve of n data points is divided into blocks of n/`BLOCKS` data points (rounded down, at least one): fewer than 2 `BLOCKS` blocks
 const BLOCKS: usize = 200;
 
-/// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what their
-/// neighbours explain, the same from either end; `None` of several specimens in one mode, whose levels differ.
+/// Number of runs of signs with their probability: for independent errors in the order of λ, for correlated errors in the order of loading after
+/// removing what their neighbours explain, independent of the direction of the order; `None` for several specimens in one mode, whose levels differ.
 ///
-/// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbours do not explain of means of data points, as
-/// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
+/// For long curves with correlated errors the signs are those of the means of blocks: in tables with very many data points, which become means of
+/// neighbours, the part that the neighbours do not explain is correlated by up to ¼ from one mean to the next (Working, Econometrica 28, 1960,
+/// 916–918), which thousands of signs would detect.
 fn runs(samples: &[Sample], residual: &DVector<f64>, correlation: Correlation) -> Option<(usize, f64)> {
     if !Repeats::of_samples(samples).repeated.is_empty() {
         return None;
@@ -71,8 +73,8 @@ fn runs(samples: &[Sample], residual: &DVector<f64>, correlation: Correlation) -
     statistics::few_runs(&signs.collect::<Vec<bool>>())
 }
 
-/// p-value of β = 0 and the errors beyond it in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
-/// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
+/// p-value of β = 0, and the errors beyond β, in P = P(λ) + β P(λ)/λ (for a neo-Hookean law in uniaxial tension β is Mooney's second constant): a
+/// t-test with the error model of a fit that includes β, on the part of P/λ that the constants of the law cannot reproduce.
 fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<(f64, (f64, usize))> {
     let ErrorRows { jacobian, residual, fitted, .. } = rows;
     let p = jacobian.ncols();

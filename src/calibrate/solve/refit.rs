@@ -1,4 +1,4 @@
-//! Least squares in some of the unknowns of a law, with the others held: Levenberg–Marquardt from values nearby, in which factors stop at zero.
+//! Least squares in some of the unknowns of a law, with the others held: Levenberg–Marquardt from nearby values, with factors bounded below by zero.
 
 use super::offset::Offset;
 use crate::calibrate::judgement::misfit::sum_of_squares;
@@ -7,19 +7,19 @@ use crate::material::FitTerms;
 use nalgebra::{DMatrix, DVector};
 
 const STEPS: usize = 60;
-/// Fall of the sum of squares, relative, that ends the search
+/// Relative decrease of the sum of squares below which the search ends
 const FLAT: f64 = 1e-9;
 
 /// Constants of which only some are fitted.
 #[derive(Clone, Debug)]
 pub struct Held {
-    /// Of all constants, with which the search begins \[SI\]
+    /// Initial values of all constants \[SI\]
     pub values: Vec<f64>,
-    /// Places of those that are fitted
+    /// Indices of those that are fitted
     pub free: Vec<usize>,
 }
 
-/// The rows of a law with its unknowns: the constants, then strain offsets.
+/// The rows of a law with its unknowns: the constants, followed by strain offsets.
 #[derive(Clone, Copy)]
 pub struct Refit<'a> {
     pub model: FittableLaw,
@@ -29,7 +29,7 @@ pub struct Refit<'a> {
 }
 
 impl Refit<'_> {
-    /// The minimum of S over the unknowns at these places, found from `x`, and S there; `None` where x is not admitted.
+    /// The minimum of S over the unknowns with these indices, found from `x`, and S there; `None` if `x` is not admissible.
     pub fn refitted(&self, mut x: Vec<f64>, free: &[usize]) -> Option<(Vec<f64>, f64)> {
         let mut square = self.square(&x)?;
         let mut damping = 1e-9;
@@ -51,7 +51,7 @@ impl Refit<'_> {
         &values[..self.model.parameters().len()]
     }
 
-    /// The data point with the strain offsets of these values.
+    /// The data point shifted by the strain offsets among these values.
     fn moved(&self, values: &[f64], s: &Sample) -> Sample {
         let pairs = self.slack.iter().zip(&values[self.model.parameters().len()..]);
         let by = |(o, v): (&Offset, &f64)| o.shifted(s, v - o.strain);
@@ -71,7 +71,7 @@ impl Refit<'_> {
         self.model.sensitivities(own, &s).into_iter().chain(offsets).collect()
     }
 
-    /// S; `None` where the law is not defined or a factor is negative.
+    /// S; `None` if the law is not defined or a factor is negative.
     pub fn square(&self, values: &[f64]) -> Option<f64> {
         let sum = sum_of_squares(self.samples, self.weight, |s| self.law(values, s));
         let admitted = match &self.model.form.terms {
@@ -81,7 +81,7 @@ impl Refit<'_> {
         (admitted && sum.is_finite()).then_some(sum)
     }
 
-    /// A step of Levenberg–Marquardt in some constants that lowers S; factors stop at zero.
+    /// A Levenberg–Marquardt step in some constants that lowers S; factors are bounded below by zero.
     fn step(&self, x: &[f64], free: &[usize], square: f64, damping: &mut f64) -> Option<(Vec<f64>, f64)> {
         let scale: Vec<f64> = free.iter().map(|k| if x[*k] == 0.0 { 1.0 } else { x[*k].abs() }).collect();
         let rows = self.samples.iter().zip(self.weight);

@@ -1,15 +1,15 @@
 //! Laws with one shape constant per term: P = Σ c_k φ(λ; θ_k), c_k ≥ 0.
 //!
-//! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix
-//! after Kaufman, BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ
-//! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to nearly the same data they go
-//! alone; the trust region is called where they do not settle, or a term without a factor would come back.
+//! The factors are eliminated (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973; gradient and Gauss–Newton matrix after Kaufman,
+//! BIT 15, 1975): f(θ) = min_{c ≥ 0} ½‖Φ(θ)c − p̂‖², and argmin's trust region (Steihaug's conjugate gradients) searches θ alone, from several
+//! starts. Gauss–Newton steps in all constants then converge to rounding. From the answer to nearly the same data these steps alone suffice; the
+//! trust region is used if they do not settle, or if a term without a factor would reappear.
 //!
-//! Where the columns at −x are those at x, as those of Ogden's law are where λ₂ = 1 and λ₃ = 1/λ (planar tests and simple shear), every minimum has mirror images, of which
-//! the one with x ≥ 0 is taken.
+//! If the columns at −x equal those at x, as for Ogden's law with λ₂ = 1 and λ₃ = 1/λ (planar tests and simple shear), every minimum has mirror
+//! images, of which the one with x ≥ 0 is taken.
 //!
-//! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
-//! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
+//! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or more),
+//! then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
 use super::rows::{WeightedRows, padded, side_by_side};
 use super::solver_check::SolverCheck;
@@ -21,37 +21,38 @@ use argmin::core::{CostFunction, Error, Executor, Gradient, Hessian, State};
 use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use nalgebra::{DMatrix, DVector};
 
-/// Starts at most, of which so many are far apart
+/// Largest number of starts, and how many of them are far apart
 const STARTS: usize = 12;
 const APART: usize = 5;
-/// Iterations of the trust region between two looks at the gradient, and looks at most
+/// Iterations of the trust region between two checks of the gradient, and the largest number of checks
 const LEG: u64 = 8;
 const LEGS: usize = 60;
-/// Gradient below this part of the misfit is enough: Gauss–Newton does the rest \[–\]
+/// Gradient relative to the misfit below which Gauss–Newton steps take over \[–\]
 const GRADIENT: f64 = 1e-6;
-/// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part \[–\]
+/// Relative difference of the misfits ‖r‖ below which two starts arrived at the same minimum \[–\]
 const SAME: f64 = 1e-6;
-/// Two minima are one where their shapes differ by less than this part \[–\]
+/// Relative difference of the shapes below which two minima are one \[–\]
 const NEIGHBOURS: f64 = 1e-3;
-/// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors \[–\]
+/// Share of the misfit that counts as zero: r along the columns where no step lowers it, and the gain from other factors \[–\]
 const FLAT: f64 = 1e-7;
-/// Fall of the misfit in a step that ends a fit; of one among many, n of whose data points leave √(2nε) of a standard error
+/// Relative decrease of the misfit in a step below which a fit ends; and the same for one fit among many, with n data points, where it leaves √(2nε)
+/// of a standard error
 const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
-/// Part by which the columns at x and −x may differ by rounding \[–\]
+/// Relative difference of the columns at x and −x that is rounding \[–\]
 const MIRRORED: f64 = 1e-9;
-/// Largest norm of a column, so that products of columns do not overflow \[–\]: an exponential law is not defined beyond
+/// Largest norm of a column, so that products of columns do not overflow \[–\]: beyond it an exponential law counts as not defined
 const LARGEST: f64 = 1e100;
-/// Value of the objective where the law is not defined \[–\]: a step into it is taken back
+/// Value of the objective where the law is not defined \[–\]; a step there is rejected
 const WALL: f64 = 1e12;
 
-/// The least minimum, and what else the search found.
+/// The lowest minimum, and other results of the search.
 pub struct Separable {
     pub least: Minimum,
-    /// Minima with other shapes of the terms that count, in the order of their misfit
+    /// Minima with different shapes of the terms that count, in the order of their misfit
     pub others: Vec<Minimum>,
     pub check: SolverCheck,
-    /// Shapes of the other sign give the same stresses at every data point
+    /// Whether shapes with the opposite sign give the same stresses at every data point
     pub mirrored: bool,
 }
 
@@ -61,7 +62,7 @@ pub struct Minimum {
     pub factors: Vec<f64>,
     /// θ_k \[–\]
     pub shapes: Vec<f64>,
-    /// Where the search ended, to go on from
+    /// Shape variables at which the search ended, from which it can continue
     pub at: Vec<f64>,
 }
 
@@ -103,14 +104,14 @@ impl Projected<'_> {
         columns.iter().zip(c).fold(self.rows.target.clone(), |r, (a, c)| r - a * *c)
     }
 
-    /// Whether shapes at −x give the stresses of those at x, looked at where the grid ends and they differ most.
+    /// Whether shapes at −x give the same stresses as at x, checked at the end of the grid, where they differ most.
     fn is_mirrored(&self) -> bool {
         let x = self.family.grid.last().copied().unwrap_or_default();
         let pair = self.columns(&[x]).zip(self.columns(&[-x]));
         pair.is_some_and(|(a, b)| (&a[0] - &b[0]).norm() <= MIRRORED * a[0].norm())
     }
 
-    /// `None` where the law is not defined.
+    /// The best factors at some shapes; `None` if the law is not defined.
     fn at(&self, x: &[f64]) -> Option<Projection> {
         let columns = self.columns(x)?;
         let (r, d) = reduce(&side_by_side(&columns), &self.rows.target);
@@ -119,7 +120,7 @@ impl Projected<'_> {
         Some(Projection { c, columns, residual })
     }
 
-    /// Kaufman's Jacobian: c_k ∂φ/∂x without its part in the span of the terms that count, and the residual.
+    /// Kaufman's Jacobian: c_k ∂φ/∂x without its projection on the span of the terms that count, and the residual.
     fn jacobian(&self, x: &[f64]) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let p = self.at(x)?;
         let mut derivatives = self.derivatives(x, &p.c);
@@ -162,7 +163,8 @@ impl Hessian for Projected<'_> {
     }
 }
 
-/// `warm`: the only start, where a fit to nearly the same data is known. `goes_on` is asked before each start.
+/// Finds the minima. `warm`: the only start, if a fit to nearly the same data is known. `goes_on` is called before each start and may stop the
+/// search.
 pub fn solve(
     (family, terms): (&ShapedTerm, usize),
     rows: &WeightedRows,
@@ -188,14 +190,14 @@ pub fn solve(
     let Some(best) = ends.first() else {
         return Err(FitError::Solver { solver: "argmin", status: "no start lies where the law is defined".into() });
     };
-    // Below rounding every misfit is the same
+    // Below rounding all misfits are equal
     let agree = ends.iter().filter(|e| e.misfit <= best.misfit * (1.0 + SAME) + 1e-12).count();
     let by_factor = |end: &End| {
         let mut order: Vec<usize> = (0..terms).collect();
         order.sort_by(|a, b| end.c[*b].total_cmp(&end.c[*a]));
         minimum(end, order)
     };
-    // A warm start keeps the order of the answer it comes from, so that its constants can be compared
+    // A warm start keeps the order of terms of its answer, so that the constants can be compared
     let least = if warm.is_none() { by_factor(best) } else { minimum(best, (0..terms).collect()) };
     let mut others: Vec<Minimum> = vec![];
     for other in ends[1..].iter().filter(|e| e.settled).map(by_factor) {
@@ -245,7 +247,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
         };
         choices = choices.into_iter().flat_map(longer).collect();
     }
-    // Terms without a factor cannot move: choices with fewer of them first, then the part of the stresses that is explained
+    // Terms without a factor cannot move: choices with fewer of them come first, then those that explain more of the stresses
     let rate = |c: &Vec<usize>| {
         let (factors, explained) = few_weights(&r, &d, c);
         (factors.iter().filter(|c| **c == 0.0).count(), -explained)
@@ -265,7 +267,7 @@ fn starts(problem: &Projected<'_>, terms: usize) -> Vec<Vec<f64>> {
     chosen.into_iter().map(|c| c.iter().map(|k| grid[*k]).collect()).collect()
 }
 
-/// argmin's trust region has no test of its own: it runs in legs until the gradient is small or the objective stays.
+/// Runs argmin's trust region, which has no convergence test of its own, in legs until the gradient is small or the objective no longer falls.
 fn search(family: &ShapedTerm, rows: &WeightedRows, reach: f64, start: &[f64]) -> Result<Vec<f64>, FitError> {
     let fail = |e: Error| FitError::Solver { solver: "argmin", status: e.to_string() };
     let own = || Projected { family, rows, reach };
@@ -298,18 +300,18 @@ fn search(family: &ShapedTerm, rows: &WeightedRows, reach: f64, start: &[f64]) -
     Ok(x)
 }
 
-/// Where Gauss–Newton ended.
+/// The result of the Gauss–Newton steps.
 struct End {
     /// ‖r‖ \[–\]
     misfit: f64,
     x: Vec<f64>,
     c: Vec<f64>,
-    /// The misfit falls no more, neither by a step nor by other factors
+    /// Whether the misfit falls no further, neither by a step nor by other factors
     settled: bool,
 }
 
-/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls; it ends where the misfit falls by less
-/// than the part `flat`.
+/// Gauss–Newton in all constants of the terms that count, each step halved until the misfit falls; it ends when the relative decrease of the misfit
+/// is below `flat`.
 fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
     let Projection { mut c, mut columns, residual: mut r } = problem.at(&x)?;
     let mut settled = false;
@@ -323,7 +325,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         }
         let size: Vec<f64> = j.iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
         let scaled: Vec<_> = j.iter().zip(&size).map(|(c, n)| c / *n).collect();
-        // The step is that of the columns: their triangle has the same singular values
+        // The step follows from the triangular factor of the columns, which has the same singular values
         let (triangle, d) = reduce(&side_by_side(&scaled), &r);
         let svd = svd(triangle, true, true);
         let Ok(step) = svd.solve(&d, 1e-10 * svd.singular_values.max()) else { break };
@@ -351,7 +353,7 @@ fn finish(problem: &Projected<'_>, mut x: Vec<f64>, flat: f64) -> Option<End> {
         }
     }
     let misfit = r.norm();
-    // Factors that are the best for these shapes: a term that vanished does not come back
+    // Compares with the best factors for these shapes: a term that vanished does not reappear
     settled &= problem.at(&x)?.residual.norm() >= misfit * (1.0 - FLAT);
     Some(End { misfit, x, c, settled })
 }

@@ -1,21 +1,22 @@
 //! Tables with very many data points: means of neighbours in λ.
 //!
-//! Of more than 2 000 data points of a specimen and a mode, groups of m neighbours in λ become one data point with the mean stretch and the mean
-//! stress. A group that spans Δλ changes the law by P″Δλ²/24: at two thousand groups up to a stretch of 8 this is below 1e-6 of the largest stress. A
-//! stress that is far from the median of its group is kept as a data point of its own, so that an outlier remains one.
+//! If a specimen has more than 2 000 data points in a mode, groups of m neighbours in λ are replaced by one data point with the mean stretch and the
+//! mean stress. The mean over a group that spans Δλ differs from the law by P″Δλ²/24: with two thousand groups up to a stretch of 8 this is below
+//! 1e-6 of the largest stress. A stress that is far from the median of its group remains a separate data point, so that an outlier remains an
+//! outlier.
 //!
-//! Limits: noise decreases with √m, and so does the rms misfit that is reported; what varies slower than a group is unchanged.
+//! Limits: noise decreases with √m, and so does the reported rms misfit; variations slower than a group are unchanged.
 
 use crate::calibrate::Sample;
 use crate::math::statistics::median;
 
-/// Data points that are taken as they are
+/// Largest number of data points that are used unchanged
 pub const MOST: usize = 2_000;
-/// Robust standard deviations of a group, and part of its stress, from which on a data point is kept apart \[–\]
+/// Distance from the median of a group, in robust standard deviations and relative to its stress, from which on a data point is kept separate \[–\]
 const OFF: f64 = 8.0;
 const PART: f64 = 0.5;
 
-/// The means of these data points of one specimen and mode, and how many each holds; `None` where they are few.
+/// The means of these data points of one specimen and mode, and the number of data points in each; `None` if there are few data points.
 pub fn condensed(samples: &[Sample]) -> Option<(Vec<Sample>, usize)> {
     if samples.len() <= MOST {
         return None;

@@ -1,14 +1,15 @@
 //! Corrections of the data points on request: zero of the stress and toe.
 //!
-//! *Zero*: the mean stress of the first N data points is subtracted from every stress. *Toe*: the slack of a test piece before it carries. The
-//! straight line of least squares through the data points from the first of three in succession above the noise level p to the last one below 3p
-//! reaches zero stress at the strain e₀, which is subtracted from every strain; data points before the line are left out. Source: ASTM D638-14, annex
-//! A1, which takes the steepest part: rubbers are steepest at the start or at the end.
+//! *Zero*: the mean stress of the first N data points is subtracted from every stress. *Toe*: the slack of a test piece before it carries load. The
+//! least-squares line through the data points from the first of three in succession above the noise level p to the last one below 3p reaches zero
+//! stress at the strain e₀, which is subtracted from every strain; data points before the line are left out. Source: ASTM D638-14, annex A1, which
+//! takes the steepest part: for rubbers that is the start or the end.
 //!
-//! Limits: a rubber that softens curves the line, which moves e₀ by −3(p/E)² (p/E the strain at the level, Neo-Hookean law).
+//! Limits: the curve of a softening rubber is not straight, which shifts e₀ by −3(p/E)² (with the strain p/E at the level, for a neo-Hookean law).
 //!
-//! All data points of a curve share the errors of its zero and its toe. The mean of N data points has the half-width t s/√N with their standard deviation s and N − 1 degrees of freedom, of a single one
-//! the noise of the whole curve, at most the scatter about the fitted law: the noise of a sparse curve contains its curvature. An error of the zero moves the line of the toe along with the data.
+//! All data points of a curve share the errors of its zero and its toe. The mean of N data points has the half-width t s/√N with their standard
+//! deviation s and N − 1 degrees of freedom. For a single data point the noise of the whole curve is used, limited by the scatter about the fitted
+//! law, because the noise estimate of a sparse curve contains its curvature. An error of the zero shifts the line of the toe together with the data.
 
 use super::condense;
 use super::group::Group;
@@ -22,14 +23,14 @@ use crate::math::statistics::{deviation, t_quantile};
 use crate::math::units::{self, Dimension};
 use std::collections::HashSet;
 
-/// Data points above the level that begin the line, and data points of a line
+/// Number of successive data points above the level that begin the line, and least number of data points of a line
 const BEGIN: usize = 3;
-/// The line ends at this multiple of the level
+/// Multiple of the level at which the line ends
 const END: f64 = 3.0;
 /// Ratio of a 95 % half-width of a normal error to its standard deviation
 const NORMAL: f64 = 1.96;
 
-/// The corrections that are made.
+/// The requested corrections.
 #[derive(Clone, Copy, Debug)]
 pub struct Corrections<'a> {
     /// Number of first data points whose mean stress becomes zero
@@ -48,7 +49,7 @@ pub struct Corrected {
 }
 
 impl Corrections<'_> {
-    /// The data points of a table with the zero of each group and the toe of each side of rest.
+    /// Applies the zero of each group and the toe of each side of rest to the data points of a table.
     pub fn applied(
         self,
         rows: &[Sample],
@@ -67,7 +68,7 @@ impl Corrections<'_> {
             if !(level > 0.0 && level.is_finite()) {
                 return Err(refuse("the noise level must be above zero".into()));
             }
-            // A shift may take data points near rest to the other side
+            // A shift may move data points near rest to the other side
             let lines = |group: &Group| group.of(&all.samples).iter().map(|s| s.line).collect::<HashSet<u64>>();
             let lines: Vec<HashSet<u64>> = sides.iter().map(lines).collect();
             for (group, lines) in sides.iter().zip(&lines) {
@@ -78,7 +79,7 @@ impl Corrections<'_> {
     }
 }
 
-/// Subtracts the mean stress of the first data points; in a biaxial test of each direction alone.
+/// Subtracts the mean stress of the first data points; in a biaxial test for each direction separately.
 fn zero(all: &mut Corrected, group: &Group, n: usize, file: &str) -> Result<(), FitError> {
     let samples = &mut all.samples;
     let own = group.places(samples);
@@ -91,7 +92,7 @@ fn zero(all: &mut Corrected, group: &Group, n: usize, file: &str) -> Result<(), 
         let part: Vec<usize> = own.iter().skip(direction).step_by(directions).copied().collect();
         let rows: Vec<Sample> = part.iter().map(|k| samples[*k]).collect();
         let offset = rows[..n].iter().map(|s| s.stress).sum::<f64>() / n as f64;
-        // It is not known later of which direction a data point is
+        // Later steps cannot tell the directions of data points apart
         half_width = half_width.max(error_of_zero(&rows, n));
         lines = part[..n].iter().map(|k| samples[*k].line).collect();
         part.iter().for_each(|k| samples[*k].stress -= offset);
@@ -109,7 +110,8 @@ fn zero(all: &mut Corrected, group: &Group, n: usize, file: &str) -> Result<(), 
     Ok(())
 }
 
-/// Half-width of the 95 % interval of the mean stress of the first n data points \[Pa\], infinite of a single one of a curve that shows no noise.
+/// Half-width of the 95 % interval of the mean stress of the first n data points \[Pa\]; infinite for a single data point of a curve that shows no
+/// noise.
 fn error_of_zero(rows: &[Sample], n: usize) -> f64 {
     let (strains, stresses): (Vec<f64>, Vec<f64>) = rows.iter().map(|s| (s.stretch, s.stress)).unzip();
     match n.checked_sub(1).filter(|free| *free > 0) {
@@ -125,7 +127,7 @@ impl Corrected {
     }
 }
 
-/// Shifts the strain of a group to where the line reaches zero stress, and drops the data points before the line.
+/// Shifts the strain of a group by the strain at which the line reaches zero stress, and drops the data points before the line.
 fn shift(all: &mut Corrected, group: &Group, lines: &HashSet<u64>, level: f64) -> Result<(), String> {
     let (mode, samples) = (group.mode, &mut all.samples);
     if mode == Mode::Biaxial {

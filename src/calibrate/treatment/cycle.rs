@@ -1,17 +1,18 @@
 //! Loading and unloading in a table, and which loading is fitted.
 //!
-//! With a = |ln λ| in the order of the rows, a branch ends at an extreme of a from which a comes back by more than 2 % of its largest
-//! value. Rubbers soften in the first loading (Mullins, Rubber Chem. Technol. 42 (1969) 339–362): one law describes one loading,
-//! not a mean over loading and unloading. Where a table has tension and compression, each of them has loadings of its own.
+//! With a = |ln λ| in the order of the rows, a branch ends at an extremum of a from which a returns by more than 2 % of its largest value. Rubbers
+//! soften in the first loading (Mullins, Rubber Chem. Technol. 42 (1969) 339–362): one law describes one loading, not a mean over loading and
+//! unloading. If a table has tension and compression, each of them has its own loadings.
 //!
-//! A scatter of the measured strain is no unloading. Loadings are told apart by the median of each row and its neighbours, which leaves out single wrong rows,
-//! and a comes back by more than the range of as many normal errors, 2√(2 ln n) σ (David & Nagaraja, *Order Statistics*, 2003, ch. 10), σ from the median of
+//! Scatter of the measured strain is not unloading. Loadings are separated by the median of each row and its neighbours, which ignores single wrong
+//! rows, and a has to return by more than the range of n normal errors, 2√(2 ln n) σ (David & Nagaraja, *Order Statistics*, 2003, ch. 10), σ from the
+//! median of
 //! |aₖ − ½(aₖ₋₁ + aₖ₊₁)|/√1.5 (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73, 1986).
 //!
-//! The end of a loading at which the stretch is held is none of it: [`super::hold`].
+//! A hold of the stretch at the end of a loading is not part of it: [`super::hold`].
 //!
-//! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it; a loop of the size of the
-//! scatter is not found.
+//! Limits: rows out of order have no branches; a table has cycles only if branches of five or more rows hold four fifths of it; a loop of the size of
+//! the scatter is not found.
 
 use crate::calibrate::{FitError, Sample};
 use crate::math::statistics::median;
@@ -28,7 +29,7 @@ pub enum Cycle {
     LastLoading,
     /// Counted from 1
     Loading(usize),
-    /// Every row, unloading too
+    /// Every row, including unloading
     All,
 }
 
@@ -70,20 +71,20 @@ impl fmt::Display for Cycle {
     }
 }
 
-/// Part of the largest |ln λ| by which rows have to come back to end a branch \[–\]
+/// Share of the largest |ln λ| by which rows have to return to end a branch \[–\]
 const REVERSAL: f64 = 0.02;
-/// Rows of a branch that counts, and part of all rows that such branches hold
+/// Least number of rows of a branch that counts, and the share of all rows that such branches must hold
 const LEAST: usize = 5;
 const HELD: f64 = 0.8;
 
-/// Rows from one extreme of a to the next.
+/// Rows from one extremum of a to the next.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Branch {
     pub loading: bool,
     pub rows: Range<usize>,
 }
 
-/// Branches in the order of the rows, each row taken as it is.
+/// Branches in the order of the rows, without smoothing.
 pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
     let a = path(samples);
     divided(&a, reversal(&a))
@@ -94,12 +95,12 @@ pub fn path(samples: &[&Sample]) -> Vec<f64> {
     samples.iter().map(|s| s.stretch.ln().abs()).collect()
 }
 
-/// The least amount by which a has to come back.
+/// The smallest amount by which a has to return.
 fn reversal(a: &[f64]) -> f64 {
     REVERSAL * a.iter().copied().fold(0.0, f64::max)
 }
 
-/// Range of the errors of a that differ from row to row.
+/// Range of the independent errors of a from row to row.
 pub fn scatter(a: &[f64]) -> f64 {
     let bends: Vec<f64> = a.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
     if bends.is_empty() {
@@ -114,7 +115,7 @@ pub fn medians(a: &[f64]) -> Vec<f64> {
     (0..a.len()).map(|k| if k == 0 || k + 1 == a.len() { a[k] } else { median(&a[k - 1..k + 2]) }).collect()
 }
 
-/// Branches that end where a comes back by more than `reversal`.
+/// Branches that end where a returns by more than `reversal`.
 fn divided(a: &[f64], reversal: f64) -> Vec<Branch> {
     let mut found = Vec::new();
     let (mut loading, mut start, mut extreme) = (true, 0, 0);
@@ -133,7 +134,7 @@ fn divided(a: &[f64], reversal: f64) -> Vec<Branch> {
     found
 }
 
-/// Branches by the medians, each up to the extreme of the rows themselves.
+/// Branches of the medians, each extended to the extremum of the rows themselves.
 fn quiet_branches(a: &[f64]) -> Vec<Branch> {
     let mut found = divided(&medians(a), reversal(a).max(scatter(a)));
     for k in 1..found.len() {
@@ -147,19 +148,19 @@ fn quiet_branches(a: &[f64]) -> Vec<Branch> {
     found
 }
 
-/// Lines in which the stretch goes back from its extreme to the beginning within one row, which no machine does.
+/// Lines in which the stretch jumps from its extremum back to the beginning within one row, which no machine does.
 pub fn jumps(samples: &[Sample]) -> Vec<u64> {
     let a = |s: &Sample| s.stretch.ln().abs();
     let largest = samples.iter().map(a).fold(0.0, f64::max);
     samples.windows(2).filter(|w| a(&w[0]) - a(&w[1]) > 0.5 * largest).map(|w| w[1].line).collect()
 }
 
-/// Rows of each loading; `None` where the rows are one loading, or in no order.
+/// Rows of each loading; `None` if the rows are a single loading or out of order.
 pub fn loadings(samples: &[&Sample]) -> Option<Vec<Range<usize>>> {
     loadings_along(&path(samples))
 }
 
-/// The same of rows with these a, which grow from the rest on.
+/// Rows of each loading for rows with these values of a, which grow from rest; `None` if they are a single loading or out of order.
 pub fn loadings_along(a: &[f64]) -> Option<Vec<Range<usize>>> {
     let all = quiet_branches(a);
     let long: Vec<Branch> = all.into_iter().filter(|b| b.rows.len() >= LEAST).collect();
@@ -171,7 +172,7 @@ pub fn loadings_along(a: &[f64]) -> Option<Vec<Range<usize>>> {
     Some(long.into_iter().filter(|b| b.loading).map(|b| b.rows).collect())
 }
 
-/// The rows of one choice; refuses a loading that does not exist.
+/// The rows of the chosen loading; refuses a loading that does not exist.
 pub fn pick(file: &str, loadings: &[Range<usize>], rows: usize, cycle: Cycle) -> Result<Range<usize>, FitError> {
     let found = loadings.len();
     match cycle {
@@ -208,13 +209,13 @@ mod tests {
         assert_eq!(found(&twice), Some(vec![0..10, 19..28]));
         assert_eq!(found(&up), None, "one loading");
         assert_eq!(found(&down), None, "listed from the end");
-        // Two runs one after the other: the jump back is no branch of its own
+        // Two runs in succession: the jump back is not a branch of its own
         let runs = [&up[..], &up[..]].concat();
         assert_eq!(found(&runs).map(|l| l.len()), Some(2));
-        // Noise of 1 % of the range makes no branch
+        // Noise of 1 % of the range does not create a branch
         let noisy: Vec<f64> = up.iter().enumerate().map(|(k, l)| l + 0.005 * f64::from(k as u32 % 2)).collect();
         assert_eq!(found(&noisy), None);
-        // A wrong row is no unloading
+        // A wrong row is not unloading
         let mut wrong = [&up[..], &down[..], &up[1..], &down[..]].concat();
         (wrong[5], wrong[24]) = (1.1, 1.9);
         assert_eq!(found(&wrong), Some(vec![0..10, 19..28]));

@@ -1,4 +1,4 @@
-//! Data points of one specimen in one mode, which are treated together, and those of them on either side of rest.
+//! Data points of one specimen in one mode, which are treated together, and their parts on either side of rest.
 
 use crate::calibrate::sample::sides;
 use crate::calibrate::{Experiment, Mode, Sample};
@@ -9,14 +9,14 @@ use std::collections::HashSet;
 pub struct Group {
     pub specimen: usize,
     pub mode: Mode,
-    /// One of its sides of rest alone: tension, or compression
+    /// One side of rest alone: tension (`true`) or compression (`false`)
     side: Option<bool>,
-    /// The mode, and the specimen where there are several
+    /// The mode, with the specimen if there are several
     pub name: String,
 }
 
 impl Group {
-    /// All that occur in a table.
+    /// All groups that occur in a table.
     pub fn all(table: &Experiment) -> Vec<Self> {
         let present: HashSet<(usize, Mode)> = table.samples.iter().map(|s| (s.specimen, s.mode)).collect();
         let of = |(specimen, file): (usize, &String)| {
@@ -28,7 +28,8 @@ impl Group {
         table.specimens.iter().enumerate().flat_map(of).collect()
     }
 
-    /// Its data points in tension and those in compression, which have loadings and ends of their own, where it has both; else itself. Shear to either side is one load.
+    /// Its data points in tension and in compression, which have their own loadings and ends, if it has both; otherwise the group itself. Shear in
+    /// both directions is one load.
     pub fn by_side(&self, samples: &[Sample]) -> Vec<Self> {
         if !Mode::PULLED.contains(&self.mode) || sides(samples.iter().filter(|s| self.has(s))) != [true, true] {
             return vec![self.clone()];
@@ -40,7 +41,7 @@ impl Group {
         [(true, "tension"), (false, "compression")].map(of).into()
     }
 
-    /// Whether it is the tension of its mode alone, or the compression.
+    /// The side of rest, if the group is one side alone: `true` for tension, `false` for compression.
     pub fn tension(&self) -> Option<bool> {
         self.side
     }
@@ -55,7 +56,7 @@ impl Group {
         samples.iter().filter(|s| self.has(s)).copied().collect()
     }
 
-    /// The places of its data points.
+    /// The indices of its data points.
     pub fn places(&self, samples: &[Sample]) -> Vec<usize> {
         (0..samples.len()).filter(|k| self.has(&samples[*k])).collect()
     }

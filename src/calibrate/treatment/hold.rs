@@ -1,30 +1,34 @@
-//! The end of a loading at which the stretch is held while the stress relaxes: those data points are no loading.
+//! The end of a loading at which the stretch is held while the stress relaxes: these data points are not part of the loading.
 //!
-//! With a = |ln λ|, each row as the median of itself and its neighbours, a hold begins at the first row from which on a stays within a band of its largest value in the loading.
-//! The band is the range of the errors of a, at least ½ % and at most 2 % of that value. Rows behind the loading count while they stay in the band: the extreme of a hold is
-//! one of its rows, by chance. The band holds a tenth of the rows of the loading or more, eight times as many as any other of its width beyond the first 5 % of a (else the test
-//! goes in steps, or the rows are dense), without a slope: the means of both its halves differ by less than a quarter of it (a sine that turns differs by half). And
-//! the stress relaxes: from the first to the last third its mean falls by ½ % and four standard errors or more, but not to less than half, which is a rupture.
+//! With a = |ln λ|, each row as the median of itself and its neighbours, a hold begins at the first row from which on a stays within a band of its
+//! largest value in the loading. The band is the range of the errors of a, at least ½ % and at most 2 % of that value. Rows after the loading count
+//! as long as they stay in the band, because the extremum of a hold is any one of its rows, by chance. The band must hold at least a tenth of the
+//! rows of the loading, and eight times as many as any other band of its width beyond the first 5 % of a (otherwise the test proceeds in steps, or
+//! the rows are dense), without a slope: the means of its two halves differ by less than a quarter of its width (at the peak of a sine they differ by
+//! half). And the stress must relax: from the first to the last third its mean falls by ½ % and four standard errors or more, but not to less than
+//! half, which is a rupture.
 //!
-//! Limits: the band counts rows, whatever their times; a hold of few rows, with a drift of the stretch, or after other holds stays in the loading.
+//! Limits: the band counts rows regardless of their times; a hold of few rows, with a drift of the stretch, or after other holds remains part of the
+//! loading.
 
 use super::cycle::{medians, path, scatter};
 use crate::calibrate::Sample;
 use crate::math::statistics::mean;
 use std::ops::Range;
 
-/// Least and largest width of the band over the largest a \[–\]: what a machine holds a stretch to, and what a branch needs to come back
+/// Smallest and largest width of the band relative to the largest a \[–\]: the accuracy to which a machine holds a stretch, and the return that ends
+/// a branch
 const BAND: [f64; 2] = [0.005, 0.02];
-/// Rows of a hold at least, and their part of the rows of the loading \[–\]
+/// Least number of rows of a hold, and their least share of the rows of the loading \[–\]
 const ROWS: usize = 8;
 const PART: f64 = 0.1;
-/// How many times more rows it holds than another band
+/// Least ratio of the number of its rows to that of any other band
 const MORE: usize = 8;
-/// Part of the largest a up to which a test may dwell at its beginning \[–\]
+/// Share of the largest a up to which a test may dwell at its beginning \[–\]
 const BEGINNING: f64 = 0.05;
-/// Part of the band by which the means of its halves may differ \[–\]
+/// Share of the band by which the means of its halves may differ \[–\]
 const FLAT: f64 = 0.25;
-/// Part of the stress that relaxes at least, and standard errors of its fall; part that stays \[–\]
+/// Least share of the stress that relaxes, least number of standard errors of its fall, and least share that remains \[–\]
 const RELAXED: f64 = 0.005;
 const ERRORS: f64 = 4.0;
 const STAYS: f64 = 0.5;
@@ -32,19 +36,19 @@ const STAYS: f64 = 0.5;
 /// A hold at the end of a loading.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Hold {
-    /// Its rows behind the one that reached the stretch: the loading ends before them
+    /// Its rows after the one that reached the stretch; the loading ends before them
     pub rows: Range<usize>,
-    /// Part of the stress that is gone in the last third of its rows \[–\]
+    /// Share of the stress that has relaxed in the last third of its rows \[–\]
     pub relaxed: f64,
 }
 
-/// The hold at the end of a loading, rows of the samples in the order of the test; `None` where none is evident.
+/// The hold at the end of a loading, where rows are those of the samples in the order of the test; `None` if there is no evident hold.
 pub fn at_the_end(samples: &[Sample], loading: Range<usize>) -> Option<Hold> {
     let stress: Vec<f64> = samples.iter().map(|s| s.stress.abs()).collect();
     along(&path(&samples.iter().collect::<Vec<_>>()), &stress, loading)
 }
 
-/// The same of rows with these a, which grow from the rest on, and these sizes of the stress.
+/// The hold at the end of a loading for rows with these values of a, which grow from rest, and these magnitudes of the stress.
 pub fn along(raw: &[f64], stress: &[f64], loading: Range<usize>) -> Option<Hold> {
     let a = medians(raw);
     let top = a[loading.clone()].iter().copied().fold(0.0, f64::max);
@@ -60,7 +64,7 @@ pub fn along(raw: &[f64], stress: &[f64], loading: Range<usize>) -> Option<Hold>
     relaxed(&stress[held.clone()], stress[reached]).map(|relaxed| Hold { rows: held, relaxed })
 }
 
-/// Most of the values above the least one that lie within a band of this width.
+/// Largest number of values above `least` that lie within a band of this width.
 fn most_within(values: &[f64], band: f64, least: f64) -> usize {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|a| *a > least).collect();
     sorted.sort_by(f64::total_cmp);
@@ -74,7 +78,7 @@ fn is_flat(values: &[f64], band: f64) -> bool {
     (mean(second) - mean(first)).abs() <= FLAT * band
 }
 
-/// The part of the stress that is gone at the end, over the one at the beginning, where it relaxes.
+/// The share of the stress that has relaxed at the end, relative to the stress at the beginning; `None` if it does not relax.
 fn relaxed(stress: &[f64], peak: f64) -> Option<f64> {
     let third = stress.len() / 3;
     let (first, last) = (mean(&stress[..third]), mean(&stress[stress.len() - third..]));
@@ -84,7 +88,8 @@ fn relaxed(stress: &[f64], peak: f64) -> Option<f64> {
     relaxes.then(|| 1.0 - last / peak.max(first))
 }
 
-/// Standard error of the difference of two means of this many values, by the difference of each value from its neighbours (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73, 1986).
+/// Standard error of the difference of two means of `count` values each, from the difference of each value from its neighbours (Gasser, Sroka &
+/// Jennen-Steinmetz, Biometrika 73, 1986).
 fn scatter_of_mean(values: &[f64], count: usize) -> f64 {
     let bends = values.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).powi(2) / 1.5);
     (bends.sum::<f64>() / (values.len() - 2) as f64 * 2.0 / count as f64).sqrt()
@@ -95,7 +100,7 @@ mod tests {
     use super::*;
     use crate::calibrate::Mode;
 
-    /// Data points of a law that loses this part of its stress in the rows at the largest stretch of the test so far.
+    /// Data points of a law that loses this share of its stress in the rows at the largest stretch of the test so far.
     fn test(stretches: impl Iterator<Item = f64>, part: f64) -> Vec<Sample> {
         let (mut top, mut rows) = (1.0_f64, 0.0);
         let sample = |stretch: f64| {
@@ -121,11 +126,11 @@ mod tests {
         let held = |n: usize| up(50).chain(std::iter::repeat_n(2.0, n));
         let hold = at_the_end(&test(held(30), 0.2), 0..80).expect("30 rows of relaxation");
         assert!(hold.rows == (50..80) && (hold.relaxed - 0.2).abs() < 0.02, "{hold:?}");
-        // The noise of a hold of 200 rows, whose largest value ends the branch in the fourth of them
+        // The noise of a hold of 200 rows, whose largest value ends the branch in the fourth row
         let noise = (0..200).map(|k| 2.0 + 1e-4 * f64::from(k * 7919 % 200 - 100) / 100.0);
         let noisy = test(up(50).chain(noise), 0.2);
         assert_eq!(at_the_end(&noisy, 0..54).map(|h| h.rows.start), Some(50));
-        // A piece that was straightened or preloaded first dwells at the beginning
+        // A piece that is straightened or preloaded first dwells at the beginning
         assert_eq!(found(&test(std::iter::repeat_n(1.01, 20).chain(held(30)), 0.2)), Some(70));
         let pressed: Vec<Sample> = test(held(30), 0.2)
             .into_iter()

@@ -1,4 +1,4 @@
-//! Treatments of the data points before a fit, as requested and as not chosen.
+//! Treatments of the data points before a fit: the requested one, and alternatives.
 
 pub(super) mod condense;
 pub(super) mod corrections;
@@ -14,11 +14,11 @@ use crate::calibrate::Sample;
 use cycle::Cycle;
 use serde::{Deserialize, Serialize};
 
-/// The requested treatment of the data points; `None`: they are taken as they are.
+/// The requested treatment of the data points; a field that is `None` leaves them unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Preparation {
-    /// `None`: the first loading, with a warning where there are more branches
+    /// The loading that is fitted; `None`: the first one, with a warning if there are more branches
     pub cycle: Option<Cycle>,
     /// Number of first data points whose mean stress becomes zero
     pub zero: Option<usize>,
@@ -27,7 +27,7 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    /// This one, completed by another one.
+    /// This preparation, completed by another one.
     pub(super) fn or(&self, other: &Self) -> Self {
         Self {
             cycle: self.cycle.or(other.cycle),
@@ -46,9 +46,9 @@ pub enum Treatment {
     WithoutSlack,
     LastLoading,
     EveryRow,
-    /// The data points of a hold at the end of the loading, too
+    /// Includes the data points of a hold at the end of the loading
     WithHold,
-    /// The data points after the rupture, too
+    /// Includes the data points after the rupture
     WithRupture,
 }
 
@@ -70,7 +70,7 @@ impl Treatment {
 #[derive(Clone, Debug)]
 pub struct Alternative {
     pub treatment: Treatment,
-    /// True where the treatment that was taken was not requested
+    /// Whether the treatment that the fit uses was not requested
     pub unasked: bool,
     pub samples: Vec<Sample>,
 }

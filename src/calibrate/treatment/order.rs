@@ -1,4 +1,4 @@
-//! Order of the data points: that of time, where it is the order of the test, and in a loading without times that of the stretches.
+//! Order of the data points: by time if that is the order of the test, and by stretch for a loading without times.
 
 use super::cycle;
 use super::group::Group;
@@ -6,12 +6,12 @@ use crate::calibrate::{AuditEntry, AuditKind, Experiment, FitError, Mode, RawRow
 use crate::math::statistics::extent;
 use std::collections::{HashMap, HashSet};
 
-/// Rows of a part of a table on average, and the part of a range that counts as an overlap, or as the start \[–\]
+/// Average number of rows of a part of a table, and the share of a range that counts as an overlap, or as the start \[–\]
 const RESTART: usize = 5;
 const START: f64 = 0.1;
 
-/// Data points in the order of time, where that is the order of the test: fewer reversals of the stretch than in the order of the file.
-/// Refuses times that start again together with the stretch, unless a loading was asked for.
+/// Data points in the order of time, if that is the order of the test: it has fewer reversals of the stretch than the order of the file. Refuses
+/// times that restart together with the stretch, unless a loading was requested.
 pub fn by_time(
     table: &Experiment,
     groups: &[Group],
@@ -48,8 +48,8 @@ pub fn by_time(
     })
 }
 
-/// Lines in which the time goes back into a part of the test that is in the table already, and whether the stretch is back at the start, too. Rows
-/// out of order are none: their parts are short, or do not overlap.
+/// Lines in which the time returns to a part of the test that is already in the table, and whether the stretch is back at the start, too. Rows out of
+/// order do not count: their parts are short, or do not overlap.
 fn restarts(samples: &[Sample], time: &HashMap<u64, f64>) -> Vec<(u64, bool)> {
     let t = |s: &Sample| time[&s.line];
     let backs: Vec<usize> = (1..samples.len()).filter(|k| t(&samples[*k]) < t(&samples[*k - 1])).collect();
@@ -67,8 +67,8 @@ fn restarts(samples: &[Sample], time: &HashMap<u64, f64>) -> Vec<(u64, bool)> {
     backs.iter().map(|k| (samples[*k].line, at_start(&samples[*k]))).collect()
 }
 
-/// Data points of one loading in the order of their stretches, where no time tells another order: their neighbours are then those in stretch, whatever
-/// the order of the file.
+/// Data points of one loading in the order of their stretches, unless times give another order: their neighbours are then neighbours in stretch,
+/// independently of the order of the file.
 pub fn by_stretch(raw: &[RawRow], groups: &[Group], mut samples: Vec<Sample>) -> Vec<Sample> {
     let timed: HashSet<usize> = raw.iter().filter(|r| r.time.is_some()).map(|r| r.specimen).collect();
     for group in groups {

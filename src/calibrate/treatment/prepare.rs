@@ -1,4 +1,5 @@
-//! Treatment of the data points before a fit: order of time, choice of a loading, its end at a hold or at rupture, and on request zero of the stress and toe.
+//! Treatment of the data points before a fit: order in time, choice of a loading, its end at a hold or at rupture, and on request the zero of the
+//! stress and the toe.
 
 use super::condense;
 use super::corrections::{Corrected, Corrections};
@@ -37,7 +38,7 @@ impl Experiment {
         let (samples, condensed) = table.condensed(taken.samples);
         log.extend(condensed);
         let alternative = |Variant { treatment, unasked, rows, corrections }: Variant| {
-            // A treatment that cannot be had is no alternative
+            // A treatment that fails is not an alternative
             let Corrected { samples, .. } = table.corrected(&rows, corrections).ok()?;
             Some(Alternative { treatment, unasked, samples: table.condensed(samples).0 })
         };
@@ -52,7 +53,7 @@ impl Experiment {
 }
 
 impl Experiment {
-    /// Every data point of a cyclic test in the order of time, but those of holds at the ends of its loadings and those after a rupture.
+    /// All data points of a cyclic test in the order of time, except holds at the ends of its loadings and data points after a rupture.
     pub fn prepare_cycles(mut self) -> Result<Self, FitError> {
         let groups = Group::all(&self);
         let (every, mut log) = order::by_time(&self, &groups, true)?;
@@ -67,7 +68,7 @@ impl Experiment {
     }
 }
 
-/// Data points under another treatment than the one that is taken, before their corrections.
+/// Data points, before their corrections, under a treatment that differs from the chosen one.
 struct Variant<'a> {
     treatment: Treatment,
     unasked: bool,
@@ -77,15 +78,15 @@ struct Variant<'a> {
 
 /// One loading of each group.
 struct Loading {
-    /// With its hold and what follows a rupture
+    /// With its hold and the data points after a rupture
     all: Vec<Sample>,
     /// Lines of the hold at its end
     held: HashSet<u64>,
     /// Without the hold
     whole: Vec<Sample>,
-    /// Without the hold and what follows a rupture
+    /// Without the hold and the data points after a rupture
     picked: Vec<Sample>,
-    /// Entries on the data points that it leaves out
+    /// Log entries on the data points that it leaves out
     log: Vec<AuditEntry>,
 }
 
@@ -93,7 +94,7 @@ struct Loading {
 struct Table<'a> {
     of: &'a Experiment,
     groups: Vec<Group>,
-    /// The groups by the sides of rest
+    /// The groups, divided into the sides of rest
     sides: Vec<Group>,
     every: Vec<Sample>,
 }
@@ -113,12 +114,12 @@ impl<'t> Table<'t> {
         Ok(Loading { all, held, whole, picked, log })
     }
 
-    /// Whether the table has other data points than this loading.
+    /// Whether the table has data points outside this loading.
     fn is_divided_by(&self, loading: &Loading) -> bool {
         loading.all.len() < self.every.len()
     }
 
-    /// The treatments that are not taken.
+    /// The treatments that were not chosen.
     fn variants<'a>(
         &self,
         taken: &Loading,
@@ -159,7 +160,8 @@ impl<'t> Table<'t> {
         Ok(found)
     }
 
-    /// Leaves out the data points of a machine that waits without strain, but for the last one before it goes on: in any number they would count as data of the law.
+    /// Leaves out the data points while the machine waits at zero strain, except the last one before it continues: otherwise any number of them would
+    /// count as data of the law.
     fn waiting(&self, samples: &mut Vec<Sample>) -> Option<AuditEntry> {
         let mut gone: HashSet<(usize, u64)> = HashSet::new();
         for group in &self.groups {
@@ -178,7 +180,7 @@ impl<'t> Table<'t> {
         (!gone.is_empty()).then(|| AuditEntry::new(AuditKind::LeftOut, message, gone))
     }
 
-    /// The data points in order, and means of neighbours where a group has very many.
+    /// The data points in order, replaced by means of neighbours if a group has very many.
     fn condensed(&self, samples: Vec<Sample>) -> (Vec<Sample>, Vec<AuditEntry>) {
         let samples = order::by_stretch(&self.of.raw, &self.groups, samples);
         let (mut found, mut log) = (vec![], vec![]);
@@ -205,7 +207,7 @@ impl<'t> Table<'t> {
         (found, log)
     }
 
-    /// Lines of the holds at the ends of the loadings, none where all data points were asked for.
+    /// Lines of the holds at the ends of the loadings; empty if all data points were requested.
     fn holds(&self, loading: &[Sample], cycle: Cycle) -> (HashSet<u64>, Vec<AuditEntry>) {
         let (mut gone, mut log) = (HashSet::new(), vec![]);
         // Directions of a biaxial test are held at different stretches
@@ -219,7 +221,7 @@ impl<'t> Table<'t> {
         (gone, log)
     }
 
-    /// The same of every loading.
+    /// Lines of the holds at the ends of all loadings of a cyclic test.
     fn holds_of_cycles(&self) -> (HashSet<u64>, Vec<AuditEntry>) {
         let of = |group: &Group| {
             let own = group.of(&self.every);
@@ -232,7 +234,7 @@ impl<'t> Table<'t> {
         (log.iter().flat_map(|entry| entry.lines.iter().copied()).collect(), log)
     }
 
-    /// The data points before the rupture of each piece.
+    /// The data points before the rupture of each test piece.
     fn before_rupture(&self, rows: &[Sample]) -> (Vec<Sample>, Vec<AuditEntry>) {
         let (mut kept, mut log) = (vec![], vec![]);
         for group in &self.sides {
@@ -284,7 +286,7 @@ impl<'t> Table<'t> {
             let own: Vec<&Sample> = places.iter().map(|k| &self.every[*k]).collect();
             // Directions of a biaxial test reverse at different times
             let loadings = (group.mode != Mode::Biaxial).then(|| cycle::loadings(&own)).flatten();
-            // Without branches the table is one loading
+            // Without branches the table is a single loading
             let loadings = loadings.unwrap_or_else(|| vec![Range { start: 0, end: own.len() }]);
             found.extend_from_slice(&places[cycle::pick(&self.of.file, &loadings, own.len(), cycle)?]);
         }
@@ -292,7 +294,7 @@ impl<'t> Table<'t> {
         Ok(found.into_iter().map(|k| self.every[k]).collect())
     }
 
-    /// Stretches that jump back, and the data points of other branches than the loading that is taken.
+    /// Log entries on stretches that jump back, and on the data points of branches other than the chosen loading.
     fn other_branches(&self, taken: &Loading, asked: Option<Cycle>) -> Vec<AuditEntry> {
         let (mut counts, mut log) = (vec![], vec![]);
         for group in &self.sides {
@@ -322,7 +324,7 @@ impl<'t> Table<'t> {
     }
 }
 
-/// Entry on the data points of holds.
+/// Log entry on the data points of holds.
 fn hold_entry(group: &Group, own: &[Sample], holds: &[hold::Hold], remedy: &str) -> AuditEntry {
     let lines = holds.iter().flat_map(|hold| own[hold.rows.clone()].iter().map(|s| s.line)).collect();
     let relaxed = holds.iter().map(|hold| hold.relaxed).fold(0.0, f64::max);

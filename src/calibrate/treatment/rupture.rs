@@ -1,37 +1,39 @@
 //! Data points after the rupture of a test piece, and the beginning of a curve that does not start at zero.
 //!
-//! *Rupture*: the stress falls below half of its largest level and stays there to the end, while the stretch does not go back. The data points
-//! from the first one below 90 % of that level on are left out, and so are last ones in which the stretch has jumped back by more than half and the piece carries less than 2 % of
-//! that level, where it carried more at a smaller stretch before: an extensometer on a broken piece. The level of a data point is its own stress, or the median of itself and two neighbours on either side
-//! where that is less: a single one far above its neighbours is no level from which a piece breaks, and does not carry after a rupture. *Beginning*: the
-//! parabola of least squares through the first data points, up to a strain of 0.3 (or half of the largest one), does not go through zero; a Neo-Hookean curve makes it
-//! miss by 1 % of the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
-//! does so over a fiftieth. This stress is the median of a data point and two neighbours on either side.
+//! *Rupture*: the stress falls below half of its largest level and stays there to the end, while the stretch does not go back. The data points from
+//! the first one below 90 % of that level on are left out. So are final data points in which the stretch has jumped back by more than half and the
+//! piece carries less than 2 % of that level, although it carried more at a smaller stretch before: an extensometer on a broken piece. The level of a
+//! data point is the smaller of its own stress and the median of itself and two neighbours on either side: a single data point far above its
+//! neighbours is not a level from which a piece breaks, and does not show that a piece carries load after a rupture. *Beginning*: the least-squares
+//! parabola through the first data points, up to a strain of 0.3 (or half of the largest strain), does not pass through zero; for a neo-Hookean curve
+//! it misses zero by 1 % of the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; for a
+//! neo-Hookean curve it does so over a fiftieth. This stress is the median of a data point and two neighbours on either side.
 //!
-//! Limits: three or more successive data points far above the others are a level.
+//! Limits: three or more successive data points far above the others count as a level.
 
 use crate::calibrate::{Mode, Sample};
 use crate::math::statistics::{extent, median};
 use nalgebra::{DMatrix, DVector};
 
-/// Neighbours on either side of a data point
+/// Number of neighbours on either side of a data point
 const NEAR: usize = 2;
-/// Parts of the largest level below which a piece is broken, and above which it is whole \[–\]
+/// Shares of the largest level below which a piece is broken, and above which it is whole \[–\]
 const BROKEN: f64 = 0.5;
 const WHOLE: f64 = 0.9;
-/// The stretch has gone back where it is below this part of the one at the largest level \[–\]
+/// Ratio to the stretch measure at the largest level below which the stretch has gone back \[–\]
 const BACK: f64 = 0.98;
-/// Part of the largest |ln λ| by which the stretch goes back within one data point only where a piece has broken, and part of the stress there that is none \[–\]
+/// Relative decrease of |ln λ| within one data point that only a broken piece shows, and relative stress below which it carries no load \[–\]
 const SNAP: f64 = 0.5;
 const NOTHING: f64 = 0.02;
 
-/// How many of these data points of one loading come before the rupture.
+/// Number of data points of one loading before the rupture.
 pub fn before(samples: &[Sample]) -> usize {
     let side: Vec<f64> = samples.iter().map(|s| if s.stretch < 1.0 { -s.stress } else { s.stress }).collect();
     before_along(&samples.iter().map(|s| s.stretch.ln().abs()).collect::<Vec<f64>>(), &side)
 }
 
-/// The same of rows with these |ln λ|, or another size that grows from the rest on, and these stresses, positive along the stretch.
+/// Number of rows before the rupture, for rows with these values of |ln λ|, or of another measure that grows from rest, and these stresses, positive
+/// along the stretch.
 pub fn before_along(amount: &[f64], side: &[f64]) -> usize {
     let all = side.len();
     let medians = levels(side);
@@ -42,21 +44,22 @@ pub fn before_along(amount: &[f64], side: &[f64]) -> usize {
         return before_along(&amount[..whole], &side[..whole]);
     }
     let least = BACK * amount[top];
-    // Of stresses against the stretch the largest level is negative, and no rupture
+    // If the stresses oppose the stretch, the largest level is negative, and there is no rupture
     if high <= -low || carried[top] <= 0.0 || amount[top..].iter().any(|a| *a < least) {
         return all;
     }
-    // From the end back to the last data point that carries; one far above its neighbours does not
+    // From the end back to the last data point that carries load; a data point far above its neighbours does not count
     let is_below = |k: &usize, part: f64| side[*k] < part * carried[top] || medians[*k] < BROKEN * carried[top];
     let below = |part: f64| (top..all).rev().take_while(|k| is_below(k, part)).count();
     if below(BROKEN) == 0 { all } else { all - below(WHOLE) }
 }
 
-/// The first of the last data points, where the stretch has jumped back from there on while the piece carries nothing: an extensometer on a broken piece. `top`: the largest level.
+/// Index of the first of the final data points from which on the stretch has jumped back while the piece carries nothing: an extensometer on a broken
+/// piece. `top`: index of the largest level.
 fn snapped(amount: &[f64], side: &[f64], top: usize) -> Option<usize> {
     let jumps = |k: &usize| amount[k - 1] - amount[*k] > SNAP * amount[top];
     let first = (top + 1..amount.len()).find(jumps)?;
-    // An unloaded piece carries nothing near rest only: a whole one carried more at a smaller stretch before
+    // An unloaded piece carries nothing only near rest: a whole piece carried more at a smaller stretch before
     let carried = |k: usize| (0..first).any(|i| amount[i] <= amount[k] && side[i] > NOTHING * side[top]);
     let is_broken = |k: usize| side[k].abs() < NOTHING * side[top] && carried(k);
     (first..amount.len()).all(is_broken).then_some(first)
@@ -68,27 +71,27 @@ fn levels(stress: &[f64]) -> Vec<f64> {
     (0..stress.len()).map(near).collect()
 }
 
-/// Strain up to which the beginning is looked at, and data points of it at least
+/// Strain up to which the beginning is examined, and the least number of data points in it
 const REACH: f64 = 0.3;
 const ROWS: usize = 6;
-/// Part of the stress at the end of the beginning that the curve may miss zero by, and how many standard errors \[–\]
+/// Largest share of the stress at the end of the beginning by which the curve may miss zero, and the number of standard errors \[–\]
 const MISS: f64 = 0.04;
 const ERRORS: f64 = 4.0;
 
-/// Part of the stress at the end of the beginning below which a piece does not carry, and part of the strain there up to which that is usual \[–\]
+/// Share of the stress at the end of the beginning below which a piece carries no load, and share of the strain there up to which that is usual \[–\]
 const FLAT: f64 = 0.02;
 const USUAL: f64 = 0.1;
 
-/// A beginning that does not go through zero.
+/// A beginning that does not pass through zero.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Beginning {
-    /// Stress at rest \[Pa\], its part of the stress at the strain `to`
+    /// Stress at rest \[Pa\], and its share of the stress at the strain `to`
     Offset { stress: f64, part: f64, to: f64 },
     /// Strain up to which the piece carries less than 2 % of the stress at the strain `to`
     Slack { strain: f64, to: f64 },
 }
 
-/// The beginning of a curve, where it does not go through zero.
+/// The fault of the beginning of a curve, if it does not pass through zero.
 pub fn beginning(samples: &[Sample], mode: Mode) -> Option<Beginning> {
     let strain = |s: &Sample| mode.strain(s.stretch).abs();
     let reach = REACH.min(0.5 * samples.iter().map(strain).fold(0.0, f64::max));
@@ -142,7 +145,7 @@ mod tests {
         let torn =
             |from: usize, rest: f64| curve(up().enumerate().map(|(k, l)| (l, if k < from { law(l) } else { rest })));
         assert_eq!([before(&torn(50, 0.0)), before(&torn(59, 300.0)), before(&torn(40, -500.0))], [50, 59, 40]);
-        // Unloading is no rupture, and neither is softening
+        // Neither unloading nor softening is a rupture
         let unloaded: Vec<Sample> = pulled.iter().chain(pulled.iter().rev()).copied().collect();
         assert_eq!(before(&unloaded), 120);
         // The extensometer snaps back with the broken piece; a quick unloading to rest has no such data points
@@ -152,7 +155,7 @@ mod tests {
         assert!(unloaded.into_iter().all(|rows| before(&with(rows)) == 60 + rows.len()));
         let soft = curve(up().map(|l| (l, law(l.min(2.5)) * 0.9)));
         assert_eq!(before(&soft), 60);
-        // Stresses against the stretch, whose first one is noise of the other sign
+        // Stresses opposite to the stretch, of which the first one is noise with the other sign
         let turned = curve(up().enumerate().map(|(k, l)| (l, if k == 0 { 5.0 } else { -law(l) })));
         assert_eq!(before(&turned), 60);
         let pressed =
@@ -160,7 +163,8 @@ mod tests {
         assert_eq!(before(&pressed), pressed.iter().filter(|s| s.stress < 0.0 || s.stretch == 1.0).count());
     }
 
-    /// One data point far above the others, anywhere in a curve of few or many: the curve stays whole, and a rupture behind it is found where it is. In the tail of a broken piece it carries nothing.
+    /// One data point far above the others, anywhere in a short or long curve: the curve stays whole, and a rupture after it is found in the right
+    /// place. In the tail of a broken piece it does not count as load.
     #[test]
     fn a_spike_is_no_rupture() {
         for n in [3_usize, 5, 10, 40, 200] {
@@ -187,7 +191,7 @@ mod tests {
         assert_eq!([broken, before(&tail)], [40, 40]);
     }
 
-    /// A test goes on after the piece has begun to tear: the stress falls over many data points, with the noise of the machine, down to a tenth.
+    /// A test continues after the piece has begun to tear: the stress falls over many data points, with the noise of the machine, down to a tenth.
     #[test]
     fn a_slow_rupture_ends_the_curve_where_it_begins() {
         let noise = |k: u32| 1.0 + 0.02 * f64::from(k * 7 % 5) / 4.0;

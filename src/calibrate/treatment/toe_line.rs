@@ -1,4 +1,4 @@
-//! The straight line of least squares by which a toe is taken off, with the error of where it reaches zero stress.
+//! The least-squares line that removes a toe, with the error of the strain at which it reaches zero stress.
 //!
 //! ```text
 //! e₀ = ē − P̄/E,   Var e₀ = σ²/E² (1/n + (e₀ − ē)²/Σ(eᵢ − ē)²),   σ² = Σ rᵢ²/(n − 2)
@@ -15,12 +15,12 @@ pub struct ToeLine {
     pub slope: f64,
     /// Strain of zero stress \[–\]
     pub origin: f64,
-    /// Half-width of its 95 % interval \[–\]; zero of two points
+    /// Half-width of its 95 % interval \[–\]; zero for two points
     pub half_width: f64,
 }
 
 impl ToeLine {
-    /// The line through points of strain and stress; none where the stress does not rise.
+    /// The line through points of strain and stress; `None` if the stress does not rise.
     pub fn through(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len();
         let (strains, stresses): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();

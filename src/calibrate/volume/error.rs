@@ -1,10 +1,10 @@
-//! Refusals of a fit of the change of volume, with fact, place and remedy.
+//! Errors of a fit of the change of volume: the fact, the place and the remedy.
 
 use crate::calibrate::intake::roles::ColumnError;
 use crate::wording::first;
 use std::path::PathBuf;
 
-/// Why neither Poisson's ratio nor the bulk modulus was fitted.
+/// Reasons why neither Poisson's ratio nor the bulk modulus was fitted.
 #[derive(Debug, thiserror::Error)]
 pub enum VolumeError {
     #[error(transparent)]

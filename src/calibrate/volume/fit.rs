@@ -11,11 +11,11 @@ use crate::calibrate::intake::roles::{self, ReadColumn, Role, Wanted};
 use crate::calibrate::same_data;
 use crate::material::{Volumetric, VolumetricKind};
 
-/// Rows that a fit needs
+/// Least number of rows
 const ROWS: usize = 4;
-/// Change below which a column is constant, of a stretch, a volume over that at rest, or a pressure over itself \[–\]
+/// Change below which a column is constant: of a stretch, of a volume relative to that at rest, or of a pressure relative to itself \[–\]
 const LEAST_CHANGE: f64 = 1e-9;
-/// A test of volume has a data point whose volume differs by no more from the undeformed one \[–\]
+/// Largest relative distance from the undeformed volume of the nearest data point of a bulk test \[–\]
 const NEAR: f64 = 0.5;
 
 /// Reads the tables and fits Poisson's ratio or the bulk modulus.
@@ -156,7 +156,7 @@ fn parts(request: &VolumeRequest) -> Result<Vec<VolumetricKind>, VolumeError> {
     Ok(vec![found.ok_or_else(|| VolumeError::Part { name: name.clone() })?])
 }
 
-/// Stretches, or volumes over the undeformed one.
+/// Stretches, or volumes relative to the undeformed one.
 fn ratios(column: &ReadColumn, role: Role) -> Vec<f64> {
     let is_ratio = match role {
         Role::Volume => names::volume(&column.name) == Some(VolumeKind::Ratio),
@@ -170,7 +170,7 @@ fn ratios(column: &ReadColumn, role: Role) -> Vec<f64> {
     column.values.iter().map(one).collect()
 }
 
-/// Refuses volumes none of which is near the undeformed one: a ratio was taken for a change, or a change for a ratio.
+/// Refuses volumes of which none is near the undeformed one: a ratio was taken for a change, or a change for a ratio.
 fn check_volume(file: &str, column: &ReadColumn, ratios: &[f64]) -> Result<(), VolumeError> {
     let nearest = ratios.iter().copied().min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs())).unwrap_or(1.0);
     if (nearest - 1.0).abs() <= NEAR {

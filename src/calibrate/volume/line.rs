@@ -1,12 +1,13 @@
-//! A straight line through data, with the errors of direct fits; of several specimens one slope and an offset of each.
+//! A straight line through data, with the errors of direct fits; several specimens share one slope and have separate offsets.
 //!
 //! ```text
-//! a = σ²/s²,   σ² = the least of   (median |xᵢ₋₁ − 2xᵢ + xᵢ₊₁|/(0.6745 √6))²   and   Σ r²/(n − p)/slope²
+//! a = σ²/s²,   σ² = the smaller of   (median |xᵢ₋₁ − 2xᵢ + xᵢ₊₁|/(0.6745 √6))²   and   Σ r²/(n − p)/slope²
 //! ```
 //!
-//! Noise of x makes the slope of least squares too small by the share a of the variance s² of x that is noise (W. A. Fuller, *Measurement Error Models*, 1987, section 1.1). It is
-//! no more than what x is rough by from row to row, and no more than what the residual r shows; the end of the interval that is farther from zero is divided by 1 − a. The value is not
-//! corrected, since uneven loading is rough without an error. Limit: a itself is taken as known, which holds while it is small.
+//! Noise in x makes the least-squares slope too small by the share a of the variance s² of x that is noise (W. A. Fuller, *Measurement Error Models*,
+//! 1987, section 1.1). The noise is at most the roughness of x from row to row, and at most what the residual r shows; the end of the interval that
+//! is farther from zero is divided by 1 − a. The value is not corrected, because uneven loading is rough without an error. Limit: a itself is taken
+//! as known, which is valid if it is small.
 
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
@@ -23,29 +24,29 @@ pub struct Points {
     pub specimen: Vec<usize>,
 }
 
-/// A straight line with what is needed to judge it.
+/// A straight line with the data that are needed to judge it.
 #[derive(Clone)]
 pub struct Line {
     pub slope: Bounded,
-    /// Of each specimen
+    /// Offset of each specimen
     pub offsets: Vec<Bounded>,
-    /// Rms of the residual over that of y without the mean of its specimen \[–\]
+    /// Rms of the residual relative to that of y, with the mean of each specimen subtracted \[–\]
     pub misfit: f64,
     pub residual: DVector<f64>,
     pub errors: errors::Errors,
     /// Coefficient of (x − x̄)² with its interval
     pub bend: Bounded,
-    /// Share of the variance of x that may be noise, by which the slope is too small then \[–\]
+    /// Largest share of the variance of x that may be noise, by which the slope would be too small \[–\]
     pub attenuation: f64,
 }
 
-/// Part of y below which a residual is rounding \[–\]
+/// Residual relative to y below which it is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
-/// Median of the magnitude of a normal error over its standard deviation
+/// Ratio of the median magnitude of a normal error to its standard deviation
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// y = offset + slope x by least squares, and the second-order term that would be added.
+/// Fits y = offset + slope x by least squares, and the second-order term that could be added.
 pub fn line(points: &Points) -> Line {
     let Points { x, y, specimen } = points;
     let (n, count) = (x.len(), specimen.iter().max().map_or(1, |k| k + 1));
@@ -91,7 +92,7 @@ impl Line {
         self.errors.rise().is_some_and(|rise| more <= rise)
     }
 
-    /// This line with intervals that hold those of another one.
+    /// This line with intervals that include those of another one.
     pub fn with(mut self, other: &Self) -> Self {
         self.slope = self.slope.with(&other.slope);
         self.offsets.iter_mut().zip(&other.offsets).for_each(|(own, other)| *own = own.with(other));
@@ -99,13 +100,13 @@ impl Line {
     }
 }
 
-/// Sum of the squared distances of some values to their mean.
+/// Sum of the squared distances of some values from their mean.
 fn spread(values: &[f64], rows: &[usize]) -> f64 {
     let centre = rows.iter().map(|i| values[*i]).sum::<f64>() / rows.len().max(1) as f64;
     rows.iter().map(|i| (values[*i] - centre).powi(2)).sum()
 }
 
-/// Standard deviation of independent errors that would make x as rough from row to row as it is.
+/// Standard deviation of independent errors that would explain the roughness of x from row to row.
 fn roughness(x: &[f64], curves: &[Vec<usize>]) -> f64 {
     let second = |w: &[usize]| (x[w[0]] - 2.0 * x[w[1]] + x[w[2]]).abs();
     let differences: Vec<f64> = curves.iter().flat_map(|rows| rows.windows(3).map(second)).collect();

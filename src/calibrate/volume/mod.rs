@@ -1,6 +1,6 @@
 //! Change of volume: Poisson's ratio from lateral strain, or the bulk modulus from pressure over volume.
 //!
-//! [`fit_volume`] is the entry point; `line` is the method, `fit` applies it to each test, `result` has the words and the file.
+//! [`fit_volume`] is the entry point; `line` is the method, `fit` applies it to each test, `result` holds the descriptions and the file.
 
 mod error;
 mod fit;

@@ -24,7 +24,7 @@ impl VolumeTest {
         }
     }
 
-    /// The measured values whose errors are fitted, in words.
+    /// Name of the measured values whose errors are fitted.
     pub(super) fn responses(self) -> &'static str {
         match self {
             Self::Lateral => "lateral strains",
@@ -54,11 +54,11 @@ pub struct VolumeRequest {
     /// Names of columns, or numbers such as `#3`
     pub columns: BTreeMap<Role, String>,
     pub units: BTreeMap<Role, String>,
-    /// Volumetric part of a bulk test; else the one with the least misfit
+    /// Volumetric part of a bulk test; by default the one with the smallest misfit
     pub volumetric: Option<String>,
     /// Stretches in the direction of the load that are fitted; `None`: all
     pub range: Option<StretchRange>,
-    /// Load whose strain the table counts as positive; `None`: tension, unless the column is called compressive
+    /// Direction of load whose strain the table counts as positive; `None`: tension, unless the column is called compressive
     pub positive: Option<Sign>,
 }
 

@@ -1,4 +1,4 @@
-//! Poisson's ratio or the bulk modulus with its interval, in words and as a file.
+//! Poisson's ratio or the bulk modulus with its interval, as a description and as a file.
 
 use super::error::VolumeError;
 use super::line::{Line, Points};
@@ -13,12 +13,12 @@ use std::fmt;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Files of a fit and what was read.
+/// Files of a fit, and notes on reading them.
 #[derive(Clone, Debug, Default)]
 pub struct Data {
     pub files: Vec<String>,
     pub sha256: Vec<String>,
-    /// Of each row, counted from 0
+    /// Specimen of each row, counted from 0
     pub specimen: Vec<usize>,
     pub notes: Vec<String>,
 }
@@ -28,7 +28,7 @@ pub struct Tried {
     kind: VolumetricKind,
     kappa: f64,
     misfit: f64,
-    /// Within the errors of the best one, whose interval holds that of this one
+    /// Whether it lies within the errors of the best one, whose interval includes its own
     allowed: bool,
 }
 
@@ -46,7 +46,7 @@ pub struct VolumeFit {
     pub test: VolumeTest,
     pub version: &'static str,
     pub rows: usize,
-    /// ν \[–\] of a lateral strain, κ \[Pa\] of a bulk test
+    /// ν \[–\] from a lateral strain, κ \[Pa\] from a bulk test
     pub value: Bounded,
     /// Offset of the line of each specimen: of ln λ_t \[–\], or of the pressure \[Pa\]
     pub offsets: Vec<Bounded>,
@@ -54,11 +54,11 @@ pub struct VolumeFit {
     pub volumetric: Option<&'static str>,
     pub errors: ErrorModel,
     pub misfit: f64,
-    /// The interval reaches 0.5, or zero: the data give a bound only
+    /// The interval reaches 0.5, or zero, so that the data give only a bound
     pub bound_only: bool,
-    /// Words, data and curve
+    /// Description, data and curve
     pub summary: FitSummary,
-    /// Abscissas of the data points: of a lateral strain ln λ \[–\]
+    /// Abscissas of the data points: ln λ \[–\] for a lateral strain
     #[serde(skip)]
     pub(in crate::calibrate) abscissas: Vec<f64>,
 }
@@ -66,13 +66,13 @@ pub struct VolumeFit {
 /// Misfit below which a bend is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 
-/// Share of noise in the variance up to which intervals that hold its effect cover \[–\]
+/// Share of noise in the variance up to which intervals that include its effect keep their coverage \[–\]
 const KNOWN: f64 = 0.2;
 
-/// Misfit above which the line does not describe the data: more than a quarter of the variance is left \[–\]
+/// Misfit above which the line does not describe the data: more than a quarter of the variance remains \[–\]
 const MOST: f64 = 0.5;
 
-/// Limits of the use of the value.
+/// Messages about the limits of the use of the value.
 fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Vec<String> {
     let mut messages = vec![];
     if bound_only && lateral {
@@ -140,7 +140,7 @@ fn curves(lateral: bool, data: &Data, Points { x, y, specimen }: &Points, line: 
     }
 }
 
-/// The model of the errors, and the volumetric parts whose intervals that of the first one holds.
+/// Describes the error model, and lists the volumetric parts whose intervals the interval of the best one includes.
 fn interval(test: VolumeTest, line: &Line, tried: &[Tried]) -> String {
     let errors = format!("95 % interval: {}", line.errors.model.words(test.responses()));
     let like: Vec<&str> = tried.iter().skip(1).filter(|t| t.allowed).map(|t| t.kind.name()).collect();
@@ -154,7 +154,7 @@ fn interval(test: VolumeTest, line: &Line, tried: &[Tried]) -> String {
     }
 }
 
-/// The result in words. `tried`: the volumetric parts, the best first.
+/// Describes the result. `tried`: the volumetric parts, the best first.
 pub fn words(data: Data, test: VolumeTest, tried: &[Tried], points: &Points, line: Line) -> VolumeFit {
     let [low, high] = line.slope.interval;
     let value = Bounded { value: -line.slope.value, interval: [-high, -low] };
@@ -215,7 +215,7 @@ pub fn words(data: Data, test: VolumeTest, tried: &[Tried], points: &Points, lin
 }
 
 impl VolumeFit {
-    /// Whether the data determine the value, not a bound of it, and the line describes them.
+    /// Whether the data determine the value and not only a bound of it, and the line describes them.
     pub fn is_determined(&self) -> bool {
         !self.bound_only && self.misfit <= MOST
     }

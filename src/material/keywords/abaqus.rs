@@ -1,6 +1,7 @@
 //! `*HYPERELASTIC` of Abaqus and CalculiX: constants in this order, then D₁ = 2/κ, eight numbers to a line.
 //!
-//! U = (J − 1)²/D₁, further terms (J − 1)²ᵏ/D_k without effect; of `ARRUDA-BOYCE` (½(J² − 1) − ln J)/D. Ogden's energy is Σ (2μ_n/α_n²)(Σλ̄^α_n − 3).
+//! U = (J − 1)²/D₁, with further terms (J − 1)²ᵏ/D_k that have no effect; for `ARRUDA-BOYCE` (½(J² − 1) − ln J)/D. Ogden's energy is Σ
+//! (2μ_n/α_n²)(Σλ̄^α_n − 3).
 
 use super::cards::{Card, LINE, options};
 use super::energy::{COUPLED, Energy, OGDEN, SPLIT};
@@ -9,12 +10,12 @@ use super::numbers::{kappa_of, number, volumetric_constants};
 use super::program::Program;
 use crate::material::VolumetricKind;
 
-/// The keyword with its numbers, and the volumetric part that it has.
+/// The keyword with its numbers, and its volumetric part.
 pub fn write(energy: &Energy, program: Program, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
     let c = &energy.constants;
     let at = |k: usize| c.get(k).copied().unwrap_or(0.0) * scale;
     let mut kind = VolumetricKind::Quadratic;
-    // Number of volumetric constants
+    // Number of volumetric constants last
     let (option, mut values, d) = match energy.law.as_str() {
         COUPLED | SPLIT => ("NEO HOOKE".to_string(), vec![0.5 * at(0)], 1),
         "mooney_rivlin" if c.len() == 2 => ("MOONEY-RIVLIN".into(), vec![at(0), at(1)], 1),

@@ -1,6 +1,6 @@
 //! `TB,HYPER` and `TBDATA` of Ansys: constants in this order, then d = 2/κ, six numbers to a line.
 //!
-//! U = (J − 1)²/d; of `GENT` and `BOYCE` (½(J² − 1) − ln J)/d. Ogden's energy is Σ (μ_n/α_n)(Σλ̄^α_n − 3).
+//! U = (J − 1)²/d; for `GENT` and `BOYCE` (½(J² − 1) − ln J)/d. Ogden's energy is Σ (μ_n/α_n)(Σλ̄^α_n − 3).
 
 use super::energy::{COUPLED, Energy, OGDEN, SPLIT};
 use super::error::KeywordError;
@@ -8,11 +8,11 @@ use super::numbers::{kappa_of, number, numbers};
 use super::program::Program;
 use crate::material::VolumetricKind;
 
-/// Numbers in a line
+/// Numbers per line
 const LINE: usize = 6;
 const PROGRAM: Program = Program::Ansys;
 
-/// The commands, and the volumetric part that they have.
+/// The commands, and their volumetric part.
 pub fn write(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
     let c = &energy.constants;
     let at = |k: usize| c.get(k).copied().unwrap_or(0.0) * scale;
@@ -55,13 +55,13 @@ fn is_law(words: &[&str]) -> bool {
     words[0] == "TB" && words.get(1).is_some_and(|w| w.starts_with("HYPER"))
 }
 
-/// Whether two commands are of one material, which need not be named.
+/// Whether two commands belong to one material, which need not be named.
 fn of_one_material(a: &[&str], b: &[&str]) -> bool {
     let [a, b] = [a, b].map(|words| words.get(2).copied().unwrap_or(""));
     a.is_empty() || b.is_empty() || a == b
 }
 
-/// Commands that give the material of the first `TB,HYPER` more than that law: further tables and properties, but not the density.
+/// Commands that add to the law of the first `TB,HYPER` for its material: further tables and properties, but not the density.
 pub fn passed_over(text: &str) -> Vec<String> {
     let lines: Vec<String> = text.lines().map(bare).collect();
     let commands: Vec<Vec<&str>> = lines.iter().map(|l| words(l)).collect();
@@ -85,7 +85,7 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
     let (points, option) = (words.get(4).copied().unwrap_or(""), words.get(5).copied().unwrap_or("MOONEY"));
     let mut values: Vec<f64> = vec![];
     let is_temperature = |l: &String| l.starts_with("TBTEMP");
-    // The table is open up to the next one
+    // The table is open until the next one
     let below: Vec<String> = lines
         .take_while(|l| self::words(l)[0] != "TB")
         .filter(|l| l.starts_with("TBDATA") || is_temperature(l))
@@ -98,7 +98,7 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
     for line in below.iter().filter(|l| !is_temperature(l)) {
         let all = numbers(PROGRAM, &line.split(',').skip(1).collect::<Vec<_>>())?;
         let (first, rest) = all.split_first().ok_or_else(|| refuse(format!("\"{line}\" has no numbers")))?;
-        // A table has 100 places at most
+        // A table has at most 100 places
         let place =
             Some(*first as usize).filter(|k| (1..100).contains(k)).ok_or_else(|| refuse(format!("place {first}")))?;
         values.resize(values.len().max(place - 1 + rest.len()), 0.0);
@@ -110,7 +110,7 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
     Ok((head, count, option, values))
 }
 
-/// Refuses a material that relaxes: which moduli the constants of `TB,HYPER` are then is a choice of the model.
+/// Refuses a material that relaxes: whether the constants of `TB,HYPER` are then instantaneous or long-term moduli is a choice of the model.
 fn check_relaxation(text: &str, law: &[&str]) -> Result<(), KeywordError> {
     let of_it = |line: &str| {
         let line = bare(line);

@@ -5,9 +5,9 @@ use super::numbers::numbers;
 use super::program::Program;
 use std::collections::BTreeMap;
 
-/// Numbers in a line
+/// Numbers per line
 pub const LINE: usize = 8;
-/// Keywords that give a law
+/// Keywords that define a law
 const LAWS: [&str; 2] = ["*HYPERELASTIC", "*HYPERFOAM"];
 /// Keywords of a material that change its response and are not read
 const PASSED_OVER: [&str; 15] = [
@@ -30,13 +30,13 @@ const PASSED_OVER: [&str; 15] = [
 
 /// A keyword with the lines below it.
 pub struct Card<'a> {
-    /// The keyword with its options, one line also where it goes on below a comma at its end
+    /// The keyword with its options, joined to one line if it continues after a trailing comma
     pub head: String,
     lines: Vec<&'a str>,
 }
 
 impl Card<'_> {
-    /// Whether it is this keyword, in upper case with its asterisk.
+    /// Whether the card has this keyword, given in upper case with its asterisk.
     pub fn is(&self, keyword: &str) -> bool {
         self.head.split(',').next().unwrap_or("").trim().eq_ignore_ascii_case(keyword)
     }
@@ -46,7 +46,7 @@ impl Card<'_> {
         self.lines.iter().map(|l| numbers(program, &l.split(',').collect::<Vec<_>>())).collect()
     }
 
-    /// The constants below it, `count` at most: a temperature may follow them, constants of several temperatures and of fields are refused.
+    /// The constants below it, at most `count`: a temperature may follow them; constants for several temperatures or for fields are refused.
     pub fn constants(&self, program: Program, count: usize) -> Result<Vec<f64>, KeywordError> {
         let refuse = |what: String| Err(KeywordError::Unreadable { program, what });
         if options(&self.head).contains_key("DEPENDENCIES") {
@@ -70,7 +70,7 @@ impl Card<'_> {
     }
 }
 
-/// Keywords of the material that has the first law, and the place of that law among them.
+/// Keywords of the material that has the first law, and the index of that law among them.
 pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
     let mut cards: Vec<Card> = vec![];
     for line in text.lines().map(str::trim).filter(|l| !l.starts_with("**") && !l.is_empty()) {
@@ -88,7 +88,7 @@ pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
     Some((cards.drain(from..to).collect(), at - from))
 }
 
-/// Those of the keywords that change the response of the material and are not read.
+/// The keywords that change the response of the material and are not read.
 pub fn passed_over(material: &[Card]) -> Vec<String> {
     PASSED_OVER.into_iter().filter(|k| material.iter().any(|c| c.is(k))).map(String::from).collect()
 }

@@ -1,4 +1,4 @@
-//! The energy of a law apart from names and conventions.
+//! The energy of a law, independent of names and conventions.
 
 use super::error::KeywordError;
 use super::program::Program;
@@ -13,15 +13,15 @@ use crate::math::units::Dimension;
 pub struct Energy {
     /// Name of the law
     pub law: String,
-    /// Of Ogden's law c_n and α_n of Σ (c_n/α_n²)(Σλ̄^α_n − 3); of both Neo-Hookean laws μ; of a foam μ_n, α_n, ν_n
+    /// For Ogden's law c_n and α_n in Σ (c_n/α_n²)(Σλ̄^α_n − 3); for both neo-Hookean laws μ; for a foam μ_n, α_n, ν_n
     pub constants: Vec<f64>,
-    /// Bulk modulus \[Pa\]; of a foam it follows from the constants
+    /// Bulk modulus \[Pa\]; for a foam it follows from the constants
     pub kappa: f64,
-    /// `None` of a law whose volumetric part is coupled
+    /// `None` for a law whose volumetric part is coupled
     pub volumetric: Option<VolumetricKind>,
 }
 
-/// Names of laws that are treated alike
+/// Names of laws that need special treatment
 pub const COUPLED: &str = "neo_hookean";
 pub const SPLIT: &str = "neo_hookean_split";
 pub const OGDEN: &str = "ogden";
@@ -36,7 +36,7 @@ impl Energy {
             COUPLED | SPLIT => vec![hooke.mu],
             FOAM => law.values(),
             OGDEN => {
-                // c_n of the three conventions
+                // c_n in the three conventions
                 let factor = |mu: f64, alpha: f64| match law.choices() {
                     c if c.contains(&"abaqus") => 2.0 * mu,
                     c if c.contains(&"febio") => mu,
@@ -67,7 +67,7 @@ impl Energy {
                 if law == OGDEN {
                     table.insert("convention".into(), "febio".into());
                 }
-                // κ is the first parameter of all laws but the foam
+                // κ is the first parameter of all laws except the foam
                 let first = usize::from(law != FOAM);
                 for (p, x) in entry.info.parameters.iter().skip(first).zip(&self.constants) {
                     let value = if p.dimension == Dimension::PRESSURE { pascal(*x) } else { (*x).into() };
@@ -85,10 +85,10 @@ impl Energy {
         Ok(table)
     }
 
-    /// This law with its isochoric energy times a factor; the bulk modulus stays.
+    /// This energy with its isochoric part multiplied by a factor; the bulk modulus is unchanged.
     pub(super) fn scaled(mut self, factor: f64) -> Result<Self, LawSpecError> {
         let parameters = registry::find(&self.law)?.info.parameters;
-        // κ is the first parameter of the laws with several constants, and μ the one of both Neo-Hookean laws
+        // κ is the first parameter of the laws with several constants; μ is the only one of both neo-Hookean laws
         let alone = matches!(self.law.as_str(), COUPLED | SPLIT);
         for (k, x) in self.constants.iter_mut().enumerate() {
             if alone || parameters.get(k + 1).is_some_and(|p| p.dimension == Dimension::PRESSURE) {
@@ -105,7 +105,7 @@ impl Energy {
         Moduli::from_map(&given)
     }
 
-    /// The error that a program has no such law.
+    /// The error that the program has no form of this law.
     pub(super) fn refuse(&self, program: Program, why: &'static str) -> KeywordError {
         KeywordError::NoForm { program, law: self.law.clone(), why }
     }

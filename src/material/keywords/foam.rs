@@ -1,9 +1,9 @@
 //! Foams in the input of other programs.
 //!
-//! Abaqus and CalculiX: `*HYPERFOAM, N` with μ_n, α_n of all terms, then ν_n, eight numbers to a line, of the energy of Durometer. Ansys: `TB,HYPER,,,,FOAM` with
-//! the factors 2μ_n/α_n, α_n of all terms, then β_n = ν_n/(1 − 2ν_n), and `BLATZ` with μ alone. FEBio: `Ogden unconstrained`, Σ (c_n/m_n²)(Σλ^m_n − 3 − m_n ln J) +
-//! ½ c_p (J − 1)²: with c_p = 0 a foam of ν = 0. SOFA has none.
-//! To CalculiX a single term is written as two halves, since version 2.20 ends with a singular matrix at `N=1`.
+//! Abaqus and CalculiX: `*HYPERFOAM, N` with μ_n, α_n of all terms, then ν_n, eight numbers to a line, with the same energy as Durometer. Ansys:
+//! `TB,HYPER,,,,FOAM` with the factors 2μ_n/α_n, α_n of all terms, then β_n = ν_n/(1 − 2ν_n), and `BLATZ` with μ alone. FEBio: `Ogden unconstrained`,
+//! Σ (c_n/m_n²)(Σλ^m_n − 3 − m_n ln J) + ½ c_p (J − 1)²: with c_p = 0 a foam of ν = 0. SOFA has no foam law. For CalculiX a single term is written as
+//! two halves, because version 2.20 stops with a singular matrix at `N=1`.
 
 use super::ansys::data;
 use super::cards::{self, Card, options};
@@ -13,16 +13,16 @@ use super::numbers::{number, numbers};
 use super::program::Program;
 use roxmltree::Node;
 
-/// Numbers in a line of Abaqus and of Ansys
+/// Numbers per line in Abaqus and in Ansys
 const LINE: [usize; 2] = [cards::LINE, 6];
-/// Poisson's ratio below which it is zero \[–\]
+/// Poisson's ratio below which it counts as zero \[–\]
 const NONE: f64 = 1e-12;
 
 /// The text of a foam.
 pub fn write(energy: &Energy, program: Program, scale: f64) -> Result<String, KeywordError> {
     let mut terms: Vec<[f64; 3]> = energy.constants.chunks_exact(3).map(|t| [t[0] * scale, t[1], t[2]]).collect();
     if let (Program::Calculix, &[[mu, alpha, nu]]) = (program, &terms[..]) {
-        // The tangent of CalculiX 2.20 is singular with one term; two halves of it are the same energy
+        // The tangent of CalculiX 2.20 is singular for one term; two halves of it have the same energy
         terms = vec![[0.5 * mu, alpha, nu]; 2];
     }
     let count = terms.len();
@@ -71,7 +71,7 @@ fn check_count(program: Program, count: usize, head: &str) -> Result<(), Keyword
     Err(unreadable(program, format!("\"{head}\" has {count} terms; Durometer has 1 to 3")))
 }
 
-/// Terms of the numbers μ_n, α_n, then one more of each term.
+/// Terms from the numbers μ_n, α_n of all terms, followed by one more number for each term.
 fn terms(program: Program, values: &[f64], count: usize, head: &str) -> Result<Vec<[f64; 3]>, KeywordError> {
     check_count(program, count, head)?;
     if values.len() < 3 * count || values[3 * count..].iter().any(|v| *v != 0.0) {
@@ -102,7 +102,7 @@ pub fn read_abaqus(card: &Card, program: Program, scale: f64) -> Result<Energy, 
     Ok(energy(&terms(program, &card.constants(program, 3 * count)?, count, head)?, scale))
 }
 
-/// The first `TB,HYPER` where it has `FOAM` or `BLATZ`.
+/// Reads the first `TB,HYPER` if it has `FOAM` or `BLATZ`.
 pub fn read_ansys(text: &str, scale: f64) -> Result<Option<Energy>, KeywordError> {
     let program = Program::Ansys;
     let (head, points, option, values) = data(text)?;
@@ -120,7 +120,7 @@ pub fn read_ansys(text: &str, scale: f64) -> Result<Option<Energy>, KeywordError
     }
 }
 
-/// A material `Ogden unconstrained` of FEBio.
+/// Reads a material `Ogden unconstrained` of FEBio.
 pub fn read_febio(material: Node, scale: f64) -> Result<Energy, KeywordError> {
     let program = Program::Febio;
     let value = |key: &str| -> Result<Option<f64>, KeywordError> {

@@ -1,8 +1,8 @@
 //! Materials of FEBio and SOFA, both in XML.
 //!
-//! FEBio: `neo-Hookean` is the coupled law in E and ν; the others are uncoupled with `k` = κ and `pressure_model` 0 for ½κ(ln J)², 1 for
-//! ¼κ(J² − 1 − 2 ln J), 2 for ½κ(J − 1)². Ogden's energy is Σ (c_n/m_n²)(Σλ̄^m_n − 3). Its Arruda–Boyce law has had different coefficients from
-//! version to version and is not written.
+//! FEBio: `neo-Hookean` is the coupled law in E and ν; the others are uncoupled with `k` = κ and `pressure_model` 0 for ½κ(ln J)², 1 for ¼κ(J² − 1 −
+//! 2 ln J), 2 for ½κ(J − 1)². Ogden's energy is Σ (c_n/m_n²)(Σλ̄^m_n − 3). The coefficients of its Arruda–Boyce law differ between versions, so that
+//! this law is not written.
 //!
 //! SOFA: `NeoHookean` with μ and λ is the coupled law; `MooneyRivlin` C10, C01, κ and `Ogden` μ, α, κ of (μ/α²)(Σλ̄^α − 3) have ½κ(ln J)².
 
@@ -18,7 +18,7 @@ use roxmltree::{Document, Node};
 const PRESSURE: [VolumetricKind; 3] =
     [VolumetricKind::Logarithmic, VolumetricKind::SimoTaylor, VolumetricKind::Quadratic];
 
-/// The element of FEBio, and the volumetric part that it has.
+/// The element of FEBio, and its volumetric part.
 pub fn write_febio(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
     let c = &energy.constants;
     let p = |k: usize| number(c[k] * scale);
@@ -60,7 +60,7 @@ pub fn write_febio(energy: &Energy, scale: f64) -> Result<(String, Option<Volume
     Ok((text + "</material>\n", energy.volumetric))
 }
 
-/// The component of SOFA, and the volumetric part that it has.
+/// The component of SOFA, and its volumetric part.
 pub fn write_sofa(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
     let c = &energy.constants;
     let kappa = energy.kappa * scale;
@@ -80,14 +80,14 @@ pub fn write_sofa(energy: &Energy, scale: f64) -> Result<(String, Option<Volumet
     Ok((text, (energy.law != COUPLED).then_some(VolumetricKind::Logarithmic)))
 }
 
-/// Parses text that need not have one root.
+/// Parses text that need not have a single root.
 fn with_document<T>(
     program: Program,
     text: &str,
     read: impl FnOnce(&Document) -> Result<T, KeywordError>,
 ) -> Result<T, KeywordError> {
     let refuse = |e: roxmltree::Error| KeywordError::Unreadable { program, what: e.to_string() };
-    // A whole file begins with a declaration, a piece is put into a root
+    // A whole file begins with a declaration; a fragment is wrapped in a root
     let text = text.trim_start();
     let piece = format!("<all>{text}</all>");
     let document = Document::parse(if text.starts_with("<?xml") { text } else { &piece }).map_err(refuse)?;
@@ -138,7 +138,7 @@ pub fn read_febio(text: &str, scale: f64) -> Result<Imported, KeywordError> {
             }
             other => return Err(refuse(format!("type \"{other}\" is no law that Durometer reads"))),
         };
-        // FEBio takes its first part where none is given
+        // FEBio uses its first volumetric part if none is given
         let model = child("pressure_model").map_or("0", str::trim);
         let volumetric = match model {
             "0" | "default" => PRESSURE[0],
@@ -159,7 +159,7 @@ pub fn read_febio(text: &str, scale: f64) -> Result<Imported, KeywordError> {
 /// Elements of FEBio with the terms of Ogden's law.
 const TERMS: [&str; 12] = ["c1", "m1", "c2", "m2", "c3", "m3", "c4", "m4", "c5", "m5", "c6", "m6"];
 
-/// A law together with the elements of its material that are neither used nor the density, and the load curves of those that are.
+/// A law together with the elements of its material that are neither used nor the density, and the load curves of the used ones.
 fn with_rest(energy: Energy, material: Node, used: &[&str]) -> Imported {
     let of = |n: Node| {
         let name = n.tag_name().name();

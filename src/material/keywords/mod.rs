@@ -1,11 +1,13 @@
 //! Laws in the input files of other programs, written and read back: Abaqus, CalculiX, Ansys, FEBio and SOFA.
 //!
-//! The isochoric energy is the same number for number. The volumetric part is the one that the program has: where it is another one than that of
-//! the law it has the same bulk modulus κ, and the text says so. Every program needs a finite κ.
+//! The isochoric energy is reproduced exactly. The volumetric part is the one that the other program offers; if it differs from the law's, it has the
+//! same bulk modulus κ, and the text says so. Every program needs a finite κ.
 //!
-//! Sources: *Abaqus Analysis User's Guide*, Hyperelastic behavior of rubberlike materials and in elastomeric foams; Dhondt, *CalculiX CrunchiX User's Manual*, `*HYPERELASTIC`;
-//! *Mechanical APDL Material Reference*, Hyperelasticity; sources of FEBio 4 (`FEUncoupledMaterial`, `FEOgdenMaterial`, `FEOgdenUnconstrained`, `FEGentMaterial`) and of SOFA
-//! (`NeoHookean.h`, `MooneyRivlin.h`, `Ogden.h`; its documentation has another order of the constants). CalculiX was run.
+//! Sources: *Abaqus Analysis User's Guide*, Hyperelastic behavior of rubberlike materials and in elastomeric foams; Dhondt, *CalculiX CrunchiX User's
+//! Manual*, `*HYPERELASTIC`;
+//! *Mechanical APDL Material Reference*, Hyperelasticity; sources of FEBio 4 (`FEUncoupledMaterial`, `FEOgdenMaterial`, `FEOgdenUnconstrained`,
+//! `FEGentMaterial`) and of SOFA (`NeoHookean.h`, `MooneyRivlin.h`, `Ogden.h`; its documentation gives the constants in a different order). The text
+//! for CalculiX was tested by running it.
 
 mod abaqus;
 mod ansys;
@@ -26,9 +28,9 @@ pub use series::Imported;
 use super::volumetric::VolumetricKind;
 use crate::math::units::{self, Dimension};
 
-/// Text of a law in the input of a program, with stresses in `unit`; `notes` become comments.
+/// Writes a law as input of a program, with stresses in `unit`; `notes` become comments.
 ///
-/// The text begins with comments on the units and on the volumetric part. Refused: a law that the program does not have.
+/// The text begins with comments on the units and on the volumetric part. A law that the program does not have is refused.
 pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) -> Result<String, KeywordError> {
     let scale = 1.0 / units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
     let (body, kind) = match program {
@@ -45,7 +47,7 @@ pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) ->
     Ok(text + &body)
 }
 
-/// The first law in the input of a program, with stresses in `unit`, and the Prony series of its material.
+/// Reads the first law in the input of a program, with stresses in `unit`, and the Prony series of its material.
 pub fn read(text: &str, program: Program, unit: &str) -> Result<Imported, KeywordError> {
     let scale = units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
     let mut found: Imported = match program {
@@ -64,7 +66,7 @@ pub fn read(text: &str, program: Program, unit: &str) -> Result<Imported, Keywor
     Ok(found)
 }
 
-/// The first law in the input of Abaqus or CalculiX, with stresses times `scale`, and the Prony series of its material.
+/// Reads the first law in the input of Abaqus or CalculiX, with stresses multiplied by `scale`, and the Prony series of its material.
 fn of_cards(text: &str, program: Program, scale: f64) -> Result<Imported, KeywordError> {
     let absent = || KeywordError::Unreadable { program, what: "no *HYPERELASTIC or *HYPERFOAM".into() };
     let (material, law) = cards::of_first_law(text).ok_or_else(absent)?;
@@ -77,7 +79,7 @@ fn of_cards(text: &str, program: Program, scale: f64) -> Result<Imported, Keywor
     Ok(Imported { passed_over: cards::passed_over(&material), ..found })
 }
 
-/// Words on the volumetric part, the one of the program and the one of the law.
+/// Describes the volumetric parts of the program and of the law.
 fn volumetric(energy: &Energy, kind: Option<VolumetricKind>) -> String {
     let formula = |kind: Option<VolumetricKind>| match kind {
         Some(VolumetricKind::Quadratic) => "U = kappa/2 (J - 1)^2",

@@ -1,4 +1,4 @@
-//! Numbers in the files of other programs, the volumetric constants among them.
+//! Numbers in the files of other programs, including the volumetric constants.
 
 use super::error::KeywordError;
 use super::program::Program;
@@ -8,7 +8,7 @@ pub fn number(x: f64) -> String {
     format!("{x:e}")
 }
 
-/// Numbers of a line that is divided by commas; an empty cell before the last number is a zero.
+/// Numbers of a line with commas as separators; an empty cell before the last number is a zero.
 pub fn numbers(program: Program, cells: &[&str]) -> Result<Vec<f64>, KeywordError> {
     let one = |c: &&str| match c.trim() {
         "" => Ok(0.0),
@@ -22,10 +22,10 @@ pub fn numbers(program: Program, cells: &[&str]) -> Result<Vec<f64>, KeywordErro
     cells[..end].iter().map(one).collect()
 }
 
-/// A volumetric constant from this multiple of D₁ on has no effect \[–\]
+/// Multiple of D₁ from which on a volumetric constant has no effect \[–\]
 const ABSENT: f64 = 1e9;
 
-/// D₁ = 2/κ and constants of further terms that have no effect. Zeros say so in Abaqus and Ansys; CalculiX replaces them by a small number, so
+/// D₁ = 2/κ, and constants of further terms that have no effect. In Abaqus and Ansys these are zeros; CalculiX replaces zeros by a small number, so
 /// that the terms have to be made soft.
 pub fn volumetric_constants(program: Program, kappa: f64, count: usize) -> Vec<f64> {
     let d1 = 2.0 / kappa;
@@ -33,7 +33,7 @@ pub fn volumetric_constants(program: Program, kappa: f64, count: usize) -> Vec<f
     (0..count).map(|k| if k == 0 { d1 } else { absent }).collect()
 }
 
-/// κ of D₁ = 2/κ, and no other volumetric constants.
+/// κ from D₁ = 2/κ; refuses further volumetric constants that have an effect.
 pub fn kappa_of(program: Program, d: &[f64], scale: f64) -> Result<f64, KeywordError> {
     let refuse = |what: &str| Err(KeywordError::Unreadable { program, what: what.into() });
     match d {

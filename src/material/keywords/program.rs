@@ -1,4 +1,4 @@
-//! The programs that laws are written for and read from.
+//! The programs for which laws are written and from which they are read.
 
 use std::str::FromStr;
 
@@ -26,7 +26,7 @@ impl Program {
         }
     }
 
-    /// A line of text that the program does not read.
+    /// A comment line in the syntax of the program.
     pub fn comment(self, text: &str) -> String {
         match self {
             Self::Abaqus | Self::Calculix => format!("** {text}\n"),

@@ -1,8 +1,9 @@
 //! A law together with its relaxation: `*VISCOELASTIC` of Abaqus.
 //!
-//! Every line has g_i, k_i and τ_i: shares of the instantaneous shear and bulk modulus, and the time. `MODULI` of the law tells which moduli its constants are,
-//! the long-term ones where it is absent (*Abaqus Keywords Reference Guide*, `*VISCOELASTIC` and `*HYPERELASTIC`). The shares are those of the effect `viscoelastic`,
-//! which relaxes no bulk modulus: k_i has to be zero. Constants that are instantaneous become long-term ones, times 1 − Σ g_i.
+//! Every line has g_i, k_i and τ_i: shares of the instantaneous shear and bulk modulus, and the time. `MODULI` of the law says which moduli its
+//! constants give, by default the long-term ones (*Abaqus Keywords Reference Guide*, `*VISCOELASTIC` and `*HYPERELASTIC`). The shares are those of
+//! the effect `viscoelastic`, which does not relax the bulk modulus: k_i has to be zero. Instantaneous constants are converted to long-term ones by
+//! the factor 1 − Σ g_i.
 
 use super::cards::{Card, options};
 use super::energy::{Energy, FOAM};
@@ -12,7 +13,7 @@ use super::program::Program;
 /// The content of an input file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Imported {
-    /// The law, of the long term where it relaxes
+    /// The law, with long-term constants if it relaxes
     pub energy: Energy,
     /// Share g \[–\] of the instantaneous shear modulus and relaxation time τ \[s\] of each term
     pub series: Vec<(f64, f64)>,
@@ -26,7 +27,7 @@ impl From<Energy> for Imported {
     }
 }
 
-/// The law at this place of the keywords of its material, together with the relaxation among them.
+/// The law at this index of the keywords of its material, together with the relaxation among them.
 pub fn with_relaxation(
     energy: Energy,
     material: &[Card],
