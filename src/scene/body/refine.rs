@@ -4,11 +4,11 @@
 //! ([`ErrorEstimator::localised`]), and the mesher makes the next mesh from a size field: mesh, solve, estimate, mesh again.
 //!
 //! The share η_K of a cell is assumed to fall as h^α. Minimising the number of cells N = Σ (h_K/h)³ for a given error Σ η_K (h/h_K)^α gives
-//! h/h_K ∝ η_K^{−1/(α + 3)}; the factor of proportionality follows from the error aimed at. It is limited by a bound on the growth of the number of cells from mesh to mesh, so
-//! that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after a mesh that did not improve
-//! on it, half of the error is aimed at, and no cell becomes larger. A bar that lacks the error of curved facets, or of a singular edge or a small patch
-//! within one cell of the place of the quantity, is not a valid measure: the next mesh then follows from that mesh in the same way. If the extent of a region
-//! is missing in a bar, it is missing on every mesh, and no further mesh is made.
+//! h/h_K ∝ η_K^{−1/(α + 3)}; the factor of proportionality follows from the error aimed at. It is limited by a bound on the growth of the number of cells from
+//! mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after a mesh
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar that lacks the error of curved facets, or of a singular edge
+//! or a small patch within one cell of the place of the quantity, is not a valid measure: the next mesh then follows from that mesh in the same way. If the
+//! extent of a region is missing in a bar, it is missing on every mesh, and no further mesh is made.
 //!
 //! A relative tolerance refers to the largest departure from the start, so that it does not depend on the origin of coordinates.
 
