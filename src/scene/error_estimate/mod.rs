@@ -16,7 +16,8 @@
 //!
 //! Both spaces lie on the facets of the mesh. Where these cut off a curved boundary, the enriched equilibrium is solved once more with its new boundary nodes
 //! on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); with the change g the error gains a geometry term,
-//! J_exact − J = c e + γ g. A region of nodes whose border cuts through cells adds δ x, where x is the change when it is widened by one layer of enriched cells.
+//! J_exact − J = c e + γ g. A region of nodes whose border cuts through cells adds δ x, where x is the change when it is widened by one layer of enriched
+//! cells.
 //!
 //! An enriched equilibrium on a branch other than that of the run gives no estimate.
 //!

@@ -21,7 +21,7 @@ use table::read_signal;
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum SignalSpec {
-    /// The same value at every time
+    /// A value that does not change over time
     Constant(Quantity),
     /// A function of time
     Function(Box<FunctionSpec>),

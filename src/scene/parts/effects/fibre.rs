@@ -102,7 +102,7 @@ pub enum Hand {
     Right,
     /// Left-handed
     Left,
-    /// The same number of fibres of each hand
+    /// Fibres of both hands, in equal numbers
     Both,
 }
 

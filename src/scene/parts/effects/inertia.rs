@@ -31,7 +31,7 @@ pub enum LumpingSpec {
     Consistent,
     /// The mass of each cell lumped at its nodes; diagonal
     Lumped,
-    /// The same mass at every node, as in mass–spring models
+    /// Equal mass at every node, as in mass–spring models
     Uniform,
 }
 

@@ -13,11 +13,11 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum RuleSpec {
-    /// Those with a corner inside
+    /// Facets or cells with a corner inside
     Any,
-    /// Those with the mean of the corners inside
+    /// Facets or cells with the mean of their corners inside
     Centroid,
-    /// Those with all corners inside
+    /// Facets or cells with all corners inside
     All,
 }
 
