@@ -29,7 +29,7 @@ pub struct CellErrors {
     pub column: String,
     /// Signed shares \[cells of the run\] \[unit of J\]
     pub signed: Vec<f64>,
-    /// Shares of the magnitudes at the nodes, which do not cancel: an upper estimate of the gain by refinement \[cells of the run\] \[unit of J\]
+    /// Shares of the magnitudes at the nodes, which do not cancel: the gain that refinement can achieve \[cells of the run\] \[unit of J\]
     pub size: Vec<f64>,
     /// J⁺ − J minus the sum of the signed shares \[unit of J\]
     pub remainder: f64,

@@ -96,8 +96,8 @@ impl Import {
         Ok(self)
     }
 
-    /// Reads or makes the mesh, and chooses the nodes to hold. If the shape has no mesh with so few cells, somewhat more than the smallest number are taken,
-    /// or the smallest number itself if that fails too.
+    /// Reads or makes the mesh, and chooses the nodes to hold. If the shape has no mesh with the requested number of cells, the number is adjusted up to
+    /// twice: to the nearest one, or, if the shape needs more cells, to somewhat more than the smallest number.
     ///
     /// # Errors
     ///

@@ -3,7 +3,7 @@
 //! Elastic and kinetic energy can rise at most by the work done and by the energy that relaxing parts release. Numerical damping and dissipation only reduce
 //! them. Any energy beyond that comes from the integrator, whose steps are too long for the motion.
 //!
-//! Dissipated energy is not added: its sum over long steps is far from the integral, and would cause false findings.
+//! Dissipated energy is not added: its sum over long steps is far from the integral, so that no finding is based on it.
 
 use crate::scene::record::recorder::Energies;
 
