@@ -1,7 +1,7 @@
 //! Derivatives of recorded columns with respect to keys of the scene.
 //!
 //! They are exact for constants of laws (`law_terms`). For every other key whose value is a number they are differences of scenes with other values of it
-//! (`scene_difference`), as are the parts of contacts and rigid bodies whose stiffness depends on a law. The derivatives of the states come from
+//! (`difference`), as are the parts of contacts and rigid bodies whose stiffness depends on a law. The derivatives of the states come from
 //! [`crate::solve::Differentiator`]; this module passes them through the recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only columns of differentiable recorders have derivatives ([`columns::Sensitivities::columns`]); any other unsupported case is a
