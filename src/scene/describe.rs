@@ -1,4 +1,4 @@
-//! Short descriptions of a scene: the quantity that represents it, its formulation.
+//! Short descriptions of a scene: the quantity that represents it, and its formulation.
 
 use super::parts::constraints::ConstraintSpec;
 use super::parts::effects::EffectSpec;
@@ -8,20 +8,18 @@ use super::spec::SceneSpec;
 use std::collections::BTreeSet;
 
 impl SceneSpec {
-    /// Names of the laws that its effects take.
+    /// Names of the laws that its effects use.
     pub fn laws_in_use(&self) -> BTreeSet<&str> {
         self.effects.iter().filter_map(EffectSpec::law).collect()
     }
 
-    /// The quantity by which runs are compared where nothing else is said: of the first probe that has one, else of the
-    /// first cable or cavity.
+    /// The default quantity for comparing runs: that of the first probe that has one, otherwise that of the first cable or cavity.
     pub fn headline(&self) -> Option<Headline> {
         let of_probes = self.probes.iter().find_map(ProbeSpec::headline);
         of_probes.or_else(|| self.constraints.iter().find_map(ConstraintSpec::headline))
     }
 
-    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` where springs
-    /// are all that is elastic.
+    /// Element and formulation in one word: `tet4`, `tet10`, `tet4_up`, `tet10_up`, `tet10_p0`; `mass_spring` if springs are the only elastic effects.
     pub fn formulation(&self) -> String {
         let of = |e: &EffectSpec| match e {
             EffectSpec::Elastic(elastic) => Some(elastic.formulation),

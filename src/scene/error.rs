@@ -1,4 +1,4 @@
-//! Why a scene or study cannot be used: always the place, the fact and the remedy.
+//! Reasons why a scene or study cannot be used, always with the place, the fact and the remedy.
 
 use crate::mesh::error::MeshError;
 pub use crate::wording::hint;
@@ -27,7 +27,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// The same error at another place of the file.
+    /// Moves the error to another place of the file.
     pub(super) fn at(self, place: &str) -> Self {
         match self {
             Self::Content { file, fact, remedy, .. } => Self::Content { file, place: place.into(), fact, remedy },
@@ -36,7 +36,7 @@ impl SceneError {
         }
     }
 
-    /// The same error, blamed on the file and place that changed the scene.
+    /// The error attributed to the file and the place that changed the scene.
     pub fn caused_by(self, file: &Path, place: &str) -> Self {
         let place = format!("{place} makes a scene that is refused");
         Self::Part { file: file.into(), place, source: self.into() }
@@ -46,16 +46,16 @@ impl SceneError {
 /// A mistake found by the reader, with its line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mistake {
-    /// Where the text comes from, if it is not the unchanged file: `with the change mesh.cells`
+    /// Source of the text, if it is not the unchanged file: `with the change mesh.cells`
     pub origin: String,
     pub line: Option<Line>,
-    /// `effect 3 (gravity)`
+    /// Place in the scene, such as `effect 3 (gravity)`
     pub place: Option<String>,
     /// Fact and remedy
     pub what: String,
 }
 
-/// A line of a file, counted from 1, and the columns that are meant, from 0.
+/// A line of a file, counted from 1, and the columns of the mistake, counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     pub number: usize,
@@ -68,7 +68,7 @@ impl fmt::Display for Mistake {
         if !self.origin.is_empty() {
             write!(f, " {}", self.origin)?;
         }
-        // The numbers of another text than that of the file mean nothing to its reader
+        // Line numbers of a text other than that of the file mean nothing to the reader
         let number = self.line.as_ref().filter(|_| self.origin.is_empty()).map(|line| line.number.to_string());
         if let Some(number) = &number {
             write!(f, ", line {number}")?;
@@ -86,7 +86,7 @@ impl fmt::Display for Mistake {
 }
 
 impl Line {
-    /// The line of `text` in which byte `span` starts.
+    /// The line of `text` in which the bytes `span` start.
     pub fn of(text: &str, span: std::ops::Range<usize>) -> Self {
         let start = span.start.min(text.len());
         let begin = text[..start].rfind('\n').map_or(0, |k| k + 1);
@@ -97,7 +97,7 @@ impl Line {
     }
 }
 
-/// The message of the TOML reader in the words of this program, with the nearest known key where a key is unknown.
+/// The message of the TOML reader in Durometer's wording, with the nearest known key if a key is unknown.
 pub fn explain(message: &str) -> String {
     let message = message.trim_end().replace('\n', ", ");
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
@@ -143,7 +143,7 @@ pub(super) fn content(file: &Path, place: &str, fact: impl Into<String>, remedy:
     SceneError::Content { file: file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
 }
 
-/// A mistake in a part of a scene, from its own error.
+/// A mistake in a part of a scene, with the underlying error.
 pub(super) fn part(
     file: &Path,
     place: impl Into<String>,

@@ -7,11 +7,11 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 use std::borrow::Cow;
 
-/// `linear`: by the counts of the factor, or as asked for.
+/// `linear`: chosen by operation counts, or as requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSpec {
-    /// By the counts of operations of both methods
+    /// By the operation counts of both methods
     #[default]
     Auto,
     /// By a factorisation
@@ -57,16 +57,16 @@ impl JsonSchema for MemorySpec {
     }
 }
 
-/// How linear systems were solved, in a run.
+/// How the linear systems of a run were solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearWork {
-    /// Why this path was taken
+    /// Reason for this method
     pub why: String,
-    /// The last hierarchy; none on the direct path
+    /// The last hierarchy; `None` with the direct method
     pub hierarchy: Option<Size>,
-    /// Right-hand sides solved iteratively to the full accuracy, and their iterations
+    /// Number of right-hand sides solved iteratively to full accuracy, and of their iterations
     pub gradients: GradientCounts,
-    /// Factorisations where iterations met negative curvature or were slow
+    /// Number of factorisations made because the iterations found negative curvature or were slow
     pub fallbacks: usize,
 }
 

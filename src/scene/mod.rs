@@ -51,12 +51,12 @@
 //! |---|---|
 //! | The file: its text as typed values, changes by path, and the types of its tables | `text`, `read`, [`spec`], [`parts`] |
 //! | The body: its mesh, from a file, a mesher or a grid | `body`, `import` |
-//! | Signals over time, and who decides them during a run | `signal`, [`control`] |
+//! | Signals over time, and how they are decided during a run | `signal`, [`control`] |
 //! | From the specification and the mesh to a system | `build`, `stages`, `numerics` |
-//! | A run, and the checkpoints that it goes on from | `run` |
-//! | Rows and fields that it leaves | `record` |
+//! | A run, and the checkpoints from which it continues | `run` |
+//! | The rows and fields of a run | `record` |
 //! | Derivatives, and error bars of a single run | [`sensitivity`], [`error_estimate`] |
-//! | Facts that limit what its numbers say | `notes` |
+//! | Facts that limit the conclusions from its numbers | `notes` |
 
 mod body;
 mod build;

@@ -1,4 +1,4 @@
-//! `[numerics]`: what decides how a scene is solved, never what it is.
+//! `[numerics]`: settings that decide how a scene is solved, never what it describes.
 
 use super::error::{SceneError, content};
 use super::linear_solver::{LinearSpec, MemorySpec};
@@ -14,27 +14,27 @@ use std::path::Path;
 pub struct NumericsSpec {
     /// Tolerance of the relative residual and of the constraints \[–\]
     pub tolerance: f64,
-    /// Largest correction that an accepted state may still ask for, as a share of the largest displacement
+    /// Largest correction that may remain in an accepted state, relative to the largest displacement
     pub accuracy: f64,
-    /// Most iterations of Newton's method in one step
+    /// Largest number of iterations of Newton's method in one step
     pub max_iterations: usize,
     /// Shortens Newton steps that do not lower the residual
     pub line_search: bool,
-    /// Reuses a factorisation while it is useful; the solution is the same within `tolerance`
+    /// Reuses a factorisation as long as it is useful; the solution is the same within `tolerance`
     pub reuse_factor: bool,
-    /// Back-substitutions that a factorisation must cost to be kept from step to step
+    /// Cost of a factorisation, in back-substitutions, from which it is reused from step to step
     pub reuse_threshold: f64,
     /// Method for linear systems
     pub linear: LinearSpec,
-    /// The largest factor that is made
+    /// Largest memory of a factor
     pub factor_memory: MemorySpec,
-    /// Extrapolates the initial guess of a step from the last steps
+    /// Extrapolates the initial guess of a step from previous steps
     pub extrapolate: bool,
-    /// How often a step may be halved
+    /// Largest number of times that a step may be halved
     pub cuts: u32,
-    /// Largest error that a dynamic step may make by itself: dt is then the longest step
+    /// Largest error that one dynamic step may make; `dt` is then the longest step
     pub time_error: Option<Length>,
-    /// Repeats a failed step with projected tangents before it is cut
+    /// Repeats a failed step with projected tangents before cutting it
     pub projection: bool,
     /// Wall time after which a run stops
     pub time_budget: Option<Time>,
@@ -61,7 +61,7 @@ impl Default for NumericsSpec {
     }
 }
 
-/// Refuses settings without a meaning.
+/// Refuses meaningless settings.
 pub(super) fn check_numerics(file: &Path, n: &NumericsSpec) -> Result<(), SceneError> {
     if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
         let fact = format!("tolerance = {}", n.tolerance);

@@ -13,22 +13,22 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-/// Reads a scene file, applies changes, and puts included laws and constants of effects in their place, so that the text that comes back says it
-/// all. A change is a path with its value, which [`overrides::parse`] reads from `key=value`; a [`SceneBuilder`](super::SceneBuilder) takes it by `set`.
+/// Reads a scene file, applies changes, and replaces included laws and constants of effects by their contents, so that the returned text is complete. A change
+/// is a path with its value, which [`overrides::parse`] reads from `key=value`; a [`SceneBuilder`](super::SceneBuilder) takes it by `set`.
 ///
 /// # Errors
 ///
-/// Where the file cannot be read or is no scene, with line and remedy; where a change leads nowhere, or the changed scene is refused.
+/// Where the file cannot be read or is not a valid scene, with line and remedy; where a change leads nowhere, or the changed scene is refused.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
     let (text, _) = read_table(file)?;
     changed_scene(file, &text, changes, &KnownLaws::default())
 }
 
-/// The same from the text of a scene, which keeps these laws; the files that it names are found from the folder of `file`.
+/// Applies changes to the text of a scene, which keeps these laws; paths in it are relative to the folder of `file`.
 ///
 /// # Errors
 ///
-/// Those of [`read_scene`].
+/// Fails as [`read_scene`] does.
 pub fn changed_scene(
     file: &Path,
     text: &str,
@@ -73,8 +73,8 @@ pub fn changed_scene(
     Ok((SceneSpec { known_laws: known_laws.clone(), ..read }, text))
 }
 
-/// Refuses a change of a law by a key that it does not have; a whole law has all its keys changed. Which keys go together is left to the law that is
-/// made of them.
+/// Refuses a change of a law by a key that the law does not have; if the whole law is replaced, all its keys are checked. Which keys may be combined is
+/// checked when the law is built.
 fn check_constants(file: &Path, table: &toml::Table, path: &str, known_laws: &KnownLaws) -> Result<(), SceneError> {
     let mut steps = path.split('.');
     let (Some("laws"), Some(name)) = (steps.next(), steps.next()) else { return Ok(()) };
@@ -88,7 +88,7 @@ fn check_constants(file: &Path, table: &toml::Table, path: &str, known_laws: &Kn
     }
 }
 
-/// Writes ends of intervals that data leave open as text: a scene has finite numbers.
+/// Writes open ends of intervals as text, because numbers in a scene are finite.
 fn spell_open_ends(provenance: &mut toml::Value) {
     match provenance {
         toml::Value::Float(end) if end.is_infinite() => *provenance = end.to_string().into(),
@@ -98,7 +98,7 @@ fn spell_open_ends(provenance: &mut toml::Value) {
     }
 }
 
-/// Puts the value of the same key of a file in the place of every `key = { include = "file.toml" }` of an effect; keys next to `include` take precedence.
+/// Replaces every `key = { include = "file.toml" }` of an effect by the value of the same key in the file; keys next to `include` take precedence.
 fn include_in_effects(file: &Path, base: &Path, table: &mut toml::Table) -> Result<(), SceneError> {
     let effects = table.get_mut("effect").and_then(toml::Value::as_array_mut).into_iter().flatten();
     for (k, effect) in effects.enumerate().filter_map(|(k, e)| Some((k, e.as_table_mut()?))) {
@@ -128,12 +128,12 @@ fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {
     SceneError::Content { file: file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
 }
 
-/// Whether a table is that of a study, by keys that no scene has.
+/// Whether a table is that of a study, recognised by keys that no scene has.
 pub fn is_study(table: &toml::Table) -> bool {
     ["scene", "family"].iter().any(|key| table.contains_key(*key))
 }
 
-/// The value at a path of a scene with changes, as its file has it; `None` where there is none.
+/// The value at a path of a scene with changes, as in its file; `None` if there is none.
 pub fn value_in(file: &Path, changes: &[(String, toml::Value)], path: &str) -> Option<toml::Value> {
     let (_, mut table) = read_table(file).ok()?;
     changes.iter().try_for_each(|(path, value)| overrides::apply(&mut table, path, value.clone())).ok()?;
@@ -144,7 +144,7 @@ pub fn value_in(file: &Path, changes: &[(String, toml::Value)], path: &str) -> O
 ///
 /// # Errors
 ///
-/// Where the file cannot be read, is no text, or is no TOML.
+/// Where the file cannot be read, is not text, or is not valid TOML.
 pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
     let bytes = storage::read(file, TEXT_LIMIT).map_err(unreadable)?;
@@ -159,7 +159,7 @@ pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     }
 }
 
-/// The refusal of a mesh in place of a scene.
+/// The refusal of a mesh file that was given instead of a scene.
 fn mesh_instead(file: &Path) -> Option<SceneError> {
     let format = recognise(file).ok()?;
     let fact = format!("this is a mesh or a body ({}), not a scene", format.name);
@@ -169,17 +169,17 @@ fn mesh_instead(file: &Path) -> Option<SceneError> {
 }
 
 impl SceneSpec {
-    /// A scene from its text, whose laws are in the text itself. `origin` says what was done to the text of the file, if anything.
+    /// Reads a scene from its text, with the laws in the text itself. `origin` states how the text differs from the file, if it does.
     ///
     /// # Errors
     ///
-    /// Where the text is no scene, with its line and the nearest known key.
+    /// Where the text is not a valid scene, with the line and the nearest known key.
     pub fn from_text(file: &Path, text: &str, origin: &str) -> Result<Self, SceneError> {
         from_text(file, text, origin)
     }
 }
 
-/// A typed value from TOML. Within this crate only: every crate that calls it compiles the reader of all types below T again.
+/// Reads a typed value from TOML. Private to this crate: every crate that calls it would compile the reader of all types below T again.
 pub(crate) fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
     let table = DeTable::parse(text).map_err(|e| syntax(file, text, origin, &e))?;
     let entries = entries(table.get_ref());
@@ -190,7 +190,7 @@ pub(crate) fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &s
     })
 }
 
-/// The refusal of a text that is no TOML.
+/// The refusal of a text that is not valid TOML.
 fn syntax(file: &Path, text: &str, origin: &str, error: &toml::de::Error) -> SceneError {
     mistake(file, text, origin, (error.message(), error.span()), None)
 }
@@ -207,7 +207,7 @@ fn mistake(
     SceneError::Syntax { file: file.into(), mistake: Box::new(mistake) }
 }
 
-/// Where each top-level key and each entry of an array of tables starts, and how an entry is called.
+/// The start of each top-level key and of each entry of an array of tables, with the name of an entry.
 fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     let mut starts = Vec::new();
     for (key, value) in table {
@@ -225,7 +225,7 @@ fn entries(table: &DeTable) -> Vec<(usize, Option<String>)> {
     starts
 }
 
-/// Tables below a top-level key may be given anywhere in the file, each under a header of its own.
+/// Adds the tables below a top-level key, which may be anywhere in the file, each under its own header.
 fn tables_below(value: &DeValue, starts: &mut Vec<(usize, Option<String>)>) {
     let DeValue::Table(table) = value else { return };
     for (key, value) in table {
@@ -234,7 +234,7 @@ fn tables_below(value: &DeValue, starts: &mut Vec<(usize, Option<String>)>) {
     }
 }
 
-/// The start of a key with its value: of a table under a header that is the bracket of the header, at which its missing keys are reported.
+/// The start of a key with its value; for a table with a header, that of the bracket of the header, at which its missing keys are reported.
 fn start(key: &Spanned<DeString>, value: &Spanned<DeValue>) -> usize {
     key.span().start.min(value.span().start)
 }
@@ -324,7 +324,7 @@ mod tests {
         }
     }
 
-    /// A change is refused by its key alone: others of the law may be changed next, and a law that is not known yet may be registered.
+    /// A change is refused only by its own key: other keys of the law may be changed next, and an unknown law may be registered later.
     #[test]
     fn a_change_by_a_key_that_the_law_does_not_have_is_refused() {
         let text = format!("{SCENE}[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"1 MPa\"\nnu = 0.3\n");
@@ -354,7 +354,7 @@ mod tests {
         }
     }
 
-    /// The values of a table in the order of its keys are none, at the top, in an entry of a list and below a kind.
+    /// The values of a table in the order of its keys are not accepted as the table: at the top, in an entry of a list, or below a kind.
     #[test]
     fn an_array_is_no_table() {
         for text in [
@@ -370,7 +370,7 @@ mod tests {
         assert!(said.contains("s.toml, line 1: array; this must be a table"), "{said}");
     }
 
-    /// A fit that leaves an end of an interval open writes it as TOML's `inf`. The law may be a file, or be set as a whole.
+    /// A fit that leaves an end of an interval open writes it as TOML's `inf`. The law may come from a file, or be set as a whole.
     #[test]
     fn laws_with_open_intervals_are_taken() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -386,7 +386,7 @@ mod tests {
         }
     }
 
-    /// Keys next to `include` take precedence over those of the file, in an effect as in a law, and a file that is not there is refused.
+    /// Keys next to `include` take precedence over those of the file, in effects as in laws, and a missing file is refused.
     #[test]
     fn keys_next_to_an_included_file_take_precedence() {
         let folder = tempfile::tempdir().expect("a temporary folder");

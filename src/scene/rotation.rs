@@ -1,6 +1,6 @@
-//! Rotations by a signal, about an axis that stays where it is.
+//! Rotations by a signal, about a fixed axis.
 //!
-//! A point X goes to P + R(θ)(X − P), with R(θ) v = v + (cos θ − 1)(v − k kᵀv) + sin θ k × v (Rodrigues).
+//! A point X moves to P + R(θ)(X − P), with R(θ) v = v + (cos θ − 1)(v − k kᵀv) + sin θ k × v (Rodrigues).
 
 use super::build::builder::Builder;
 use super::error::SceneError;
@@ -16,11 +16,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
 
-/// A rotation by the right-hand rule, about an axis that stays where it is.
+/// A rotation by the right-hand rule, about a fixed axis.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RotationSpec {
-    /// Direction of the axis; its length does not count
+    /// Direction of the axis; its length does not matter
     pub axis: [f64; 3],
     /// A point of the axis
     pub about: [Length; 3],
@@ -28,20 +28,20 @@ pub struct RotationSpec {
     pub angle: SignalSpec,
 }
 
-/// 180° but for rounding \[rad\]
+/// 180° less a margin for rounding \[rad\].
 const HALF_TURN: f64 = PI * (1.0 - 1e-9);
 
-/// The largest angle of a step of what is in contact, 20° but for rounding \[rad\]: within a step its nodes go on chords, and it is smaller in between by
-/// 1 − cos(Δθ/2), 1.5 %.
+/// Largest rotation of a contacting part in one step, 20° plus a margin for rounding \[rad\]. Its nodes move along chords, so that between the ends of the
+/// step it is smaller by 1 − cos(Δθ/2), 1.5 %.
 const MOST_IN_CONTACT: f64 = PI / 9.0 * (1.0 + 1e-9);
 
 /// A rotation whose angle is a function of time.
 pub(super) struct Rotation {
     /// Unit vector along the axis
     axis: Vec3,
-    /// \[m\]
+    /// A point of the axis \[m\]
     about: Vec3,
-    /// \[rad\]
+    /// Angle over time \[rad\]
     pub(super) angle: Signal,
 }
 
@@ -56,7 +56,7 @@ impl RotationSpec {
     }
 }
 
-/// Refuses a half turn or more within one step. The angle of a controller is known after the run only, see [`half_turns`].
+/// Refuses a rotation by half a turn or more within one step. The angle set by a controller is known only after the run, see [`half_turns`].
 fn check_steps(builder: &Builder, place: &str, angle: &Signal) -> Result<(), SceneError> {
     let Some(StepTurn { span, at, by }) = turns(builder, angle).find(|step| step.by >= HALF_TURN) else {
         return Ok(());
@@ -68,7 +68,7 @@ fn check_steps(builder: &Builder, place: &str, angle: &Signal) -> Result<(), Sce
     Err(builder.content(place, fact, slower(span.dt * 0.25 * PI / by)))
 }
 
-/// Refuses steps by which an obstacle, or facets in contact, turn too far. The angle of a controller is not known here.
+/// Refuses steps in which an obstacle, or facets in contact, rotate too far. The angle set by a controller is not known here.
 pub(super) fn check_in_contact(builder: &Builder, place: &str, angle: &Signal) -> Result<(), SceneError> {
     let limit = format!(
         "what is in contact turns by at most {:.0}° in a step: within it, it goes straight and might pass the other side",
@@ -88,16 +88,16 @@ pub(super) fn check_in_contact(builder: &Builder, place: &str, angle: &Signal) -
     Err(builder.content(place, fact, slower(span.dt * 0.75 * MOST_IN_CONTACT / by)))
 }
 
-/// How far an angle turns within one step.
+/// Rotation within one step.
 struct StepTurn<'a> {
     span: &'a TimeSpan,
-    /// Its start \[s\]
+    /// Start of the step \[s\]
     at: f64,
-    /// \[rad\]
+    /// Angle of the rotation \[rad\]
     by: f64,
 }
 
-/// The steps of an angle in their order; none of one that is decided during the run.
+/// The rotations of an angle in each step, in order; empty for an angle that is decided during the run.
 fn turns<'a>(builder: &'a Builder, angle: &'a Signal) -> impl Iterator<Item = StepTurn<'a>> {
     let is_timed =
         move |span: &&TimeSpan| !angle.has_inputs() && !matches!(span.integrator, Integrator::ArcLength { .. });
@@ -107,12 +107,12 @@ fn turns<'a>(builder: &'a Builder, angle: &'a Signal) -> impl Iterator<Item = St
     })
 }
 
-/// A remedy with the length of a step \[s\].
+/// The remedy, with the length of a step \[s\].
 fn slower(dt: f64) -> String {
     format!("let it turn more slowly, or take a dt of {dt:.2e} s")
 }
 
-/// A note for each turn that a controller changed by 180° or more from one row to the next: [rows × signals] `values` of `signals`.
+/// A note for each rotation that a controller changed by 180° or more from one row to the next; `values`: \[rows × signals\] of `signals`.
 pub fn half_turns(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
     let turns = signals.iter().enumerate().filter(|(_, s)| s.signal.has_inputs() && s.name.ends_with("_rad"));
     let jumps = turns.filter_map(|(k, signal)| {
@@ -127,7 +127,7 @@ pub fn half_turns(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
 }
 
 impl Rotation {
-    /// Component `i` of the displacement \[m\] of the point that is at `at` \[m\] at rest.
+    /// Component `i` of the displacement \[m\] of the point at the position `at` \[m\] at rest.
     pub(super) fn displacement(&self, at: Vec3, i: usize) -> Signal {
         let v = at - self.about;
         let (cosine, sine) = ((v - self.axis * self.axis.dot(&v))[i], self.axis.cross(&v)[i]);
@@ -138,7 +138,7 @@ impl Rotation {
     }
 }
 
-/// The direction `key` of a motion.
+/// The unit vector of the direction `key` of a motion.
 pub(super) fn unit_vector(builder: &Builder, place: &str, key: &str, v: [f64; 3]) -> Result<Vec3, SceneError> {
     let v = Vec3::from(v);
     if v.norm() > 0.0 && v.norm().is_finite() {

@@ -1,4 +1,4 @@
-//! A scene as it is given in a TOML file. Unknown keys are refused; there is no default physics.
+//! A scene as given in a TOML file. Unknown keys are refused; there is no default physics.
 
 pub use super::body::mesh_spec::{
     CornersSpec, DeformSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
@@ -51,7 +51,7 @@ pub struct SceneSpec {
     pub title: String,
     /// Mesh of the body or bodies, and regions
     pub mesh: MeshSpec,
-    /// Laws by name: `law` and its constants, or `include` of a law file with keys added or replaced
+    /// Laws by name: `law` with its constants, or `include` of a law file with keys added or replaced
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, LawTable>")]
     pub laws: BTreeMap<String, toml::Table>,
@@ -67,9 +67,9 @@ pub struct SceneSpec {
     /// Rigid bodies that move freely
     #[serde(rename = "rigid", default)]
     pub rigids: Vec<RigidSpec>,
-    /// Where the run starts, if not at rest
+    /// Initial state of the run, if not at rest
     pub start: Option<StartSpec>,
-    /// Stages of the protocol, one after the other in time
+    /// Stages of the protocol, consecutive in time
     #[serde(rename = "stage")]
     pub stages: Vec<StageSpec>,
     /// Quantities that are recorded
@@ -78,19 +78,19 @@ pub struct SceneSpec {
     /// Surfaces that follow the body
     #[serde(rename = "skin", default)]
     pub skins: Vec<SkinSpec>,
-    /// Events: conditions with the actions that follow
+    /// Events: conditions with the resulting actions
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
-    /// Measured curves and tracks of markers that are laid over recorded ones
+    /// Measured curves and tracks of markers to be compared with recorded ones
     #[serde(rename = "compare", default)]
     pub comparisons: Comparisons,
-    /// Fields and rows that are written, and when
+    /// Fields and rows that are written, and their times
     #[serde(default)]
     pub output: OutputSpec,
     /// Tolerances and methods of the solution
     #[serde(default)]
     pub numerics: NumericsSpec,
-    /// Laws that the tables of `laws` name: those that were registered when the scene was read or written
+    /// Laws that the tables of `laws` may name: those registered when the scene was read or written
     #[serde(skip)]
     pub known_laws: KnownLaws,
 }

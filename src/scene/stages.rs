@@ -1,4 +1,4 @@
-//! The stages of a scene, each with an integrator, and what the signals must allow in them.
+//! The stages of a scene, each with an integrator, and the conditions that signals must satisfy in them.
 
 use super::build::builder::Builder;
 use super::error::{SceneError, content};
@@ -12,26 +12,26 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
-/// More steps than this in one stage are a slip of a unit.
+/// Largest number of steps of a stage; more are taken for a wrong unit.
 const MOST_STEPS: f64 = 1e7;
-/// Steps that an arc-length stage may take if nothing else is said, or ten times the nominal ones if that is more.
+/// Default of the largest number of steps of an arc-length stage, unless ten times the nominal number is larger.
 const MOST_ARCS: usize = 200;
 
-/// A stretch of time with one integrator.
+/// A period of time with one integrator.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StageSpec {
     /// Integrator of the stage
     pub integrator: IntegratorSpec,
-    /// Length of the stage in time
+    /// Duration of the stage
     pub duration: Time,
     /// Time step
     pub dt: Time,
     /// Path following of a static stage; loads are followed in time if absent
     pub continuation: Option<ContinuationSpec>,
-    /// Of a continuation
+    /// Largest number of steps of a continuation
     pub max_steps: Option<usize>,
-    /// In each `dt` of the loop that looks for contact once a step
+    /// Number of integration steps in each `dt`, for the loop that detects contact once per step
     pub integration_steps: Option<usize>,
 }
 
@@ -42,7 +42,7 @@ impl StageSpec {
     }
 }
 
-/// How a static stage goes on where the loads are no longer enough to tell the states apart.
+/// How a static stage continues where the loads no longer determine the state.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuationSpec {
@@ -57,20 +57,20 @@ pub enum ContinuationSpec {
 pub enum IntegratorSpec {
     /// Equilibria, without inertia and damping
     Static,
-    /// Backward Euler rule, of first order and dissipative
+    /// Backward Euler rule, first order and dissipative
     ImplicitEuler,
-    /// Backward Euler rule with one linear solution in each step
+    /// Backward Euler rule with one linear solution per step
     ImplicitEulerLinearised,
-    /// Backward Euler rule of free motions with one correction for contact and constraints in each step
+    /// Backward Euler rule for the free motion, with one correction for contact and constraints per step
     ImplicitEulerCorrected,
-    /// Backward differentiation of second order
+    /// Backward differentiation formula of second order
     Bdf2,
-    /// Generalised-α method, of second order
+    /// Generalised-α method, second order
     GeneralisedAlpha {
-        /// Spectral radius ρ∞ at high frequencies \[–\]: 1 keeps the energy, 0 removes them within a step
+        /// Spectral radius ρ∞ at high frequencies \[–\]: 1 conserves the energy of such modes, 0 removes it within one step
         rho: f64,
     },
-    /// `force = true` allows the undamped rule together with constraints and rigid bodies
+    /// Newmark's method; `force = true` allows the undamped rule together with constraints and rigid bodies
     Newmark {
         /// Newmark's β \[–\]
         beta: f64,
@@ -82,7 +82,7 @@ pub enum IntegratorSpec {
     },
 }
 
-/// The stages of a scene in time.
+/// Builds the time spans of the stages of a scene.
 pub(super) fn build_spans(file: &Path, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
     let mut start = 0.0;
     let mut spans = Vec::new();
@@ -152,7 +152,7 @@ pub(super) fn build_spans(file: &Path, stages: &[StageSpec]) -> Result<Vec<TimeS
     Ok(spans)
 }
 
-/// Refuses signals and masses with which a stage cannot run, and notes what its steps may not resolve.
+/// Refuses signals and masses with which a stage cannot run, and adds notes on details that its steps may not resolve.
 pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Result<(), SceneError> {
     check_resolution(builder)?;
     check_formulas(builder)?;
@@ -164,9 +164,9 @@ pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Resul
     Ok(())
 }
 
-/// Refuses corners in motions that are given in a stage with an undamped rule, which finds their rates by v = 2 (x − xₙ)/Δt − vₙ: a jump of the rate
-/// rings from step to step for ever, and in the acceleration it grows with them. A stage that follows a static one begins with such a jump where a node moves, and
-/// one that follows a dynamic one where the rate jumps between them.
+/// Refuses prescribed motions with corners in a stage with an undamped rule. Such a rule finds velocities from v = 2 (x − xₙ)/Δt − vₙ, so that a jump of the
+/// rate oscillates without decay, with growing accelerations. A stage after a static one starts with such a jump if a node moves, and one after a dynamic
+/// stage if the rate jumps between them.
 fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneError> {
     for (k, (span, stage)) in builder.spans.iter().zip(stages).enumerate() {
         let is_forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
@@ -193,12 +193,12 @@ fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneErr
     Ok(())
 }
 
-/// A number with a power of ten where it is small.
+/// A number as text, with a power of ten if it is small.
 fn short(value: f64) -> String {
     if value.abs() < 1e-3 { format!("{value:e}") } else { value.to_string() }
 }
 
-/// Notes on rules of Newmark that are stable for short steps only (Hughes, *The Finite Element Method*, 1987, § 9.1).
+/// Notes on Newmark rules that are stable only for short steps (Hughes, *The Finite Element Method*, 1987, § 9.1).
 fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
     let short = |(k, span): (usize, &TimeSpan)| {
         let Integrator::Newmark { beta, gamma } = span.integrator else { return None };
@@ -215,10 +215,10 @@ fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
     builder.spans.iter().enumerate().filter_map(short)
 }
 
-/// Share of its range by which a signal may go beyond its values at the points of the time grid without a note \[–\].
+/// Share of its range by which a signal may exceed its values at the points of the time grid without a note \[–\].
 const UNSEEN: f64 = 0.1;
 
-/// Notes on signals that go farther between the points of the time grid than at them.
+/// Notes on signals that exceed their values at the points of the time grid between them.
 fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
     let known = builder.signals.iter().flat_map(|s| s.signal.prescribed().map(move |signal| (s, signal)));
     known.filter_map(|(NamedSignal { name, signal: whole }, signal)| {
@@ -234,7 +234,7 @@ fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
     })
 }
 
-/// Notes on ramps and tables that go on after the run.
+/// Notes on ramps and tables that continue after the end of the run.
 fn unfinished_signals(builder: &Builder) -> impl Iterator<Item = String> {
     let end = builder.spans.last().map_or(0.0, |span| span.end);
     builder.signals.iter().filter_map(move |NamedSignal { name, signal }| {
@@ -245,7 +245,7 @@ fn unfinished_signals(builder: &Builder) -> impl Iterator<Item = String> {
     })
 }
 
-/// Refuses steps that the rounding of the time swallows.
+/// Refuses steps that are lost in the rounding of the time.
 fn check_resolution(builder: &Builder) -> Result<(), SceneError> {
     let Some(k) = builder.spans.iter().position(|span| !span.is_resolved()) else { return Ok(()) };
     let TimeSpan { end, dt, .. } = builder.spans[k];
@@ -253,7 +253,7 @@ fn check_resolution(builder: &Builder) -> Result<(), SceneError> {
     Err(builder.content(&format!("stage {}", k + 1), fact, "take a larger dt, or shorter stages before it"))
 }
 
-/// A formula must have a value wherever it is looked at.
+/// Refuses a formula that has no value at a time at which it is evaluated.
 fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
     for NamedSignal { name, signal } in builder.signals.iter().filter(|s| !s.signal.has_inputs()) {
         let times = builder.spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
@@ -266,7 +266,7 @@ fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The acceleration at the start of a stage that needs one has a solution only where every free node has a mass.
+/// Refuses a stage that needs an initial acceleration, which can be computed only if every free node has a mass.
 fn check_masses(builder: &Builder) -> Result<(), SceneError> {
     let needs = |s: &TimeSpan| s.integrator.needs_initial_acceleration();
     let Some(k) = builder.spans.iter().position(needs) else { return Ok(()) };
@@ -296,7 +296,7 @@ fn check_masses(builder: &Builder) -> Result<(), SceneError> {
     Err(builder.content(&format!("stage {}", k + 1), fact, remedy))
 }
 
-/// The points of a continuation are its own, so that nothing can be decided at them.
+/// Refuses decisions during a run with continuation, whose points are not those of the time grid.
 pub(super) fn check_continued(builder: &Builder, has_events: bool) -> Result<(), SceneError> {
     let decided = has_events || builder.signals.iter().any(|s| s.signal.has_inputs());
     let arc = builder.spans.iter().position(|s| matches!(s.integrator, Integrator::ArcLength { .. }));

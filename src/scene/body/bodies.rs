@@ -1,4 +1,4 @@
-//! Several bodies in one scene: each from its own source or an image of the mesh of `[mesh]`. Each has its whole boundary as the region `skin`.
+//! Several bodies in one scene: each from its own source, or as a copy of the mesh of `[mesh]`. Each has its whole boundary as the region `skin`.
 
 use super::Body;
 use super::grid::mesh_hash;
@@ -74,7 +74,7 @@ impl Body {
     }
 }
 
-/// The body of a part with a source of its own; its errors name the part.
+/// The body of a part that has a source of its own; its errors name the part.
 fn own_body(
     file: &Path,
     spec: &MeshSpec,
@@ -105,7 +105,7 @@ fn own_body(
     }
 }
 
-/// With its whole boundary as the region `skin`, unless it has one.
+/// Adds the whole boundary as the region `skin`, unless the mesh has a region of this name.
 fn with_skin(mut mesh: TetMesh) -> TetMesh {
     let facets = boundary_facets(&mesh);
     mesh.regions.entry("skin".into()).or_insert(Region { facets, ..Region::default() });
@@ -128,7 +128,7 @@ fn check_names(file: &Path, parts: &[PartSpec]) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// A and b of X ↦ A X + b.
+/// The matrix A and the vector b of the map X ↦ A X + b from the part's own position to its position in the scene.
 fn placement(file: &Path, spec: &PartSpec) -> Result<(Mat3, Vec3), SceneError> {
     let mirror = match spec.mirror.map(Vec3::from) {
         None => Mat3::identity(),
@@ -148,7 +148,7 @@ fn placement(file: &Path, spec: &PartSpec) -> Result<(Mat3, Vec3), SceneError> {
     Ok((turn * mirror, shift))
 }
 
-/// A path with its body.
+/// The image of a cable path under the map X ↦ A X + b of its body.
 fn carried(cable: &CablePath, a: &Mat3, b: &Vec3) -> CablePath {
     let image = |p: &[f64; 3]| (a * Vec3::from(*p) + b).into();
     CablePath {

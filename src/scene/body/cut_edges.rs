@@ -1,12 +1,12 @@
-//! Sharp edges of a body that its mesh cuts.
+//! Sharp edges of a body that its mesh cuts off.
 
 use crate::mesh::TetMesh;
 use crate::mesh::wall::thinnest;
 
-/// Distance of the sharp edges of a body from its mesh above which walls are not those of the body, over the thinnest one \[–\]
+/// Distance between the sharp edges of a body and its mesh, relative to the thinnest wall, above which the walls of the mesh are not those of the body \[–\]
 const CUT: f64 = 0.1;
 
-/// The warning of a mesh that is up to `off` \[m\] away from the sharp edges of its body.
+/// The warning about a mesh that is up to `off` \[m\] away from the sharp edges of its body.
 pub(in crate::scene) fn cut_edges(mesh: &TetMesh, off: f64) -> Option<String> {
     let wall = thinnest(mesh, |_, _| false).filter(|wall| off > CUT * wall.thickness)?;
     Some(format!(

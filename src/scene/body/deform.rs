@@ -1,5 +1,5 @@
-//! `[mesh.deform]`: the nodes of a mesh are moved by formulas, x(X, Y, Z; parameters), before anything is built on it. So a shape has parameters where
-//! a mesher would make another mesh for each value.
+//! `[mesh.deform]`: formulas x(X, Y, Z; parameters) move the nodes of a mesh before anything is built on it. A shape thus has parameters where a mesher would
+//! make a different mesh for each value.
 
 use super::mesh_file::volume_mesh;
 use super::mesh_spec::{DeformSpec, MeshSpec};
@@ -25,7 +25,7 @@ pub struct Undeformed {
     pub(in crate::scene) paths: BTreeMap<String, CablePath>,
 }
 
-/// Deforms the nodes and the cable paths of a body; what they were.
+/// Deforms the nodes and the cable paths of a body, and returns their original positions.
 pub(in crate::scene) fn deform(
     file: &Path,
     spec: &DeformSpec,
@@ -40,7 +40,8 @@ pub(in crate::scene) fn deform(
     Ok(undeformed)
 }
 
-/// The formulas of another mesh table of a body that the mesher made, which can only be deformed anew.
+/// The formulas of `[mesh.deform]` in a changed `[mesh]` table of a body that the mesher made. Such a body can only be deformed anew: without formulas the
+/// change is refused.
 pub(super) fn formulas_of<'a>(file: &Path, spec: &'a MeshSpec) -> Result<&'a DeformSpec, SceneError> {
     let fact = "the mesher would make another mesh";
     let remedy = "declare the change of shape in [mesh.deform], or take a grid";
@@ -73,7 +74,7 @@ fn content(file: &Path, fact: String, remedy: &str) -> SceneError {
 
 /// The formulas with the values of their parameters.
 struct Map {
-    /// Formula of a component, and of each of its variables the coordinate or the value; none where the component stays
+    /// The formula of each component, with the coordinate or the value for each of its variables; `None` if the component does not change
     formulas: [Option<(Formula, Vec<Variable>)>; 3],
 }
 

@@ -1,4 +1,4 @@
-//! Meshes that a scene makes itself: grids of boxes, and meshes made worse on purpose.
+//! Meshes that a scene makes itself: grids of boxes, and meshes that are made worse on purpose.
 
 use super::mesh_spec::{DisturbSpec, ElementSpec, GridSpec};
 use crate::mesh::disturb::{add_slivers, distort};
@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use toml::Value;
 
-/// More cells than this in one grid are a slip: no direct solver holds their matrix.
+/// Largest number of cells of a grid; more are taken for a mistake, since no direct solver can store their matrix.
 const MOST_CELLS: f64 = 1e7;
 
 /// The mesh of a grid.
@@ -101,14 +101,14 @@ pub fn mesh_of_grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Resul
     }
 }
 
-/// Volume of the round body that a grid fills \[m³\]; none where its sides are flat.
+/// Volume of the round body that a grid fills \[m³\]; `None` for grids with flat sides.
 pub fn round_volume(spec: &GridSpec) -> Option<f64> {
     match spec {
         GridSpec::Box { .. } | GridSpec::Plate { .. } | GridSpec::Bracket { .. } => None,
         GridSpec::Octant { inner, outer, .. } => Some(PI / 6.0 * (outer.0.powi(3) - inner.0.powi(3))),
         GridSpec::Cylinder { radius, length, .. } => Some(PI * radius.0.powi(2) * length.0),
         GridSpec::Tube { inner, outer, length, .. } => Some(PI * (outer.0.powi(2) - inner.0.powi(2)) * length.0),
-        // Pappus: the middle of the section goes along the arc
+        // Pappus: the centroid of the section moves along the arc
         GridSpec::Bow { radius, bend, angle, .. } => Some(PI * radius.0.powi(2) * bend.0 * angle.0),
         GridSpec::Hole { radius, half_edge, thickness, .. } => {
             Some((half_edge.0.powi(2) - PI / 4.0 * radius.0.powi(2)) * thickness.0)
@@ -117,15 +117,15 @@ pub fn round_volume(spec: &GridSpec) -> Option<f64> {
     }
 }
 
-/// The grid with so many times as many divisions along its edges, rounded, and at least as many as it takes; `None` where the cells grow
-/// from a place, because their layers are no numbers along an edge.
+/// The grid with `factor` times as many divisions along its edges, rounded, but not fewer than the grid needs; `None` for grids whose cells grow from a point,
+/// since their numbers of layers are not divisions of an edge.
 pub fn scaled_grid(spec: &GridSpec, factor: f64) -> Option<GridSpec> {
     let wanted: Vec<f64> = divisions_of_grid(spec).iter().map(|n| factor * *n as f64).collect();
     let grows = matches!(spec, GridSpec::HalfSpace { .. } | GridSpec::HalfSphere { .. });
     (!grows).then(|| grid_with_divisions(spec, &wanted))
 }
 
-/// The grid with the numbers of divisions nearest to these that it takes.
+/// The grid with the admissible numbers of divisions that are nearest to `wanted`.
 pub fn grid_with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
     let mut out = spec.clone();
     let divisions = match &mut out {
@@ -151,18 +151,18 @@ pub fn grid_with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
     out
 }
 
-/// Divisions of a grid, as its key has them.
+/// The divisions of a grid, as in its key `divisions`.
 pub fn divisions_of_grid(spec: &GridSpec) -> &[usize] {
     measures(spec).0
 }
 
-/// Divisions of a grid, as the value of their key.
+/// The divisions of a grid, as a value of the key `divisions`.
 pub fn divisions_value(spec: &GridSpec) -> Value {
     Value::from(divisions_of_grid(spec).iter().map(|n| *n as i64).collect::<Vec<_>>())
 }
 
-/// Grids of the same proportions, coarse ones first: the divisions are exact multiples of those of the coarsest one. None where cells grow from
-/// a place.
+/// Grids of the same proportions, coarse ones first: the divisions are exact multiples of those of the coarsest grid. The iterator is empty for grids whose
+/// cells grow from a point.
 pub fn similar_grids(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
     let own = divisions_of_grid(spec).to_vec();
     let common = common_divisor(own.iter().copied()).max(1);
@@ -174,7 +174,7 @@ pub fn similar_grids(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
     (1..).map_while(multiple).flatten()
 }
 
-/// Greatest common divisor of these numbers; zero of none.
+/// Greatest common divisor of these numbers; zero if there are no numbers.
 pub fn common_divisor(numbers: impl IntoIterator<Item = usize>) -> usize {
     fn of_two(a: usize, b: usize) -> usize {
         if b == 0 { a } else { of_two(b, a % b) }
@@ -182,7 +182,7 @@ pub fn common_divisor(numbers: impl IntoIterator<Item = usize>) -> usize {
     numbers.into_iter().fold(0, of_two)
 }
 
-/// Number of cells of a grid, or somewhat more; exact integers are not needed, and would overflow.
+/// The number of cells of a grid, or slightly more, as a float: exact integers are not needed, and could overflow.
 pub fn cells_of_grid(spec: &GridSpec) -> f64 {
     let boxes = match spec {
         GridSpec::Octant { divisions: [n, layers], .. } => [*n, *n, *layers],
@@ -265,7 +265,7 @@ mod tests {
     use super::*;
     use crate::scene::text::quantity::Angle;
 
-    /// Quadratic cells on a round body have its volume, however few they are.
+    /// Quadratic cells on a round body have the volume of the body, however few they are.
     #[test]
     fn round_grids_have_the_volume_of_their_body() {
         let mm = |x: f64| Length(1e-3 * x);
@@ -282,7 +282,7 @@ mod tests {
             let mesh = mesh_of_grid(Path::new("scene.toml"), &spec, ElementSpec::Tet10).expect("a grid");
             let share = mesh.volume() / round_volume(&spec).expect("round") - 1.0;
             println!("{spec:?}: {share}");
-            // Of the half sphere, whose cells grow, 2e-3
+            // The half sphere, whose cells grow, is off by 2e-3
             assert!(share.abs() < 4e-3, "{spec:?}: {share}");
         }
         let flat = GridSpec::Bracket { edge: mm(9.0), thickness: mm(2.0), divisions: [2, 1] };

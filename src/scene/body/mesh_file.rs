@@ -9,12 +9,12 @@ use crate::scene::error::{SceneError, part};
 use crate::wording::nearest;
 use std::path::{Path, PathBuf};
 
-/// Diagonals of bodies that raise no doubt about their unit \[m\]: from a micro-gripper to an arm.
+/// Diagonals of bodies for which the unit is not in doubt \[m\]: from a micro-gripper to an arm.
 const PLAUSIBLE: std::ops::Range<f64> = 1e-3..5.0;
-/// Diagonals of bodies that a unit is guessed from \[m\].
+/// Diagonals of bodies from which a unit is guessed \[m\].
 const USUAL: std::ops::Range<f64> = 5e-3..2.0;
 
-/// The file of the table and its format, if it is a volume mesh that is taken over; a size asks for its surface to be meshed.
+/// The file of the table and its format, if it is a volume mesh that is used as it is; with a size or a number of cells its surface is meshed instead.
 pub(super) fn volume_mesh(file: &Path, spec: &MeshSpec) -> Result<Option<(PathBuf, Format)>, SceneError> {
     let Some(name) = spec.file.as_ref().filter(|_| spec.cells.is_none() && spec.size.is_none()) else {
         return Ok(None);
@@ -27,7 +27,7 @@ pub(super) fn volume_mesh(file: &Path, spec: &MeshSpec) -> Result<Option<(PathBu
     Ok(format.reader.is_volume().then_some((path, format)))
 }
 
-/// Fact and remedy about a file that is not there.
+/// Fact and remedy about a file that does not exist; `None` if it exists.
 fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     if path.exists() {
         return None;
@@ -41,7 +41,7 @@ fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Some((fact, "its folder does not exist either; paths start from the folder of the scene".into()));
     };
-    // Names of one ending are alike by it: the stems decide
+    // Names with the same ending are similar because of it: only the stems are compared
     let stem = |name: &Path| name.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let wanted = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
@@ -53,7 +53,7 @@ fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     Some((fact, remedy))
 }
 
-/// How the table wants the cells and nodes of its file.
+/// The options of the table for reading the cells and nodes of its file.
 pub(super) fn reading(file: &Path, spec: &MeshSpec) -> Result<Reading, SceneError> {
     let merge = spec.merge.map(|length| length.0);
     if let Some(length) = merge.filter(|l| *l < 0.0 || !l.is_finite()) {
@@ -62,7 +62,7 @@ pub(super) fn reading(file: &Path, spec: &MeshSpec) -> Result<Reading, SceneErro
     Ok(Reading { unit_m: unit_m(file, spec)?, split: spec.split, merge })
 }
 
-/// Notes on changes to the content of a file.
+/// Notes on changes that were made to the content of a file.
 pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
     let counts = [
         (changes.dropped_nodes, "nodes of the file belong to no cell and were dropped"),
@@ -73,7 +73,7 @@ pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
     changes.notes.iter().cloned().chain(counted).collect()
 }
 
-/// A note on a region of the file with the name of the whole surface, in whose place it is.
+/// The note on a region `skin` of the file, which replaces the whole surface under this name.
 pub(super) fn own_skin(mesh: &TetMesh) -> Option<String> {
     let (skin, surface) = (mesh.regions.get("skin")?, boundary_facets(mesh));
     (skin.facets != surface).then(|| {
@@ -85,7 +85,7 @@ pub(super) fn own_skin(mesh: &TetMesh) -> Option<String> {
     })
 }
 
-/// A warning about a body of a size that no soft robot has, with the unit that would give it one, unless its file states another.
+/// A warning about a body of an implausible size for a soft robot, with the unit that would make it plausible, unless its file states a different unit.
 pub(super) fn doubtful_unit(mesh: &TetMesh, reader: Reader, unit_m: f64) -> Option<String> {
     let (low, high) = mesh.bounding_box();
     let size = (high - low).norm();
@@ -101,7 +101,7 @@ pub(super) fn doubtful_unit(mesh: &TetMesh, reader: Reader, unit_m: f64) -> Opti
     Some(format!("the body is {length} across, which is unusual for a soft robot{hint}"))
 }
 
-/// The first of the usual units in which a diagonal of this many units is that of a soft robot.
+/// The first of the usual units in which a diagonal of this length has the size of a soft robot.
 pub fn plausible_unit(diagonal: f64) -> Option<&'static str> {
     usual_units().find(|(_, metre)| USUAL.contains(&(diagonal * metre))).map(|(unit, _)| unit)
 }
@@ -130,7 +130,7 @@ mod tests {
     use crate::mesh::structured::block;
     use crate::mesh::{Order, Region};
 
-    /// A file may call another region so; the whole surface under its own name is nothing to tell.
+    /// A file may give this name to another region; the whole surface under its own name needs no note.
     #[test]
     fn a_region_in_the_place_of_the_whole_surface_is_told() {
         let mut mesh = block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear);
@@ -143,7 +143,7 @@ mod tests {
         assert!(own_skin(&mesh).is_some_and(|note| note.starts_with(fact)));
     }
 
-    /// No other unit is advised to a file that states its own, as the mesher refuses it.
+    /// No other unit is suggested for a file that states its own, since the mesher refuses it.
     #[test]
     fn a_body_of_an_unusual_size_is_warned_of_with_its_remedy() {
         let warning = |metres: f64, reader| {

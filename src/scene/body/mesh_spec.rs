@@ -11,7 +11,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
+/// `body` with its sizing (a mesh made by Durometer's mesher), or `file` with its unit, or `grid`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSpec {
@@ -20,52 +20,52 @@ pub struct MeshSpec {
     /// Dimensions of the body that differ from its defaults, by name
     #[serde(default)]
     pub parameters: BTreeMap<String, String>,
-    /// Number of cells, met within 2 %, or within 10 % where the count jumps
+    /// Number of cells, reached within 2 %, or within 10 % where the number jumps with the size
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
-    /// Each cell into eight, this often, also those of a volume mesh
+    /// How often each cell is split into eight, also the cells of a volume mesh
     #[serde(default)]
     pub levels: u32,
     /// Places where the cells are smaller
     #[serde(default)]
     pub grading: Vec<GradingSpec>,
-    /// The first of several meshes, refined until one quantity is accurate
+    /// Makes the mesh the first of several, which are refined until one quantity is accurate
     pub refine: Option<RefineSpec>,
-    /// Program that makes the mesh of a body
+    /// Program that meshes a body
     #[serde(default)]
     pub generator: GeneratorSpec,
-    /// Another mesh of the same size (gmsh)
+    /// Seed that yields a different mesh of the same size (gmsh)
     #[serde(default)]
     pub seed: u64,
-    /// CGAL's criteria by its names
+    /// Criteria of CGAL, by CGAL's names
     #[serde(default)]
     #[schemars(with = "AnyTable")]
     pub cgal: BTreeMap<String, toml::Value>,
-    /// After which the mesher is ended
+    /// Time after which the mesher is stopped
     pub time_limit: Option<Time>,
     /// Mesh, surface or CAD file, relative to the scene
     pub file: Option<PathBuf>,
     /// Unit of length of the file
     pub unit: Option<String>,
-    /// Hexahedra, wedges and pyramids of the file become tetrahedra
+    /// Cuts hexahedra, wedges and pyramids of the file into tetrahedra
     #[serde(default)]
     pub split: bool,
-    /// Nodes of the file within this distance become one
+    /// Distance within which nodes of the file are merged
     pub merge: Option<Length>,
     /// Boxes cut into tetrahedra, made without a mesher
     pub grid: Option<GridSpec>,
-    /// Element that the tetrahedra become
+    /// Element type of the tetrahedra
     #[serde(default)]
     pub element: ElementSpec,
     /// The bodies of the scene, if it has several
     #[serde(rename = "part", default)]
     pub parts: Vec<PartSpec>,
-    /// Made worse on purpose
+    /// Makes the mesh worse on purpose
     pub disturb: Option<DisturbSpec>,
-    /// Nodes moved by formulas
+    /// Moves the nodes by formulas
     pub deform: Option<DeformSpec>,
-    /// Regions by place, by connection, or made of others
+    /// Regions by position, by connection, or made of other regions
     #[serde(default)]
     pub regions: BTreeMap<String, SelectorSpec>,
 }
@@ -81,7 +81,7 @@ pub struct GradingSpec {
     /// A box within which the cells are smaller
     #[serde(rename = "box")]
     pub corners: Option<CornersSpec>,
-    /// Edge length at the place
+    /// Edge length there
     pub length: Length,
     /// Distance over which the edges grow to their usual length
     pub distance: Length,
@@ -97,19 +97,19 @@ pub struct CornersSpec {
     pub max: [Length; 3],
 }
 
-/// The accuracy that an adaptive mesh is to have.
+/// The accuracy that adaptive meshing is to reach.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RefineSpec {
-    /// Recorded column, `cable_tension_N`
+    /// Recorded column, such as `cable_tension_N`
     pub quantity: String,
-    /// Largest error bar as a share of the largest departure from the start, `"1 %"`
+    /// Largest error bar relative to the largest departure from the start, such as `"1 %"`
     #[serde(default, deserialize_with = "share")]
     #[schemars(with = "Option<Share>")]
     pub tolerance: Option<f64>,
     /// Largest error bar in the unit of the column, for a quantity near zero
     pub absolute_tolerance: Option<f64>,
-    /// Most meshes, the first one included
+    /// Largest number of meshes, including the first one
     #[serde(default = "most_meshes")]
     pub meshes: usize,
 }
@@ -118,7 +118,7 @@ fn most_meshes() -> usize {
     8
 }
 
-/// A fraction or a percentage.
+/// Deserializes a fraction or a percentage.
 fn share<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
     let value = toml::Value::deserialize(deserializer)?;
     let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
@@ -129,10 +129,10 @@ fn share<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<f64
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "lowercase")]
 pub enum GeneratorSpec {
-    /// Gmsh, by Delaunay's method with the surface given
+    /// Gmsh: Delaunay's method within a given surface mesh
     #[default]
     Gmsh,
-    /// CGAL, by refinement with criteria
+    /// CGAL: Delaunay refinement with criteria
     Cgal,
 }
 
@@ -148,7 +148,7 @@ pub enum ElementSpec {
 }
 
 impl ElementSpec {
-    /// Name as in files.
+    /// Name as in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tet4 => "tet4",
@@ -156,7 +156,7 @@ impl ElementSpec {
         }
     }
 
-    /// The element of this order.
+    /// The element with shape functions of this order.
     pub fn of(order: Order) -> Self {
         match order {
             Order::Linear => Self::Tet4,
@@ -164,7 +164,7 @@ impl ElementSpec {
         }
     }
 
-    /// Order of its shape functions.
+    /// Order of the shape functions.
     pub fn order(self) -> Order {
         match self {
             Self::Tet4 => Order::Linear,
@@ -173,37 +173,37 @@ impl ElementSpec {
     }
 }
 
-/// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.
+/// A body made of boxes that are cut into six tetrahedra each; its regions have fixed names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum GridSpec {
-    /// \[0, size\]: `xmin`, `xmax`, …, `zmax`
+    /// The box from 0 to `size`: `xmin`, `xmax`, …, `zmax`
     Box {
-        /// Lengths of its edges
+        /// Lengths of the edges
         size: [Length; 3],
         /// Number of boxes along each axis
         divisions: [usize; 3],
     },
-    /// A quadrilateral of this thickness in z, corners counter-clockwise in the plane; regions as of a box
+    /// A quadrilateral with a thickness in z; the corners in the plane are counter-clockwise; regions as for a box
     Plate {
         /// Corners in the plane, counter-clockwise
         corners: [[Length; 2]; 4],
         /// Thickness in z
         thickness: Length,
-        /// Number of boxes along both sides and in the thickness
+        /// Number of boxes along both sides and through the thickness
         divisions: [usize; 3],
     },
-    /// An octant of a hollow sphere: `inner`, `outer`, `xmin`, `ymin`, `zmin`; divisions of an edge and of the wall
+    /// An octant of a hollow sphere: `inner`, `outer`, `xmin`, `ymin`, `zmin`; divisions of an edge and through the wall
     Octant {
         /// Inner radius
         inner: Length,
         /// Outer radius
         outer: Length,
-        /// Number of boxes along an edge and in the wall
+        /// Number of boxes along an edge and through the wall
         divisions: [usize; 2],
     },
-    /// Along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
+    /// A cylinder along z: `zmin`, `zmax`, `side`; divisions of the radius and of the length
     Cylinder {
         /// Radius
         radius: Length,
@@ -212,9 +212,10 @@ pub enum GridSpec {
         /// Number of boxes along the radius and the length
         divisions: [usize; 2],
     },
-    /// A round bar whose centre line is an arc, from z at the origin towards x: `start`, `end`, `side`; divisions of the radius and of the arc
+    /// A round bar whose centre line is an arc that starts at the origin along z and bends towards x: `start`, `end`, `side`; divisions of the radius and of
+    /// the arc
     Bow {
-        /// Radius of the section
+        /// Radius of the cross-section
         radius: Length,
         /// Radius of the centre line
         bend: Length,
@@ -223,28 +224,28 @@ pub enum GridSpec {
         /// Number of boxes along the radius and the arc
         divisions: [usize; 2],
     },
-    /// A quarter of a square plate of this half edge with a hole: `hole`, `xmin`, `ymin` (planes of symmetry), `xmax`, `ymax`, `zmin`, `zmax`;
-    /// divisions of the radius, round the quarter, of the thickness
+    /// A quarter of a square plate with a hole: `hole`, `xmin`, `ymin` (planes of symmetry), `xmax`, `ymax`, `zmin`, `zmax`; divisions of the radius, around
+    /// the quarter, and through the thickness
     Hole {
         /// Radius of the hole
         radius: Length,
-        /// Half the edge of the plate
+        /// Half the edge length of the plate
         half_edge: Length,
         /// Thickness in z
         thickness: Length,
-        /// Number of boxes along the radius, round the quarter and in the thickness
+        /// Number of boxes along the radius, around the quarter and through the thickness
         divisions: [usize; 3],
     },
-    /// A square plate without a quadrant: `xmin`, `xmax`, …, `zmax`; divisions across an arm, of the thickness
+    /// A square plate with one quadrant missing: `xmin`, `xmax`, …, `zmax`; divisions across an arm and through the thickness
     Bracket {
-        /// Edge of the whole square
+        /// Edge length of the whole square
         edge: Length,
         /// Thickness in z
         thickness: Length,
-        /// Number of boxes across an arm and in the thickness
+        /// Number of boxes across an arm and through the thickness
         divisions: [usize; 2],
     },
-    /// A tube about the z-axis: `inner`, `outer`, `zmin`, `zmax`; divisions of the wall, round it, along it
+    /// A tube about the z-axis: `inner`, `outer`, `zmin`, `zmax`; divisions through the wall, around it and along it
     Tube {
         /// Inner radius
         inner: Length,
@@ -252,17 +253,16 @@ pub enum GridSpec {
         outer: Length,
         /// Length along z
         length: Length,
-        /// Number of boxes in the wall, round it and along it
+        /// Number of boxes through the wall, around it and along it
         divisions: [usize; 3],
     },
-    /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; cells of `fine` at the origin in so many layers, then
-    /// growing in so many
+    /// A quarter of a half ball below z = 0: `top`, `far`, `xmin`, `ymin`; layers of cells of size `fine` at the origin, then layers of growing cells
     HalfSpace {
         /// Radius of the half ball
         radius: Length,
         /// Edge length at the origin
         fine: Length,
-        /// Number of layers of fine cells, and of growing ones
+        /// Number of layers of fine cells, and of growing cells
         divisions: [usize; 2],
     },
     /// A quarter of the lower half of a sphere that rests on the origin: `round`, `middle`, `xmin`, `ymin`
@@ -271,18 +271,18 @@ pub enum GridSpec {
         radius: Length,
         /// Edge length at the origin
         fine: Length,
-        /// Number of layers of fine cells, and of growing ones
+        /// Number of layers of fine cells, and of growing cells
         divisions: [usize; 2],
     },
 }
 
-/// One body of several: from its own source or the mesh of `[mesh]`, mirrored, then turned, then shifted.
+/// One body of several: from its own source or the mesh of `[mesh]`, first mirrored, then rotated, then shifted.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PartSpec {
-    /// Its regions are `name.region`
+    /// Name of the part; its regions are called `name.region`
     pub name: String,
-    /// Source and size as in `[mesh]`
+    /// Name of a parametric body, with its size as in `[mesh]`
     pub body: Option<String>,
     /// Dimensions of the body that differ from its defaults, by name, with their unit
     #[serde(default)]
@@ -291,7 +291,7 @@ pub struct PartSpec {
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
-    /// How often each cell is cut into eight
+    /// How often each cell is split into eight
     #[serde(default)]
     pub levels: u32,
     /// Mesh, surface or CAD file, relative to the scene
@@ -301,20 +301,20 @@ pub struct PartSpec {
     /// Cuts hexahedra, wedges and pyramids of the file into tetrahedra
     #[serde(default)]
     pub split: bool,
-    /// Distance within which nodes of the file become one
+    /// Distance within which nodes of the file are merged
     pub merge: Option<Length>,
     /// Boxes cut into tetrahedra, made without a mesher
     pub grid: Option<GridSpec>,
-    /// Normal of the plane of the mirror, through the origin
+    /// Normal of the mirror plane, which passes through the origin
     pub mirror: Option<[f64; 3]>,
-    /// About the origin
+    /// Rotation about the origin
     pub turn: Option<TurnSpec>,
-    /// Displacement of the body, after its turn
+    /// Displacement of the body after its rotation
     pub shift: Option<[Length; 3]>,
 }
 
 impl PartSpec {
-    /// The table `[mesh]` of this body alone; the element is that of the whole mesh.
+    /// The table `[mesh]` of this body alone; the element is the one of the whole mesh.
     pub(in crate::scene) fn mesh(&self, whole: &MeshSpec) -> MeshSpec {
         MeshSpec {
             body: self.body.clone(),
@@ -333,17 +333,17 @@ impl PartSpec {
     }
 }
 
-/// Places of the nodes \[m\] as formulas of those that the mesh has, `X`, `Y`, `Z` \[m\], and of parameters.
+/// Positions of the nodes \[m\] as formulas in their original positions `X`, `Y`, `Z` \[m\] and in parameters.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeformSpec {
-    /// Formula of x; a component without a formula stays
+    /// Formula of x \[m\]; a component without a formula does not change
     pub x: Option<String>,
     /// Formula of y \[m\]
     pub y: Option<String>,
     /// Formula of z \[m\]
     pub z: Option<String>,
-    /// Numbers by the names that the formulas take, with their unit
+    /// Parameters of the formulas by name, with their unit
     #[serde(default)]
     pub parameters: BTreeMap<String, Quantity>,
 }
@@ -352,10 +352,10 @@ pub struct DeformSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisturbSpec {
-    /// Inner nodes move by up to this share of h in each direction
+    /// Largest displacement of inner nodes in each direction, as a share of h
     #[serde(default)]
     pub nodes: f64,
-    /// Share of the cells into which a sliver is put
+    /// Share of the cells into which a sliver is inserted
     #[serde(default)]
     pub slivers: f64,
     /// Smallest dihedral angle of the slivers

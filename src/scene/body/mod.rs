@@ -33,9 +33,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Share of the target number of cells by which an adapted mesh may miss it: the number is a prediction.
+/// Share of the target number of cells by which an adapted mesh may miss it: the target is a prediction.
 const ADAPTED_TOLERANCE: f64 = 0.1;
-/// A mesh and what its maker says of it.
+/// A mesh with the facts known about its source.
 #[derive(Debug)]
 pub struct Body {
     pub mesh: TetMesh,
@@ -43,25 +43,25 @@ pub struct Body {
     pub paths: BTreeMap<String, CablePath>,
     /// File name, for provenance
     pub source: String,
-    /// SHA-256 of the file, with those that it refers to
+    /// SHA-256 of the file and of the files that it refers to
     pub sha256: String,
     /// Notes on changes to the content of the file
     pub notes: Vec<String>,
-    /// Warnings of a doubtful size, of a volume that the mesh misses, and of edges that it cuts
+    /// Warnings about a doubtful size, a volume that the mesh misses, and edges that it cuts off
     pub warnings: Vec<String>,
-    /// Volumes of the surfaces and CAD that were meshed, and of round grids
+    /// Volumes of the surfaces and CAD bodies that were meshed, and of round grids
     pub volumes: Vec<SourceVolume>,
-    /// How often each cell of a volume mesh from a file was split; none of other meshes, and of deformed ones
+    /// How often each cell of a volume mesh from a file was split; `None` for other meshes and for deformed ones
     pub levels: Option<u32>,
-    /// Of a body with `[mesh.deform]`: what it was before
+    /// Nodes and cable paths before `[mesh.deform]`; `None` without it
     pub undeformed: Option<Arc<Undeformed>>,
-    /// Balls of the scenes so far
+    /// Weights of the balls that scenes on this body have used so far
     pub patches: Patches,
 }
 
 impl Body {
-    /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
-    /// gets the lines of the mesher.
+    /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress` receives the output lines of the
+    /// mesher.
     ///
     /// # Errors
     ///
@@ -70,12 +70,12 @@ impl Body {
         Self::load_from(file, spec, None, progress)
     }
 
-    /// The same with the bodies and the cache of a mesh store; without one it is looked for when it is needed
+    /// Reads, finds or makes the mesh of a scene with the bodies and the cache of a mesh store; without one, the store is looked up when it is needed
     /// ([`MeshStore::find`]).
     ///
     /// # Errors
     ///
-    /// Those of [`Body::load`].
+    /// Fails as [`Body::load`] does.
     pub fn load_from(
         file: &Path,
         spec: &MeshSpec,
@@ -97,16 +97,16 @@ impl Body {
         Ok(body)
     }
 
-    /// Deforms the body, which keeps what it was.
+    /// Deforms the body, which keeps its original shape in `undeformed`.
     fn deform(&mut self, file: &Path, formulas: &DeformSpec) -> Result<(), SceneError> {
-        // Flat facets become round ones, which other levels divide otherwise
+        // Flat facets become curved ones, which other levels would divide differently
         self.levels = None;
         self.undeformed = Some(Arc::new(deform(file, formulas, &mut self.mesh, &mut self.paths)?));
         self.sha256 = mesh_hash(&self.mesh);
         Ok(())
     }
 
-    /// The body of another mesh table with the same connectivity, without a mesher: a grid or a volume mesh, or this body deformed from where it was.
+    /// The body of another mesh table with the same connectivity, without a mesher: a grid, a volume mesh, or this body deformed from its original shape.
     ///
     /// # Errors
     ///
@@ -122,7 +122,7 @@ impl Body {
             paths,
             notes: self.notes.clone(),
             warnings: self.warnings.clone(),
-            // Those of the shape before, as of a body that is deformed where it is loaded
+            // The volumes before the deformation, as for a body that is deformed when it is loaded
             volumes: self.volumes.clone(),
             ..Self::new(TetMesh { points, ..self.mesh.clone() }, self.source.clone(), String::new())
         };
@@ -130,13 +130,13 @@ impl Body {
         Ok(anew)
     }
 
-    /// A mesh that is given directly.
+    /// A body with the given mesh.
     pub fn of_mesh(mesh: TetMesh) -> Self {
         let sha256 = mesh_hash(&mesh);
         Self::new(mesh, "mesh", sha256)
     }
 
-    /// A mesh of which nothing is known but where it is from.
+    /// A body of which only the mesh and its source are known.
     pub(super) fn new(mesh: TetMesh, source: impl Into<String>, sha256: String) -> Self {
         Self {
             mesh,
@@ -195,7 +195,7 @@ impl Body {
         Ok(body)
     }
 
-    /// Splits each cell of a given mesh into eight, this often. Its boundary stays what it is.
+    /// Splits each cell of a given mesh into eight, `levels` times. The shape of its boundary does not change.
     fn split(&mut self, file: &Path, levels: u32) -> Result<(), SceneError> {
         self.levels = Some(levels);
         if levels == 0 {
@@ -214,7 +214,7 @@ impl Body {
         Ok(())
     }
 
-    /// The mesh of the same table with so many cells, whose edge lengths are proportional to a size field, in place of its size.
+    /// The mesh of the same table with the given number of cells, whose edge lengths are proportional to a size field instead of the size in the table.
     pub(super) fn sized(
         file: &Path,
         spec: &MeshSpec,
@@ -230,7 +230,7 @@ impl Body {
         Self::generated(file, made, 0)
     }
 
-    /// A mesh of the mesher, with what is to be said of it.
+    /// A body with a mesh of the mesher, with its notes and warnings.
     fn generated(file: &Path, made: Generated, levels: u32) -> Result<Self, SceneError> {
         if let Some(name) = made.manifest.volumes_cad_m3.keys().find(|name| !made.mesh.regions.contains_key(*name)) {
             let fact = format!("the mesh has no cells of {name}, which the CAD has");
@@ -247,7 +247,7 @@ impl Body {
         Ok(body)
     }
 
-    /// The mesh of a file.
+    /// A body with the mesh of a file.
     fn of_file(file: &Path, mesh: TetMesh, (source, reader): (&Path, Reader)) -> Result<Self, SceneError> {
         let sha256 = digest("", source, reader.shape().1).map_err(|e| part(file, "mesh", e))?;
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
@@ -255,12 +255,12 @@ impl Body {
     }
 }
 
-/// Bodies across which lengths lose their meaning \[m\].
+/// Accepted diagonals of a body \[m\]; outside of them the unit is surely wrong.
 const ACROSS: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
-/// A cell needs edges above this share of its distance from the origin: a coordinate has sixteen digits, and strains need some of them.
+/// Smallest accepted edge length of a cell relative to its distance from the origin: a coordinate has sixteen digits, and strains need some of them.
 const RESOLVED: f64 = 1e-11;
 
-/// Refuses a mesh whose coordinates cannot tell its nodes apart: of a size or at a distance that is a slip of an exponent.
+/// Refuses a mesh whose coordinates cannot tell its nodes apart, because its size or distance is due to a mistyped exponent.
 fn check_places(file: &Path, mesh: &TetMesh) -> Result<(), SceneError> {
     let across = mesh.diagonal();
     if !ACROSS.contains(&across) {
@@ -282,7 +282,7 @@ fn check_places(file: &Path, mesh: &TetMesh) -> Result<(), SceneError> {
     }
 }
 
-/// Refuses a file whose cells are others than the element of the table.
+/// Refuses a file whose cells do not have the element type of the table.
 fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), SceneError> {
     let (wanted, found) = (spec.element, ElementSpec::of(mesh.order));
     if wanted == found {
@@ -294,7 +294,8 @@ fn check_element(file: &Path, spec: &MeshSpec, mesh: &TetMesh) -> Result<(), Sce
     Err(content(file, fact, &remedy))
 }
 
-/// The warning of a mesh whose curved edges left the CAD. Meshes of earlier versions, whose distance is not known, are warned of where they are nested.
+/// The warning about a mesh whose curved edges left the CAD. Meshes of earlier versions, for which the distance is not known, get the warning if they are
+/// nested.
 fn straightened(levels: u32, manifest: &Manifest) -> Option<String> {
     let edges = manifest.straightened_edges.filter(|edges| *edges > 0)?;
     let distance = manifest.straightened_m.map_or_else(String::new, |off| format!(" by up to {:.4} mm", off * 1e3));
@@ -326,7 +327,7 @@ mod tests {
         assert!(error.contains("the mesh has no cells of volume_2, which the CAD has"), "{error}");
     }
 
-    /// Edges that left the CAD are a warning; where an earlier version made the mesh, on nested levels alone.
+    /// Edges that left the CAD cause a warning; for a mesh of an earlier version, only on nested levels.
     #[test]
     fn a_boundary_that_left_the_cad_is_a_warning() {
         let manifest = |edges: u32, more: &str| -> Manifest {

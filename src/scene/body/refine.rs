@@ -1,15 +1,16 @@
 //! Adaptive meshes: `[mesh.refine]` asks for a mesh on which the error of one quantity is within a tolerance.
 //!
-//! The scene is run up to the time at which the quantity departs most from its start, its error is estimated with the shares of the cells
-//! ([`ErrorEstimator::localised`]), and the mesher makes the next mesh by a size field: mesh, solve, estimate, mesh again.
+//! The scene is run up to the time at which the quantity departs most from its start, its error is estimated together with the shares of the cells
+//! ([`ErrorEstimator::localised`]), and the mesher makes the next mesh from a size field: mesh, solve, estimate, mesh again.
 //!
-//! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
-//! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
-//! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
-//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets, or of a singular edge or a small
-//! patch in the cell of its place, is no measure: the next mesh follows from that mesh in the same way. Where the extent of a region is missing in a bar, it is on every mesh, and no other mesh is made.
+//! The share η_K of a cell is assumed to fall as h^α. Minimising the number of cells N = Σ (h_K/h)³ for a given error Σ η_K (h/h_K)^α gives
+//! h/h_K ∝ η_K^{−1/(α + 3)}; the factor of proportionality follows from the error aimed at. It is limited by a bound on the growth of the number of cells from
+//! mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after a mesh
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar that lacks the error of curved facets, or of a singular edge
+//! or a small patch within one cell of the place of the quantity, is not a valid measure: the next mesh then follows from that mesh in the same way. If the
+//! extent of a region is missing in a bar, it is missing on every mesh, and no further mesh is made.
 //!
-//! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
+//! A relative tolerance refers to the largest departure from the start, so that it does not depend on the origin of coordinates.
 
 use super::Body;
 use super::mesh_spec::RefineSpec;
@@ -25,19 +26,19 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Order α with which the shares of the cells are taken to fall: that of linear cells; of quadratic ones where edges are singular.
+/// Order α with which the shares of the cells are assumed to fall: that of linear cells, and of quadratic ones at singular edges.
 const ORDER: f64 = 2.0;
 /// Share of the tolerance that a new mesh aims at.
 const AIM: f64 = 0.8;
-/// Most cells of a mesh as a multiple of those of the mesh before.
+/// Largest number of cells of a mesh, as a multiple of that of the mesh before.
 const MOST_GROWTH: f64 = 6.0;
-/// Bounds of the change of the edge length from mesh to mesh.
+/// Bounds of the change of the edge length from mesh to mesh, as factors.
 const BOUNDS: [f64; 2] = [0.25, 2.0];
-/// The same after a mesh that did not improve on the best one.
+/// Bounds of the change of the edge length after a mesh that did not improve on the best one, as factors.
 const BOUNDS_AFTER_FAILURE: [f64; 2] = [0.25, 1.0];
 /// Steepest growth of the edge length in space [–].
 const GRADING: f64 = 0.35;
-/// Shares below this part of the mean are taken for it.
+/// Smallest share of a cell relative to the mean; smaller ones are raised to it.
 const LEAST_SHARE: f64 = 1e-6;
 
 /// One mesh of a refinement.
@@ -46,14 +47,14 @@ pub struct RefinementStep {
     /// File name of the mesh
     pub mesh: String,
     pub cells: usize,
-    /// Equations of the run
+    /// Number of equations of the run
     pub dofs: usize,
-    /// The error of the quantity there
+    /// Error of the quantity on this mesh
     pub error: QuantityError,
-    /// The bar that decides, of the value or of its departure from the start, and the largest one that is accepted \[unit of the quantity\]
+    /// The deciding error bar, of the value or of its departure from the start, and its largest accepted value \[unit of the quantity\]
     pub bar: f64,
     pub tolerance: f64,
-    /// Time of the run, the estimate and the next mesh
+    /// CPU and wall time of the run, the estimate and the next mesh
     pub spent: Spent,
 }
 
@@ -72,17 +73,18 @@ fn is_within(error: &QuantityError, [bar, tolerance]: [f64; 2]) -> bool {
 /// The mesh with the smallest bar so far.
 struct Best {
     body: Arc<Body>,
-    /// Sizes of the shares of its cells
+    /// Magnitudes of the shares of its cells
     shares: Vec<f64>,
     bar: f64,
     /// Whether no part of the bar is missing
     is_whole: bool,
-    /// Meshes since then, none of which has improved on it; a bar with a part missing counts as one
+    /// Number of meshes since then, none of which has improved on it; a mesh whose bar lacks a part counts as such
     failures: i32,
 }
 
 impl Best {
-    /// Whether it remains the best one next to a mesh with another bar: one with a part missing is no measure, and gives way to any later one.
+    /// Whether this mesh remains the best one after a mesh with another bar. A bar that lacks a part is not a valid measure: its mesh gives way to any later
+    /// one.
     fn remains(&self, bar: f64, is_whole: bool) -> bool {
         self.is_whole && (!is_whole || self.bar <= bar)
     }
@@ -100,15 +102,15 @@ impl Best {
     }
 }
 
-/// Follows a refinement.
+/// Callbacks that follow a refinement.
 pub struct RefinementWatch<'a> {
-    /// Gets every step when it is done
+    /// Receives every step when it is complete
     pub step: &'a mut dyn FnMut(&RefinementStep),
-    /// Gets the lines of the mesher
+    /// Receives the output lines of the mesher
     pub mesher: &'a mut dyn FnMut(&str),
-    /// Gets the progress of the runs; returns false to stop
+    /// Receives the progress of the runs; returns `false` to stop
     pub progress: &'a mut dyn FnMut(Progress) -> bool,
-    /// Ends estimates of errors too, and no further mesh is made
+    /// Flag that stops error estimates too and prevents further meshes
     pub stop: Option<Arc<AtomicBool>>,
 }
 
@@ -126,7 +128,7 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// The fact that the error is not within the tolerance on any mesh, and the remedy after a semicolon; none where it is.
+    /// The fact that the error is not within the tolerance on any mesh, and the remedy after a semicolon; `None` if it is within the tolerance.
     pub fn missed(&self) -> Option<String> {
         let last = self.steps.last().filter(|step| !step.is_within())?;
         let lacks = self.steps.iter().find_map(|step| step.error.lacks());
@@ -162,8 +164,8 @@ pub enum RefineError {
     Interrupted { number: usize, cells: usize },
 }
 
-/// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the number of meshes is reached. `body` is
-/// the first mesh; `store` as in [`Body::load_from`].
+/// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the largest number of meshes is reached. `body` is the first
+/// mesh; `store` as in [`Body::load_from`].
 ///
 /// # Errors
 ///
@@ -215,14 +217,14 @@ pub fn refine(
     }
 }
 
-/// Error of the quantity on the mesh of this number, and the sizes of the shares of its cells; without shares this mesh is the last.
+/// The error of the quantity on mesh `number`, and the magnitudes of the shares of its cells; without shares this mesh is the last.
 fn estimate(
     scene: &Scene,
     wanted: &RefineSpec,
     number: usize,
     watch: &mut RefinementWatch,
 ) -> Result<(QuantityError, Option<Vec<f64>>), RefineError> {
-    // The border of a region runs through the cells of every mesh of the mesher
+    // The border of a region cuts through cells on every mesh of the mesher
     let goes_on = |error: &QuantityError| {
         let is_above = || wanted.judged(error).is_ok_and(|judged| !is_within(error, judged));
         number < wanted.meshes && error.cut_regions.is_empty() && is_above()
@@ -251,13 +253,13 @@ fn estimate(
 }
 
 impl RefineSpec {
-    /// The bar that decides and the tolerance, in the unit of the quantity.
+    /// The deciding error bar and its tolerance, in the unit of the quantity.
     fn judged(&self, error: &QuantityError) -> Result<[f64; 2], RefineError> {
         if let Some(tolerance) = self.absolute_tolerance {
             return Ok([error.bar, tolerance]);
         }
         let (change, bar) = (error.value - error.start, error.departure.bar);
-        // A change that its bar exceeds ten times is zero as far as is known, and a share of it is no measure.
+        // A change of at most a tenth of its bar is indistinguishable from zero, and a share of it is not a meaningful tolerance.
         if 10.0 * change.abs() <= bar {
             return Err(RefineError::NearZero { name: error.column.clone(), change });
         }
@@ -265,7 +267,7 @@ impl RefineSpec {
     }
 }
 
-/// Edge lengths \[cells\] \[m\] of the next mesh, by which the error falls to the share `aim` with the least cells.
+/// Edge lengths \[cells\] \[m\] of the next mesh with which the error falls to the share `aim` with the fewest cells.
 fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64, bounds: [f64; 2]) -> Vec<f64> {
     let mean = shares.iter().sum::<f64>() / shares.len() as f64;
     let exponents: Vec<f64> =
@@ -277,7 +279,7 @@ fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64, bounds: [f64; 2]) -> Vec<f6
     };
     let cells = |factor: f64| exponents.iter().map(|own| change(factor, own).powi(-3)).sum::<f64>();
     let most = MOST_GROWTH * shares.len() as f64;
-    // The largest factor with the error aimed at, unless it asks for too many cells: both change monotonically with it.
+    // The largest factor that reaches the error aimed at, unless it asks for too many cells: both are monotonic in it.
     let (mut low, mut high) = (1e-3_f64, 1e3_f64);
     for _ in 0..100 {
         let middle = (low * high).sqrt();
@@ -287,7 +289,7 @@ fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64, bounds: [f64; 2]) -> Vec<f6
     (0..mesh.cell_count()).map(|c| edge(mesh, c) * change(factor, &exponents[c])).collect()
 }
 
-/// Number of cells that a size field in units of `length` \[m\] asks for: a cell of the mesh becomes (its edge/the edge length there)³.
+/// Number of cells that a size field in units of `length` \[m\] asks for: a cell becomes (its edge length / the edge length of the field)³ cells.
 fn cells(mesh: &TetMesh, field: &SizeField, length: f64) -> u64 {
     let there = |cell: &[u32; 4]| cell.iter().map(|k| field.sizes[*k as usize]).sum::<f64>() / 4.0 * length;
     let parts = |(c, cell): (usize, &[u32; 4])| (edge(mesh, c) / there(cell)).powi(3);
@@ -321,7 +323,7 @@ mod tests {
         }
     }
 
-    /// For the same predicted error no uniform mesh has as few cells, and the growth is bounded.
+    /// No uniform mesh with the same predicted error has as few cells, and the growth is bounded.
     #[test]
     fn graded_meshes_have_fewer_cells_and_growth_is_bounded() {
         let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);
@@ -359,7 +361,7 @@ mod tests {
         }
     }
 
-    /// A tip that rises by 4 mm, with a bar of 0.08 mm, wherever the origin is; a quantity that does not move asks for an absolute tolerance.
+    /// A tip that rises by 4 mm, with a bar of 0.08 mm, wherever the origin is; a quantity that does not move needs an absolute tolerance.
     #[test]
     fn a_share_is_one_of_the_change() {
         let wanted =
@@ -373,7 +375,7 @@ mod tests {
         assert_eq!(absolute.judged(&error(0.5, 0.5)).expect("given"), [8e-5, 1e-6]);
     }
 
-    /// A bar without the extent of a region, or the error next to a singular edge, is within no tolerance; a change by extent that is known is a part of the bar.
+    /// A bar that lacks the extent of a region, or the error next to a singular edge, is within no tolerance; a known change by extent is a part of the bar.
     #[test]
     fn a_bar_with_a_part_missing_is_within_no_tolerance() {
         let whole = QuantityError { geometry: Some(GeometryError::default()), ..error(0.0, 4e-3) };
@@ -390,7 +392,7 @@ mod tests {
         assert_eq!(near.lacks().as_deref(), Some("the singular edge or small patch in the cell of its place"));
     }
 
-    /// A bar without the error of curved facets is within no tolerance, whatever it is, and no reason to keep a mesh.
+    /// A bar that lacks the error of curved facets is within no tolerance, whatever its value, and no reason to keep a mesh.
     #[test]
     fn a_bar_with_a_part_missing_is_no_measure() {
         let body = Arc::new(Body::of_mesh(block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear)));
@@ -399,7 +401,7 @@ mod tests {
         assert!(!best(false).remains(2.0, false) && !best(false).remains(2.0, true));
     }
 
-    /// After a mesh that did not improve on the best one, the next one follows from the best one, has more cells than it would have had, and no larger ones.
+    /// After a mesh that did not improve on the best one, the next mesh follows from the best one, has more cells than it would have had, and no larger ones.
     #[test]
     fn a_failure_is_followed_by_a_finer_mesh() {
         let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);

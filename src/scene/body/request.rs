@@ -1,4 +1,4 @@
-//! The request to the mesher that a `[mesh]` table describes, and the keys that its source of the mesh leaves without effect.
+//! The request to the mesher that a `[mesh]` table describes, and the keys that have no effect with its source of the mesh.
 
 use super::mesh_file::{content, unit_m, volume_mesh};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
@@ -13,9 +13,9 @@ use std::path::Path;
 
 /// Share of the target number of cells by which a mesh may miss it.
 const CELL_TOLERANCE: f64 = 0.02;
-/// Most cells that a mesh may be asked for.
+/// Largest number of cells that may be requested for a mesh.
 const MOST_CELLS: usize = 100_000_000;
-/// Most levels of splitting each cell into eight.
+/// Largest number of times that each cell is split into eight.
 const MOST_LEVELS: u32 = 8;
 
 /// The request to the mesher that a `[mesh]` table describes.
@@ -27,7 +27,7 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     request_from(file, spec, None)
 }
 
-/// The same with the bodies of a mesh store; without one it is looked for when it is needed.
+/// The request to the mesher, with the bodies of a mesh store; without one, the store is looked up when it is needed.
 pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
     check_source(file, spec)?;
     let base = file.parent().unwrap_or(Path::new(""));
@@ -71,7 +71,7 @@ pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStor
     })
 }
 
-/// An entry of `grading`, by exactly one kind of place.
+/// An entry of `grading`, which names exactly one kind of place.
 fn grading(file: &Path, spec: &GradingSpec) -> Result<Grading, SceneError> {
     let metres = |p: &[Length; 3]| p.map(|x| x.0);
     let near = match (&spec.feature, &spec.points, &spec.corners) {
@@ -108,7 +108,7 @@ fn parameters(
     spec.parameters.iter().map(value).collect()
 }
 
-/// The given mesh store, or the one that is found.
+/// The given mesh store, or otherwise the one that [`MeshStore::find`] finds.
 pub(super) fn given_or_found(store: Option<&MeshStore>) -> Result<MeshStore, GenerateError> {
     store.map_or_else(MeshStore::find, |store| Ok(store.clone()))
 }
@@ -118,7 +118,7 @@ pub(super) fn has_source(spec: &MeshSpec) -> bool {
     spec.grid.is_some() || spec.body.is_some() || spec.file.is_some()
 }
 
-/// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
+/// Refuses keys that have no effect with the source of the mesh: nothing is ignored silently.
 pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     check_refine(file, spec)?;
     check_levels(file, spec.levels, 1)?;
@@ -154,7 +154,7 @@ pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneErro
     }
 }
 
-/// Refuses keys of a source in a table whose parts all have their own.
+/// Refuses keys of a source in a table whose parts all have a source of their own.
 pub(super) fn check_without_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     check_refine(file, spec)?;
     match of_source(spec) {
@@ -166,12 +166,12 @@ pub(super) fn check_without_source(file: &Path, spec: &MeshSpec) -> Result<(), S
     }
 }
 
-/// The first key that is given.
+/// The first key that is present.
 fn idle(keys: &[(&str, bool)]) -> Option<String> {
     keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string())
 }
 
-/// The first key that is given of those that go with a body or a file.
+/// The first key that is present among those that need a body or a file.
 fn of_source(spec: &MeshSpec) -> Option<String> {
     let sized = [
         ("unit", spec.unit.is_some()),
@@ -183,7 +183,7 @@ fn of_source(spec: &MeshSpec) -> Option<String> {
     idle(&sized).or(idle(&made(spec))).or(idle(&taken(spec)))
 }
 
-/// Refuses more levels, or more cells after them, than any solver here holds.
+/// Refuses more levels, or more cells after splitting, than any solver here can handle.
 pub(super) fn check_levels(file: &Path, levels: u32, cells: usize) -> Result<(), SceneError> {
     let fact = format!("levels = {levels}");
     if levels > MOST_LEVELS {
@@ -199,7 +199,7 @@ pub(super) fn check_levels(file: &Path, levels: u32, cells: usize) -> Result<(),
     Ok(())
 }
 
-/// Refuses a refinement without a tolerance, and of what the mesher cannot make by a size field.
+/// Refuses a refinement without a tolerance, and one of a mesh that the mesher cannot make from a size field.
 fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     let Some(refine) = &spec.refine else { return Ok(()) };
     let positive = |t: Option<f64>| t.is_none_or(|t| t > 0.0 && t.is_finite());
@@ -229,7 +229,7 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     }
 }
 
-/// Keys that only a mesher follows, and whether they are given.
+/// Keys that only a mesher uses, and whether they are present.
 fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
     [
         ("grading", !spec.grading.is_empty()),
@@ -240,7 +240,7 @@ fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
     ]
 }
 
-/// Keys of volume meshes that are taken over, and whether they are given.
+/// Keys of volume meshes that are used as they are, and whether they are present.
 fn taken(spec: &MeshSpec) -> [(&'static str, bool); 2] {
     [("split", spec.split), ("merge", spec.merge.is_some())]
 }

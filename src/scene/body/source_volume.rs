@@ -5,17 +5,18 @@ use crate::mesh::TetMesh;
 use crate::mesh::generate::Manifest;
 use std::fmt;
 
-/// Difference of the volumes, as a share, above which it is a warning.
+/// Relative difference of the volumes above which there is a warning.
 const LARGE: f64 = 0.02;
-/// The same of curved cells some of whose edges left the CAD: on it they are within 1e-4 with a few cells around a circle.
+/// Relative difference of the volumes that is allowed for curved cells some of whose edges left the CAD; on the CAD it is within 1e-4 with a few cells around
+/// a circle.
 const LARGE_OF_STRAIGHTENED: f64 = 0.002;
-/// Share by which the change to a smooth surface may be wrong, as in the bounds of the error of geometry.
+/// Relative error that the change to a smooth surface may have, as in the bounds of the geometry error.
 const OF_SMOOTH: f64 = 0.5;
 
-/// The volume that a surface or CAD, or one of its solids, or a round grid encloses, without its cavities, and that of its mesh \[m³\].
+/// The volume enclosed by a surface or CAD body, one of its solids, or a round grid, without its cavities, and the volume of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceVolume {
-    /// Name of the solid; none for all of them together
+    /// Name of the solid; `None` for the whole
     pub region: Option<String>,
     pub enclosed: f64,
     pub mesh: f64,
@@ -24,8 +25,8 @@ pub struct SourceVolume {
 }
 
 impl SourceVolume {
-    /// The volumes in the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
-    /// mesher does not know the volume that is enclosed.
+    /// The volumes in the manifest of a mesh: the whole first, then the solids, which can differ although the whole agrees where the surface between two of
+    /// them is displaced. Empty if the mesher does not know the enclosed volume.
     pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
         let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);
         let of = |region, enclosed, mesh| Self { region, enclosed, mesh, straightened };
@@ -37,32 +38,31 @@ impl SourceVolume {
         whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
 
-    /// The volume of a grid whose round body has this one.
+    /// The volume of a grid that fills a round body of volume `round`; empty for other grids.
     pub(in crate::scene) fn of_grid(round: Option<f64>, mesh: &TetMesh) -> Vec<Self> {
         let of = |enclosed| Self { region: None, enclosed, mesh: mesh.volume(), straightened: false };
         round.map(of).into_iter().collect()
     }
 
-    /// The same of a body that is a part of a scene of several.
+    /// The same volume with the name of the part of the scene to which its body belongs.
     pub(in crate::scene) fn of_part(&self, part: &str) -> Self {
         let region = format!("{part}.{}", self.region.as_deref().unwrap_or("body"));
         Self { region: Some(region), ..self.clone() }
     }
 
-    /// The volume of the mesh over the enclosed one, less one.
+    /// Relative difference of the volume of the mesh from the enclosed one.
     pub fn difference(&self) -> f64 {
         self.mesh / self.enclosed - 1.0
     }
 
-    /// Whether a smooth surface through the nodes of the mesh, which changes its volume by the share `gain`, is another one than that of the CAD: it leaves
-    /// more of the difference than it may.
+    /// Whether a smooth surface through the nodes, which changes the volume by the share `gain`, differs from the surface of the CAD by more than is allowed.
     pub(in crate::scene) fn is_missed(&self, gain: f64) -> bool {
         let limit = if self.straightened { LARGE_OF_STRAIGHTENED } else { LARGE };
         let left = (1.0 + self.difference()) * (1.0 + gain) - 1.0;
         left.abs() > OF_SMOOTH * gain.abs() + limit
     }
 
-    /// The warning of a mesh whose volume is far from the enclosed one.
+    /// The warning about a mesh whose volume is far from the enclosed one.
     pub(in crate::scene) fn warning(&self) -> Option<String> {
         (self.difference().abs() > LARGE).then(|| {
             let limit = 100.0 * LARGE;
@@ -79,7 +79,7 @@ impl fmt::Display for SourceVolume {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mm3 = |volume: f64| format!("{:.4} mm^3", Decimals(1e9 * volume));
         let (enclosed, mesh, difference) = (mm3(self.enclosed), mm3(self.mesh), 100.0 * self.difference());
-        // Rounding has no sign
+        // A difference that rounds to zero is shown without a sign
         let difference = if difference.abs() < 5e-4 { 0.0 } else { difference };
         let of = self.region.as_ref().map_or_else(String::new, |name| format!("{name}: "));
         write!(f, "{of}{enclosed} enclosed, {mesh} in the mesh, difference {difference:.3} %")
@@ -103,16 +103,16 @@ mod tests {
         assert_eq!(of(1.97e-6).warning(), None);
         assert!(of(1.95e-6).warning().is_some_and(|text| text.contains("difference -2.500 %; limit 2 %")));
         assert!(of(2.05e-6).warning().is_some());
-        // Of curved cells less is too much where edges left the CAD
+        // For curved cells whose edges left the CAD a smaller difference is already too large
         let curved = |mesh: f64| SourceVolume { straightened: true, ..of(mesh) };
         let meshes = [1.997e-6, 1.99e-6, 1.95e-6];
         assert_eq!(meshes.map(|mesh| of(mesh).is_missed(0.0)), [false, false, true]);
         assert_eq!(meshes.map(|mesh| curved(mesh).is_missed(0.0)), [false, true, true]);
-        // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that takes away more is not
+        // A smooth surface that fills all or most of what the facets cut off is that of the CAD; one that removes more is not
         assert_eq!([0.1, 0.08, 0.04, -0.1].map(|gain| of(1.8e-6).is_missed(gain)), [false, false, true, true]);
     }
 
-    /// Of two bodies of one scene each is compared by the cells of its own.
+    /// In a scene of two bodies, the volume of each is compared with that of its own cells.
     #[test]
     fn the_volume_of_a_part_is_that_of_its_region() {
         let whole = SourceVolume { region: None, enclosed: 2e-6, mesh: 1.9e-6, straightened: false };
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(SourceVolume { region: None, ..whole.of_part("left") }, whole);
     }
 
-    /// Two halves of a block of 2 mm^3 whose border is shifted by a quarter of it: the whole agrees, and the solids do not.
+    /// Two halves of a block of 2 mm^3 whose interface is shifted by a quarter of the block: the whole agrees, and the solids do not.
     #[test]
     fn solids_are_compared_one_by_one() {
         let mut mesh = block(4, 1, 1, 2e-3, 1e-3, 1e-3, Order::Linear);

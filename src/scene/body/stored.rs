@@ -1,4 +1,4 @@
-//! Whether the mesh of a scene is there without the mesher, and how it is kept for those who have none.
+//! Meshes that are available without the mesher: whether that of a scene is stored, and how one is stored for users without a mesher.
 
 use super::mesh_file::volume_mesh;
 use super::mesh_spec::MeshSpec;
@@ -11,15 +11,15 @@ use std::path::{Path, PathBuf};
 /// A mesh that the mesher makes for a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MadeMesh {
-    /// The body that is meshed; none of a file
+    /// The body that is meshed; `None` for a file
     pub body: Option<String>,
     /// Name of its file, or of the file that is converted
     pub name: String,
-    /// Where it is; none where it is not stored
+    /// Path of the stored mesh; `None` if it is not stored
     pub stored: Option<PathBuf>,
 }
 
-/// The meshes that are made for a `[mesh]` table of this scene file: not grids, nor files that are read as they are.
+/// The meshes that the mesher makes for a `[mesh]` table of this scene file: neither grids nor files that are read as they are.
 ///
 /// # Errors
 /// A table that describes no mesh.
@@ -28,7 +28,7 @@ pub fn made_meshes(file: &Path, spec: &MeshSpec, store: &MeshStore) -> Result<Ve
     Ok(made.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// Keeps the meshes of a `[mesh]` table of this scene file with the committed ones, and makes those that are not stored. `progress` gets the lines of
+/// Stores the meshes of a `[mesh]` table of this scene file with the committed ones, and makes those that are missing. `progress` receives the output lines of
 /// the mesher.
 ///
 /// # Errors
@@ -49,7 +49,7 @@ pub fn keep(file: &Path, spec: &MeshSpec, store: &MeshStore, progress: &mut dyn 
     Ok(())
 }
 
-/// The tables of the meshes of a scene: that of the whole, and of the parts that have their own.
+/// The mesh tables of a scene: the one of the whole, and those of parts with their own source.
 fn sources(spec: &MeshSpec) -> Vec<MeshSpec> {
     let own = spec.parts.iter().map(|of| of.mesh(spec));
     Some(spec.clone()).into_iter().chain(own).filter(has_source).collect()

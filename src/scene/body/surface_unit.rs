@@ -1,16 +1,16 @@
-//! The extent of a surface from a file next to that of the body: a unit that was mistaken shows in it.
+//! The extent of a surface from a file compared with that of the body, which reveals a wrong unit.
 
 use super::mesh_file::usual_units;
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::mesh::surface_file::Surface;
 
-/// Sizes of which neither is more than this many times the other are alike.
+/// Ratio up to which two sizes count as similar.
 const ALIKE: f64 = 3.0;
-/// A surface that is so many times larger or smaller than the body is no part of it and not its surroundings.
+/// Ratio of sizes beyond which a surface is neither a part of the body nor its surroundings.
 const FAR_OFF: f64 = 100.0;
 
-/// A surface, the length of a unit of its file \[m\], and the body that it belongs to.
+/// A surface, the length of the unit of its file \[m\], and the body that it belongs to.
 #[derive(Clone, Copy)]
 pub(in crate::scene) struct Sizes<'a> {
     pub surface: &'a Surface,
@@ -19,7 +19,7 @@ pub(in crate::scene) struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Both extents, and the unit that would make them alike.
+    /// Both extents, and the unit that would make them similar.
     pub fn words(&self) -> String {
         let ((a, b), (low, high)) = (self.surface.bounds(), self.mesh.bounding_box());
         let (a, b, low, high) = (point(&a), point(&b), point(&low), point(&high));
@@ -27,14 +27,14 @@ impl Sizes<'_> {
         format!("the surface fills {a} to {b}, the mesh fills {low} to {high}{unit}")
     }
 
-    /// The first of the usual units that makes the surface and the body alike in size, where the one that is given does not.
+    /// The first of the usual units that makes the surface and the body similar in size; `None` if the given unit already does.
     pub fn other_unit(&self) -> Option<&'static str> {
         let is_alike = |metre: f64| (self.ratio() * metre / self.unit_m).ln().abs() < ALIKE.ln();
         let fits = usual_units().find(|(_, metre)| is_alike(*metre)).map(|(unit, _)| unit);
         fits.filter(|_| !is_alike(self.unit_m))
     }
 
-    /// The words where no surface of such a size is meant.
+    /// Both extents and the likely unit, if the sizes are so different that the unit must be wrong.
     pub fn doubt(&self) -> Option<String> {
         (self.ratio().ln().abs() > FAR_OFF.ln() && self.other_unit().is_some()).then(|| self.words())
     }

@@ -17,11 +17,11 @@ pub(in crate::scene) struct Additions {
     pub(super) is_variant: bool,
 }
 
-/// Times at which the intensity of an effect is looked at.
+/// Number of intervals of the protocol at whose ends the intensity of an effect is sampled.
 const TIMES: usize = 16;
 
 impl Additions {
-    /// All of them in a protocol that ends at `end` \[s\] on a mesh of this size \[m\], for the identity of a scene; empty where there are none.
+    /// All additions as text, for the identity of a scene; empty without additions. The protocol ends at `end` \[s\]; `size` is that of the mesh \[m\].
     pub(in crate::scene) fn identity(&self, size: f64, end: f64) -> String {
         let law = |(name, make): (&String, &LawSource)| {
             let law = make();
@@ -34,11 +34,11 @@ impl Additions {
     }
 }
 
-/// An effect by its name, its place in the energy balance and its blocks, and by its numbers at a state away from rest, which show its constants.
+/// An effect as text: its name, role in the energy balance and blocks, and a digest of its values at a state away from rest, which depend on its constants.
 fn of_effect(effect: &dyn Effect, size: f64, end: f64) -> String {
     let (blocks, can) = (effect.blocks(), effect.capabilities());
     let dofs = (0..blocks.len()).flat_map(|b| blocks.dofs(b)).max().map_or(0, |dof| dof as usize + 1);
-    // Displacements of a thousandth of the size, no two neighbours of which are alike
+    // Displacements of up to half a thousandth of the size, different for neighbours
     let x: Vec<f64> = (0..dofs).map(|k| 1e-3 * size * ((37 * k % 101) as f64 / 101.0 - 0.5)).collect();
     let zero = vec![0.0; dofs];
     let history = vec![0.0; can.history_size() * blocks.len()];
@@ -47,7 +47,7 @@ fn of_effect(effect: &dyn Effect, size: f64, end: f64) -> String {
     let mut numbers: Vec<f64> = (0..=TIMES).map(|k| effect.intensity((end * k as f64 / TIMES as f64).into())).collect();
     for b in 0..blocks.len() {
         let mut out = BlockValues::new(blocks.size(b));
-        // One that is not defined there has none
+        // An effect that is not defined there has no values
         if effect.eval(&at, b, Want::Residual, &mut out).is_ok() {
             numbers.extend([out.energy, out.dissipated].iter().chain(&out.r));
         }

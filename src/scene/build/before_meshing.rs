@@ -1,4 +1,4 @@
-//! Mistakes of a scene that need no mesh to be seen: in its stages and settings, in what goes together, and in the laws of its effects.
+//! Mistakes in a scene that can be found without a mesh: in its stages and settings, in combinations of its parts, and in the laws of its effects.
 
 use super::rules;
 use crate::scene::error::{SceneError, content, hint, part};
@@ -22,7 +22,7 @@ pub fn mistakes_before_meshing(file: &Path, spec: &SceneSpec) -> Vec<SceneError>
     found
 }
 
-/// Of the laws in use: a law that no effect uses may be wrong, as in a file of laws that several scenes include.
+/// Mistakes in the laws in use. A law that no effect uses may be wrong, for example in a file of laws that several scenes include.
 fn of_laws(file: &Path, spec: &SceneSpec) -> Vec<SceneError> {
     let known: Vec<&String> = spec.laws.keys().collect();
     let mistake = |name: &str| {
@@ -66,7 +66,7 @@ mod tests {
             matches!(&why[..], [why] if why.contains("laws.god") && why.contains("did you mean `good`")),
             "{why:?}"
         );
-        // All at once: of the law, of the settings, of the combination of stage and effect, and of the output
+        // All mistakes at once: in the law, the settings, the combination of stage and effect, and the output
         let worse = text("bad")
             + "[[effect]]\nkind = 'gravity'\nregion = 'body'\ndensity = '1 g/cm^3'\ndirection = [0, 0, -1]\n\
                acceleration = { kind = 'ramp', from = '0 m/s^2', to = '9 m/s^2', end = '1 s' }\n\

@@ -1,4 +1,5 @@
-//! Regions, laws, signals and prescribed motions of a scene on its mesh, and what its parts build on them. It knows no part.
+//! Regions, laws, signals and prescribed motions of a scene on its mesh, and the results of the parts that are built on them. This module knows none of the
+//! parts.
 
 use super::held_rim::HeldRims;
 use super::regions::{notes, regions};
@@ -34,14 +35,14 @@ use std::time::Instant;
 /// Makes a law.
 pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
 
-/// Results of effects for later parts, for the system, for probes and for the record.
+/// Results of effects that later parts, the system, probes and the record need.
 #[derive(Default)]
 pub(in crate::scene) struct Gathered {
-    /// Of the notes, those that are warnings
+    /// The notes that are warnings
     pub(in crate::scene) warnings: Vec<String>,
     /// Effects with a stiffness, by their region: see [`Gathered::offer_stiffness`]
     pub(in crate::scene) stored: Vec<(String, Arc<dyn Effect>)>,
-    /// Quadrature points of their cells
+    /// Quadrature points of the cells of these effects
     pub(in crate::scene) points: Vec<Arc<CellPoints>>,
     /// Elastic effects, for their stresses
     pub(in crate::scene) stressed: Vec<Arc<dyn Stressed>>,
@@ -55,39 +56,39 @@ pub(in crate::scene) struct Gathered {
     pub(in crate::scene) viscous: Vec<Arc<ViscousDamping>>,
     /// Softening effects, for their derivatives
     pub(in crate::scene) softening: Vec<Arc<Mullins>>,
-    /// \[cells\] groups of cells with pressures in common
+    /// Group of each cell \[cells\]; the cells of a group share their pressures
     pub(in crate::scene) cell_groups: Vec<u32>,
     /// Nodes that host the second field
     pub(in crate::scene) hosts: Vec<u32>,
-    /// Laws of the elastic effects, in their order
+    /// Laws of the elastic effects, in order
     pub(in crate::scene) laws: Vec<ElasticLaw>,
-    /// Cell → number of the effect by which it relaxes
+    /// Cell → number of the effect that makes it relax
     pub(in crate::scene) relaxed: BTreeMap<u32, usize>,
-    /// Cell → number of the effect by which it softens
+    /// Cell → number of the effect that makes it soften
     pub(in crate::scene) softened: BTreeMap<u32, usize>,
-    /// Number, kind, other keys that count, and region of the effects that add up where they share cells
+    /// Number, kind, other keys that matter, and region of the effects that add up where they share cells
     pub(in crate::scene) additive: Vec<(usize, &'static str, String, String)>,
     /// Recorders of effects
     pub(in crate::scene) recorders: Vec<Box<dyn Recorder>>,
-    /// For their reactions
+    /// Held rims of open cavities, for their reactions
     pub(in crate::scene) rims: HeldRims,
-    /// Regions that turn
+    /// Regions with a prescribed rotation
     pub(in crate::scene) turned: Vec<Turned>,
 }
 
 /// A region whose rotation is prescribed.
 pub(in crate::scene) struct Turned {
-    /// The constraint
+    /// Place of the constraint in the scene, for messages
     pub(in crate::scene) place: String,
-    /// Ascending
+    /// Nodes, ascending
     pub(in crate::scene) nodes: Vec<u32>,
-    /// \[rad\]
+    /// Angle \[rad\]
     pub(in crate::scene) angle: Signal,
 }
 
 /// The law of an elastic effect.
 pub(in crate::scene) struct ElasticLaw {
-    /// Name of its table
+    /// Name of the table of the law
     pub(in crate::scene) name: String,
     /// Region of the effect
     pub(in crate::scene) region: String,
@@ -95,15 +96,15 @@ pub(in crate::scene) struct ElasticLaw {
 }
 
 impl Gathered {
-    /// Shares an effect that holds the cells of a region together: `stiffness_damping` of this region damps its tangent, and a scene that has one
-    /// is not refused as one without elasticity. Other effects that store energy, such as membranes and fibres, need not be shared.
+    /// Shares an effect that holds the cells of a region together: `stiffness_damping` of this region damps its tangent, and a scene with such an effect is
+    /// not refused for lack of elasticity. Other effects that store energy, such as membranes and fibres, need not be shared.
     pub(in crate::scene) fn offer_stiffness(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
         let shared: Arc<dyn Effect> = Arc::new(effect);
         self.stored.push((region.into(), shared.clone()));
         Box::new(shared)
     }
 
-    /// Shares an effect of a law with its points and stresses.
+    /// Shares an effect with a law, with its points and stresses.
     pub(in crate::scene) fn solid(&mut self, region: &str, effect: impl Stressed + 'static) -> Box<dyn Effect> {
         let shared = Arc::new(effect);
         self.points.push(shared.points().clone());
@@ -113,12 +114,12 @@ impl Gathered {
     }
 }
 
-/// Parts around a round body that is drawn.
+/// Number of segments around a round body in drawings.
 const ROUND: u32 = 48;
 
-/// Reads the parts of a scene against its mesh.
+/// Builds the parts of a scene on its mesh.
 pub(in crate::scene) struct Builder<'a> {
-    /// Start of the building
+    /// Time at which building started
     pub(in crate::scene) begun: Instant,
     pub(in crate::scene) file: &'a Path,
     pub(in crate::scene) base: PathBuf,
@@ -128,27 +129,27 @@ pub(in crate::scene) struct Builder<'a> {
     known_laws: &'a KnownLaws,
     /// Laws from Rust, by name
     own_laws: &'a BTreeMap<String, LawSource>,
-    /// Dof → its motion and who prescribed it
+    /// Dof → its motion and the part that prescribed it
     prescribed: BTreeMap<u32, (Signal, String)>,
     pub(in crate::scene) signals: Vec<NamedSignal>,
     pub(in crate::scene) signal_builder: SignalBuilder<'a>,
-    /// Beyond the protocol: its first and last stage, where they are continued
+    /// First and last stage (start, end, whether by arc length), if signals continue beyond the protocol
     continued: Option<[(f64, f64, bool); 2]>,
     pub(in crate::scene) notes: Vec<String>,
-    /// Why the answer has no limit as h → 0, found while building
+    /// Reasons found while building why the solution has no limit as h → 0
     pub(in crate::scene) no_limits: Vec<String>,
     pub(in crate::scene) skins: Vec<NamedSkin>,
-    /// Nodes of the mesh, and four of each obstacle that moves
+    /// Number of nodes: those of the mesh, and four for each moving obstacle
     pub(in crate::scene) nodes: usize,
     /// (dof, motion) of the nodes of obstacles
     pub(in crate::scene) carried: Vec<(u32, Signal)>,
     /// Nodes of rigid parts, with the nodes that they follow and the weights
     pub(in crate::scene) tied: BTreeMap<u32, Vec<(u32, f64)>>,
-    /// Cells of rigid parts
+    /// Cells of the rigid parts
     pub(in crate::scene) rigid_cells: Vec<u32>,
-    /// Frames of rigid parts
+    /// Frames of the rigid parts
     pub(in crate::scene) frames: Vec<AffineFrame>,
-    /// Stages
+    /// Time spans of the stages
     pub(in crate::scene) spans: Vec<TimeSpan>,
     pub(in crate::scene) effects: Vec<Box<dyn Effect>>,
     pub(in crate::scene) constraints: Vec<Box<dyn Constraint>>,
@@ -158,7 +159,7 @@ pub(in crate::scene) struct Builder<'a> {
 /// Tables of a scene that its parts refer to by name.
 pub(in crate::scene) struct Tables<'a> {
     pub(in crate::scene) regions: &'a BTreeMap<String, SelectorSpec>,
-    /// With the laws that they name
+    /// Tables of laws, with the laws that they may name
     pub(super) laws: (&'a BTreeMap<String, toml::Table>, &'a KnownLaws),
     /// Laws from Rust
     pub(super) own_laws: &'a BTreeMap<String, LawSource>,
@@ -166,7 +167,7 @@ pub(in crate::scene) struct Tables<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// A builder on a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
+    /// A builder on a mesh; `carriers` is the number of bodies and obstacles that have a frame of four nodes.
     pub(in crate::scene) fn new(
         file: &'a Path,
         tables: &Tables<'a>,
@@ -211,7 +212,7 @@ impl<'a> Builder<'a> {
         self.signals.iter().any(|s| s.name == name)
     }
 
-    /// Prescribed dofs, signals and notes that were gathered.
+    /// The prescribed dofs, signals and notes gathered so far.
     pub(in crate::scene) fn finish(&mut self) -> (Vec<Prescribed>, Vec<NamedSignal>, Vec<String>) {
         let mut notes = std::mem::take(&mut self.notes);
         if self.prescribed.is_empty() {
@@ -239,7 +240,7 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// A region for its nodes. A node set may have none, though there are cells of its name.
+    /// A region that is used for its nodes. A set of nodes may be empty even if there are cells of its name.
     pub(in crate::scene) fn region_with_nodes(&self, place: &str, name: &str) -> Result<&Region, SceneError> {
         let region = self.region(place, name)?;
         if region.is_node_set && region.nodes.is_empty() {
@@ -259,7 +260,7 @@ impl<'a> Builder<'a> {
         Ok(cells)
     }
 
-    /// A density, with a note where no body has one like it.
+    /// A positive density, with a note if no body has a similar one.
     pub(in crate::scene) fn positive_density(&mut self, place: &str, density: f64) -> Result<f64, SceneError> {
         if density > 0.0 {
             self.notes.extend(implausible_density(place, density));
@@ -281,8 +282,8 @@ impl<'a> Builder<'a> {
         self.known_laws.law(table).map_err(|e| part(self.file, place, e))
     }
 
-    /// Prescribes `components` of the displacements of the nodes of a region; `motion` gives the component of this index of the
-    /// displacement of a point by its place at rest.
+    /// Prescribes `components` of the displacements of the nodes of a region; `motion` returns a component, by its index, of the displacement of a point, by
+    /// its position at rest.
     pub(in crate::scene) fn prescribe(
         &mut self,
         place: &str,
@@ -329,7 +330,7 @@ impl<'a> Builder<'a> {
         (3 * node..3 * node + 3).all(|dof| self.motion(dof) == Some(&Signal::Constant(0.0)))
     }
 
-    /// The part that prescribes a motion that `is` so, if there is one.
+    /// The part that prescribes a motion for which `is` holds, if there is one.
     pub(in crate::scene) fn moved_by(&self, is: impl Fn(&Signal) -> bool) -> Option<&str> {
         // Most nodes of a region share one signal
         let mut other: Option<&Signal> = None;
@@ -351,7 +352,7 @@ impl<'a> Builder<'a> {
         Ok(facets)
     }
 
-    /// A shape with its frame in space.
+    /// A shape with the origin and axes of its frame.
     pub(in crate::scene) fn shape(&self, place: &str, spec: &ShapeSpec) -> Result<(Shape, Vec3, Mat3), SceneError> {
         spec.build(&self.base).map_err(|why| match why {
             ShapeFault::Content(fact, remedy) => self.content(place, fact, remedy),
@@ -380,7 +381,8 @@ impl<'a> Builder<'a> {
         Ok((direction.normalize(), signal))
     }
 
-    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it. Refuses the name of another signal.
+    /// The signal of this name, which ends in its unit; it is recorded, and events can switch it by its name. Refuses a name that belongs to a different
+    /// signal.
     pub(in crate::scene) fn signal(
         &mut self,
         place: &str,
@@ -393,7 +395,7 @@ impl<'a> Builder<'a> {
         let signal = self.continued(signal);
         match self.signals.iter().find(|s| s.name == name) {
             None => self.signals.push(NamedSignal { name, signal: signal.clone() }),
-            // The same motion of one region by two entries is one signal.
+            // Two entries with the same motion of one region share one signal.
             Some(known) if known.signal == signal => {}
             Some(_) => {
                 let fact = format!("another signal is called {name} too");
@@ -404,8 +406,8 @@ impl<'a> Builder<'a> {
         Ok(signal)
     }
 
-    /// Takes the stages. Loads of an arc-length stage go on beyond the first and the last time of the protocol, as they do in
-    /// it on average.
+    /// Sets the time spans of the stages. If the first or last stage uses arc length, loads continue beyond its end of the protocol at their mean rate in that
+    /// stage.
     pub(super) fn set_spans(&mut self, spans: Vec<TimeSpan>) {
         let end = |s: &TimeSpan| (s.start, s.end, matches!(s.integrator, Integrator::ArcLength { .. }));
         let ends = spans.first().map(end).zip(spans.last().map(end));
@@ -425,7 +427,7 @@ impl<'a> Builder<'a> {
         Signal::Continued { signal: Box::new(signal), from: first.0, to: last.1, before, after }
     }
 
-    /// Bodies and obstacles are drawn in addition to the fields, like skins.
+    /// Adds bodies and obstacles that are drawn in addition to the fields, like skins.
     pub(in crate::scene) fn draw(
         &mut self,
         place: &str,
@@ -457,12 +459,12 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Refuses a name that cannot be part of the names of columns and files.
+    /// Refuses a name that cannot be a part of the names of columns and files.
     pub(in crate::scene) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
         if is_name(name) {
             return Ok(());
         }
-        // In one line
+        // The debug format keeps the name on one line
         let fact = format!("{name:?} cannot be part of the name of a column or a file");
         Err(self.content(place, fact, REMEDY))
     }

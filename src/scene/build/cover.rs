@@ -1,4 +1,4 @@
-//! Which cells of the body resist a deformation, and by which effect.
+//! Checks which cells of the body resist a deformation, and by which effect.
 
 use super::builder::Builder;
 use crate::mesh::error::point;
@@ -6,10 +6,10 @@ use crate::scene::error::SceneError;
 use crate::scene::parts::effects::EffectSpec;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Every cell has one elastic effect; more only where the file says that they add up.
+/// Checks that every cell that is not rigid has exactly one elastic effect, or more only if the file says that they add up.
 pub(super) fn check_cover(builder: &mut Builder, specs: &[EffectSpec]) -> Result<(), SceneError> {
     let mesh = &builder.body.clone().mesh;
-    // By cell: the effects that resist it, and those that do so in addition
+    // For each cell: the effects that resist its deformation, and whether another one does so in addition
     let (mut own, mut added) = (vec![vec![]; mesh.cell_count()], vec![false; mesh.cell_count()]);
     for (k, spec) in specs.iter().enumerate() {
         let Some((region, adds)) = spec.resists() else { continue };

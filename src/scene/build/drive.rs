@@ -1,4 +1,4 @@
-//! Drive of a cable or a cavity: its tension or pressure is a multiplier, or prescribed.
+//! Drive of a cable or a cavity: its tension or pressure is a multiplier, or is prescribed.
 
 use crate::math::signal::Signal;
 use crate::system::{Gradient, State};
@@ -20,7 +20,7 @@ impl Drive {
         }
     }
 
-    /// Gradient of the tension or pressure: zero of what is prescribed.
+    /// Gradient of the tension or pressure: zero if it is prescribed.
     pub(in crate::scene) fn gradient(&self) -> Gradient {
         match self {
             Self::Multiplier(c) => Gradient { lambda: vec![(*c, 1.0)], ..Gradient::default() },

@@ -1,26 +1,26 @@
-//! Planes at the ends of a body in which it is held along the normal, as in the model of one half.
+//! Planes at the ends of a body in which it is held along the normal, as in a model of one half.
 
 use super::builder::Builder;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Decimals;
 
-/// Share of the size of the body by which places may be off a plane \[–\]: files in single precision round by 6e-8.
+/// Largest distance of points of a plane from it, relative to the size of the body \[–\]: files in single precision round by 6e-8.
 const ROUNDING: f64 = 1e-6;
 
 /// A plane x, y or z = const at an end of the body. The normal component of all of its nodes is held there.
 pub(in crate::scene) struct HeldPlane {
     axis: usize,
-    /// \[m\]
+    /// Coordinate of the plane \[m\]
     level: f64,
-    /// \[m\]
+    /// Tolerance of the coordinate \[m\]
     slack: f64,
-    /// Whether no other component is prescribed at one of the nodes, as in a plane of symmetry
+    /// Whether some node has no other component prescribed, as in a plane of symmetry
     pub(in crate::scene) slides: bool,
 }
 
 impl HeldPlane {
-    /// Those of a body. To be called when everything that is held is known.
+    /// All held planes of a body; to be called when everything that is held is known.
     pub(in crate::scene) fn all(builder: &Builder) -> Vec<Self> {
         let mesh = &builder.body.mesh;
         let (low, high) = mesh.bounding_box();
@@ -36,19 +36,19 @@ impl HeldPlane {
         (0..3).flat_map(|axis| [low[axis], high[axis]].map(|level| plane(axis, level))).flatten().collect()
     }
 
-    /// Whether all of these places lie in it.
+    /// Whether all of these points lie in the plane.
     pub(in crate::scene) fn has(&self, places: &[Vec3]) -> bool {
         places.iter().all(|at| (at[self.axis] - self.level).abs() <= self.slack)
     }
 
-    /// Its equation: `y = 5.0000 mm`.
+    /// The equation of the plane, such as `y = 5.0000 mm`.
     pub(in crate::scene) fn words(&self) -> String {
         format!("{} = {:.4} mm", ["x", "y", "z"][self.axis], Decimals(1e3 * self.level))
     }
 }
 
-/// Notes the parts of an effect that lie in planes of symmetry, where one half of the body has half of their `stiffness`; `parts`: the places of each, `which`: how
-/// they are called.
+/// Adds a note about the parts of an effect that lie in planes of symmetry, where one half of the body has half of their `stiffness`; `parts`: the points of
+/// each part, `which`: the word for the parts.
 pub(in crate::scene) fn note_halved(
     builder: &mut Builder,
     name: &str,

@@ -1,4 +1,4 @@
-//! Held rims of open cavities: the part of their reactions that the residual does not have.
+//! Held rims of open cavities: the part of their reactions that is not in the residual.
 
 use super::drive::Drive;
 use crate::effect::CavityRim;
@@ -6,7 +6,7 @@ use crate::scene::record::recorder::Moment;
 use crate::system::{Gradient, State};
 use std::sync::Arc;
 
-/// The rim of an open cavity with its pressure p: p c is added to the residual there, see [`CavityRim`].
+/// The rim of an open cavity with its pressure p; p c is added to the residual there, see [`CavityRim`].
 pub struct HeldRim {
     pub rim: CavityRim,
     pub drive: Drive,
@@ -21,7 +21,7 @@ impl HeldRims {
         self.0.push(Arc::new(rim));
     }
 
-    /// p c \[N\]: (unknown, force); an unknown comes several times. None in the first row, before any assembly.
+    /// The forces p c \[N\] as (unknown, force); an unknown can occur several times. Empty in the first row, before any assembly.
     pub fn forces(&self, now: &Moment) -> Vec<(u32, f64)> {
         let of = |held: &Arc<HeldRim>| {
             let p = held.drive.value(now.state);
@@ -30,7 +30,7 @@ impl HeldRims {
         self.0.iter().filter(|_| now.step.is_some()).flat_map(of).collect()
     }
 
-    /// Adds the derivatives of Σ w p c, for weights w of the unknowns, to those of a functional.
+    /// Adds the derivatives of Σ w p c, with weights w of the unknowns, to those of a functional.
     pub fn add_gradient(&self, state: &State, weight: impl Fn(u32) -> f64, out: &mut Gradient) {
         for HeldRim { rim, drive } in self.0.iter().map(AsRef::as_ref) {
             let p = drive.value(state);

@@ -64,16 +64,16 @@ pub struct Scene {
     /// The file of the scene, for messages and relative paths
     pub file: PathBuf,
     pub body: Arc<Body>,
-    /// Those of the mesh, the whole surface `skin`, and those of the file
+    /// Regions of the mesh, the whole surface `skin`, and the regions of the file
     pub regions: BTreeMap<String, Region>,
     pub system: System,
-    /// \[nodes\] X \[m\]: of the mesh, then four of each rigid body and of each obstacle that moves
+    /// \[nodes\] X \[m\]: the nodes of the mesh, then four of each rigid body and of each moving obstacle
     pub points: Vec<Vec3>,
-    /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
+    /// Law of the first elastic effect, for the record; `None` if springs are the only elastic effects
     pub law: Option<Box<dyn Law>>,
-    /// \[cells\] groups of cells with pressures in common, of mixed formulations
+    /// Group of each cell \[cells\], for mixed formulations; the cells of a group share their pressures
     pub(super) cell_groups: Vec<u32>,
-    /// Points of the cells that elastic effects and springs act on, for probes
+    /// Points of the cells on which elastic effects and springs act, for probes
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
@@ -85,7 +85,7 @@ pub struct Scene {
     pub relaxing: Vec<Arc<Viscoelastic>>,
     /// The viscous effects, for reduced models
     pub viscous: Vec<Arc<ViscousDamping>>,
-    /// Softening effects, for their derivatives
+    /// The softening effects, for their derivatives
     pub softening: Vec<Arc<Mullins>>,
     pub cables: Vec<NamedCable>,
     pub cavities: Vec<NamedCavity>,
@@ -97,28 +97,28 @@ pub struct Scene {
     pub spans: Vec<TimeSpan>,
     /// Signals prescribed over time: shortenings, tensions, displacements, accelerations
     pub signals: Vec<NamedSignal>,
-    /// Decisions during the run: events, inputs
+    /// Decisions during the run: events and inputs
     pub controls: Controls,
     /// Measured curves and tracks to compare with
     pub measured: MeasuredData,
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
-    /// Digest of all in it that a run depends on apart from the mesh, with the contents of the files at this time
+    /// Digest of everything that a run depends on apart from the mesh, with the contents of the files at the time of building
     pub(super) simulated: String,
-    /// Regions that depend on the mesh, effects that rest in static stages, …
+    /// Notes on regions that depend on the mesh, effects that rest in static stages, …
     pub notes: Vec<String>,
-    /// Of the notes, those that are warnings, apart from those of the body
+    /// The notes that are warnings, without those of the body
     pub(super) warnings: Vec<String>,
-    /// Why the answer has no limit as h → 0
+    /// Reason why the solution has no limit as h → 0
     pub no_limit: Option<String>,
-    /// Time that building it took, a part of its `time_budget`
+    /// Time spent on building the scene, a part of its `time_budget`
     pub(super) set_up: Duration,
-    /// Its thinnest wall, from when it was asked for
+    /// The thinnest wall, computed on demand
     pub(super) wall: OnceLock<Option<Wall>>,
 }
 
-/// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
+/// Builds a scene from its specification, and optionally from laws, effects, recorders and a mesh of the caller.
 ///
 /// ```
 /// use durometer::prelude::*;
@@ -139,10 +139,10 @@ pub struct SceneBuilder {
     spec: SceneSpec,
     file: PathBuf,
     text: Option<String>,
-    /// The text that the specification was read from; none of one that was written in Rust
+    /// The text from which the specification was read; `None` if it was written in Rust
     source: Option<String>,
     body: Option<Arc<Body>>,
-    /// The body that `[mesh]` names, once it was asked for
+    /// The body that `[mesh]` names, once it has been loaded
     loaded: Option<Arc<Body>>,
     store: Option<MeshStore>,
     additions: Additions,
@@ -155,33 +155,32 @@ impl SceneBuilder {
         Self { spec, file, text: None, source: None, body: None, loaded: None, store: None, additions }
     }
 
-    /// Starts from the specification that was read from a text.
+    /// Starts from a specification that was read from a text.
     fn read(file: &Path, (spec, text): (SceneSpec, String)) -> Self {
         Self { source: Some(text.clone()), ..Self::new(spec).file(file).text(text) }
     }
 
-    /// Starts from a scene file, which names the files of the scene relative to itself.
+    /// Starts from a scene file; paths in it are relative to the file.
     ///
     /// # Errors
     ///
-    /// Where the file, or a law file that it includes, cannot be read or is no scene.
+    /// Where the file, or a law file that it includes, cannot be read or is not a valid scene.
     pub fn open(file: &Path) -> Result<Self, SceneError> {
         Ok(Self::read(file, read_scene(file, &[])?))
     }
 
-    /// Starts from the text of a scene in TOML. Files that it names are found from the current folder; laws are given in
-    /// the text itself, without `include`.
+    /// Starts from the text of a scene in TOML. Paths in it are relative to the current folder; laws are given in the text itself, without `include`.
     ///
     /// # Errors
     ///
-    /// Where the text is no scene, with its line.
+    /// Where the text is not a valid scene, with the line.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let file = Path::new("scene.toml");
         Ok(Self::read(file, (from_text(file, text, "")?, text.into())))
     }
 
-    /// Changes a value of a scene that was opened or parsed, by its path, as `--set` does on the command line. Quantities are texts with their unit.
-    /// Of several steps of a path each is a key, or the `name`, `kind` or number of an entry of a list; [`overrides`](super::text::overrides) has the rules.
+    /// Changes a value of a scene that was opened or parsed, by its path, as `--set` does on the command line. Quantities are strings with their unit. Each
+    /// step of a path is a key, or the `name`, `kind` or number of an entry of a list; [`overrides`](super::text::overrides) has the rules.
     ///
     /// ```
     /// use durometer::prelude::*;
@@ -198,8 +197,8 @@ impl SceneBuilder {
     ///
     /// # Errors
     ///
-    /// Where the path leads nowhere, or the changed scene is refused; also of a specification that was written in Rust, which the caller changes
-    /// before it comes here.
+    /// Where the path leads nowhere, or the changed scene is refused; also for a specification that was written in Rust, which the caller changes before
+    /// passing it.
     pub fn set(self, path: &str, value: impl Into<toml::Value>) -> Result<Self, SceneError> {
         let Some(source) = &self.source else {
             let fact = format!("\"{path}\" is to be changed in a scene that was written in Rust");
@@ -211,51 +210,51 @@ impl SceneBuilder {
         Ok(Self { spec, source: Some(text.clone()), text: Some(text), loaded: None, ..self })
     }
 
-    /// The file of the scene, for messages; paths in the scene are relative to it.
+    /// Sets the file of the scene, for messages; paths in the scene are relative to it.
     pub fn file(self, file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), ..self }
     }
 
-    /// The scene as text, for the record; the specification as Rust prints it if absent. It changes nothing of the scene, which is that of the
-    /// specification.
+    /// Sets the text of the scene for the record; by default it is the specification as Rust prints it. The text does not change the scene, which is that of
+    /// the specification.
     pub fn text(self, text: impl Into<String>) -> Self {
         Self { text: Some(text.into()), ..self }
     }
 
-    /// A body in place of the one that `[mesh]` names.
+    /// Sets a body that replaces the one that `[mesh]` names.
     pub fn body(self, body: Arc<Body>) -> Self {
         Self { body: Some(body), ..self }
     }
 
-    /// A mesh in place of the one that `[mesh]` names.
+    /// Sets a mesh that replaces the one that `[mesh]` names.
     pub fn mesh(self, mesh: TetMesh) -> Self {
         self.body(Arc::new(Body::of_mesh(mesh)))
     }
 
-    /// Where bodies and made meshes are kept; [`MeshStore::find`] if absent.
+    /// Sets the store of bodies and of meshes that were made; by default [`MeshStore::find`] finds it.
     pub fn store(self, store: MeshStore) -> Self {
         Self { store: Some(store), ..self }
     }
 
-    /// A law that effects of the scene take by this name; `make` is called once or twice for each of them.
+    /// Adds a law that effects of the scene use by this name; `make` is called once or twice for each of them.
     pub fn law(mut self, name: impl Into<String>, make: impl Fn() -> Box<dyn Law> + 'static) -> Self {
         self.additions.laws.insert(name.into(), Box::new(make));
         self
     }
 
-    /// An effect next to those of the specification.
+    /// Adds an effect to those of the specification.
     pub fn effect(mut self, effect: Box<dyn Effect>) -> Self {
         self.additions.effects.push(effect);
         self
     }
 
-    /// A recorder, whose columns follow those of the probes.
+    /// Adds a recorder, whose columns follow those of the probes.
     pub fn recorder(mut self, recorder: Box<dyn Recorder>) -> Self {
         self.additions.recorders.push(recorder);
         self
     }
 
-    /// The body of the scene, which is read or made at the first call: an effect of the caller is built on its mesh.
+    /// The body of the scene, which is read or made at the first call: effects of the caller are built on its mesh.
     ///
     /// # Errors
     ///
@@ -268,11 +267,11 @@ impl SceneBuilder {
         Ok(self.loaded.insert(Arc::new(body)).clone())
     }
 
-    /// The scene, ready to run.
+    /// Builds the scene, ready to run.
     ///
     /// # Errors
     ///
-    /// Where the mesh cannot be read or made, or a part of the scene does not fit it or the other parts: place, fact and remedy.
+    /// Where the mesh cannot be read or made, or a part of the scene does not fit the mesh or the other parts: place, fact and remedy.
     pub fn build(mut self) -> Result<Scene, SceneError> {
         let body = self.load()?;
         let Self { spec, file, text, additions, .. } = self;
@@ -282,30 +281,30 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// `warning` for a note on a doubtful body or a part of the scene that does not fit it, `note` for others.
+    /// The kind of a note: `warning` if it is about a doubtful body or a part of the scene that does not fit it, otherwise `note`.
     pub fn kind_of_note(&self, note: &String) -> &'static str {
         if self.body.warnings.contains(note) || self.warnings.contains(note) { "warning" } else { "note" }
     }
 
-    /// A scene from its specification, with the mesh that it names; paths are relative to the current folder.
+    /// Builds a scene from its specification, with the mesh that it names; paths are relative to the current folder.
     ///
     /// # Errors
     ///
-    /// Those of [`SceneBuilder::build`].
+    /// Fails as [`SceneBuilder::build`] does.
     pub fn new(spec: SceneSpec) -> Result<Self, SceneError> {
         SceneBuilder::new(spec).build()
     }
 
-    /// A scene that was read from `file`, on its mesh; paths are relative to the file. `text` is kept for the record, as by [`SceneBuilder::text`].
+    /// Builds a scene that was read from `file` on its mesh; paths are relative to the file. `text` is kept for the record, as by [`SceneBuilder::text`].
     ///
     /// # Errors
     ///
-    /// Those of [`SceneBuilder::build`].
+    /// Fails as [`SceneBuilder::build`] does.
     pub fn build(file: &Path, spec: SceneSpec, text: String, body: Arc<Body>) -> Result<Self, SceneError> {
         SceneBuilder::new(spec).file(file).text(text).body(body).build()
     }
 
-    /// The scene of another specification with the equations of this one, for residuals only; effects that do not `vary` are left out of its
+    /// The scene of another specification with the numbering of the equations of this one, for residuals only; effects that do not `vary` are left out of its
     /// system.
     pub(super) fn variant(
         &self,
@@ -397,7 +396,7 @@ impl Scene {
         })
     }
 
-    /// Equations, body and recorders, in the order of their columns, of a scene that is not run itself.
+    /// The equations, the body and the recorders, in the order of their columns, of a scene that is not run itself.
     pub(super) fn into_parts(self) -> (System, Arc<Body>, Vec<Box<dyn Recorder>>) {
         fn boxed<T: Recorder + 'static>(all: Vec<T>) -> impl Iterator<Item = Box<dyn Recorder>> {
             all.into_iter().map(|r| Box::new(r) as Box<dyn Recorder>)
@@ -407,7 +406,7 @@ impl Scene {
         (system, body, probes.into_iter().chain(others).collect())
     }
 
-    /// Refuses a scene whose time runs back, where curves over time are to be compared.
+    /// Refuses a scene whose time may run backwards, where curves over time are to be compared.
     ///
     /// # Errors
     ///
@@ -421,7 +420,7 @@ impl Scene {
             .into())
     }
 
-    /// Refuses a quantity that the scene does not record, with the nearest one it does.
+    /// Refuses a quantity that the scene does not record, and names the nearest one that it records.
     ///
     /// # Errors
     ///
@@ -435,7 +434,7 @@ impl Scene {
     }
 }
 
-/// Takes times and skins of a scene, checks rules between its parts, and groups its cells by its constraints, before its effects are built.
+/// Sets the times and skins of a scene, checks the rules between its parts, and groups its cells by its constraints, before its effects are built.
 fn prepare(builder: &mut Builder, spec: &SceneSpec) -> Result<(), SceneError> {
     let file = builder.file;
     builder.set_spans(build_spans(file, &spec.stages)?);
@@ -446,20 +445,20 @@ fn prepare(builder: &mut Builder, spec: &SceneSpec) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Digest of all that a run depends on, apart from the mesh.
+/// Digest of everything that a run depends on, apart from the mesh.
 fn identity(file: &Path, (spec, text): (&SceneSpec, &str), body: &Body, additions: &Additions) -> String {
     let end = spec.stages.iter().map(|stage| stage.duration.0).sum();
     simulated(file, text, spec, &additions.identity(body.mesh.diagonal(), end))
 }
 
-/// Places at rest of the nodes of the mesh and of all frames.
+/// Positions at rest of the nodes of the mesh and of all frames.
 fn points(mesh: &TetMesh, rigids: &[RigidBody], contacts: &[NamedContact], builder: &Builder) -> Vec<Vec3> {
     let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
     let frames = frames.chain(&builder.frames).flat_map(AffineFrame::rest);
     mesh.points.iter().copied().chain(frames).collect()
 }
 
-/// Numbers of bodies and obstacles that move, and of rigid inserts: each has a frame of four nodes.
+/// Number of moving bodies and obstacles, and number of rigid inserts: each has a frame of four nodes.
 fn frames(spec: &SceneSpec) -> (usize, usize) {
     let obstacles = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
     let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
@@ -472,7 +471,7 @@ fn tables<'a>(spec: &'a SceneSpec, own_laws: &'a BTreeMap<String, LawSource>) ->
     Tables { regions: &spec.mesh.regions, laws, own_laws, events: &spec.events }
 }
 
-/// Notes where laws become unstable, which places of cables are doubtful, what no contact keeps apart, and how a body may move that nothing else holds.
+/// Adds notes on laws that become unstable, doubtful positions of cables, parts that no contact keeps apart, and motions of the body that nothing resists.
 fn note_limits(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity], contacts: &[NamedContact]) {
     note_stability(builder);
     note_places(builder, cables);
@@ -482,7 +481,7 @@ fn note_limits(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCa
     }
 }
 
-/// Refuses a scene in which a cell resists no deformation.
+/// Refuses a scene in which some cell has no resistance to deformation.
 fn check_elastic(builder: &mut Builder, effects: &[EffectSpec], is_from_file: bool) -> Result<(), SceneError> {
     if !builder.gathered.stored.is_empty() {
         return check_cover(builder, effects);
@@ -494,14 +493,14 @@ fn check_elastic(builder: &mut Builder, effects: &[EffectSpec], is_from_file: bo
     Ok(())
 }
 
-/// Reasons why the response has no limit as h → 0, joined.
+/// Reasons why the response has no limit as h → 0, joined into one text.
 fn reasons_of_no_limit(builder: &mut Builder, spec: &SceneSpec) -> Option<String> {
     let causes = [note_constraints(builder, &spec.constraints), no_limit(&spec.effects)];
     let causes: Vec<String> = causes.into_iter().flatten().chain(std::mem::take(&mut builder.no_limits)).collect();
     (!causes.is_empty()).then(|| causes.join(", "))
 }
 
-/// Refuses a column that would be recorded twice, or whose name, from that of a region, is none.
+/// Refuses a column that would be recorded twice, or whose name, which begins with that of a region, is not valid.
 fn check_columns(file: &Path, columns: &[String]) -> Result<(), SceneError> {
     let refuse = |fact: String, remedy: &str| {
         Err(SceneError::Content { file: file.into(), place: "probe".into(), fact, remedy: remedy.into() })
@@ -525,7 +524,7 @@ mod tests {
         [laws.rubber]\nlaw = 'neo_hookean'\nE = '100 kPa'\nnu = 0.3\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
         [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '1 s'\n";
 
-    /// A changed value is in the specification, in the text of the record and in the mesh, also in one that was looked at before; the identity is
+    /// A changed value takes effect in the specification, in the text of the record and in the mesh, also in a mesh that was loaded before; the identity is
     /// that of a text with the value.
     #[test]
     fn a_changed_value_is_that_of_the_text() {

@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 ///
-/// Those of [`SceneBuilder::open`] and [`SceneBuilder::build`].
+/// Fails as [`SceneBuilder::open`] and [`SceneBuilder::build`] do.
 pub fn open_scene(file: &Path) -> Result<Scene, SceneError> {
     SceneBuilder::open(file)?.build()
 }
@@ -17,7 +17,7 @@ pub fn open_scene(file: &Path) -> Result<Scene, SceneError> {
 ///
 /// # Errors
 ///
-/// Those of [`SceneBuilder::parse`] and [`SceneBuilder::build`].
+/// Fails as [`SceneBuilder::parse`] and [`SceneBuilder::build`] do.
 pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
     SceneBuilder::parse(text)?.build()
 }

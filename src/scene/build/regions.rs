@@ -1,4 +1,4 @@
-//! Regions of a scene: those of the mesh, the whole surface, and those that the file defines by selectors.
+//! Regions of a scene: the regions of the mesh, the whole surface, and the regions that the file defines by selectors.
 
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::{Region, TetMesh};
@@ -7,8 +7,8 @@ use crate::scene::parts::selectors::{Ground, Refusal, SelectorSpec, region_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// All regions by name, with notes on those whose place is in doubt. Those of the file may be made of others in any order; all that cannot be found are refused together. `levels`: how often the
-/// cells of a volume mesh from a file were split, as in [`Ground`].
+/// All regions by name, with notes on those whose position is in doubt. The regions of the file may be made of other regions in any order; all that cannot be
+/// found are refused together. `levels`: how often the cells of a volume mesh from a file were split, as in [`Ground`].
 pub(in crate::scene) fn regions(
     file: &Path,
     (mesh, levels): (&TetMesh, Option<u32>),
@@ -45,7 +45,7 @@ pub(in crate::scene) fn regions(
     let is_known = |known: &BTreeMap<String, Region>, spec: &SelectorSpec| {
         spec.part().of().iter().all(|other| known.contains_key(other))
     };
-    // A region that is made of a refused one stays open: the reason is given once
+    // A region that is made of a refused one is not reported: the reason is given once
     let mut open: Vec<(&String, &SelectorSpec)> =
         specs.iter().filter(|(name, _)| !refused.contains_key(name.as_str())).collect();
     while let Some(k) = open.iter().position(|(_, spec)| is_known(&known, spec)) {
@@ -69,7 +69,7 @@ fn is_printable(name: &str) -> bool {
     !name.trim().is_empty() && !name.chars().any(char::is_control)
 }
 
-/// Notes on those whose extent changes with the mesh.
+/// Notes on regions whose extent changes with the mesh.
 pub(in crate::scene) fn notes(
     regions: &BTreeMap<String, Region>,
     specs: &BTreeMap<String, SelectorSpec>,
@@ -83,7 +83,7 @@ pub(in crate::scene) fn notes(
     specs.keys().filter(depends).map(note).collect()
 }
 
-/// One error of all refused regions.
+/// One error for all refused regions.
 fn all(file: &Path, refused: &BTreeMap<&str, Refusal>) -> SceneError {
     let file = file.into();
     if let (1, Some((name, Refusal { fact, remedy }))) = (refused.len(), refused.first_key_value()) {
@@ -98,7 +98,7 @@ fn all(file: &Path, refused: &BTreeMap<&str, Refusal>) -> SceneError {
     SceneError::Content { file, place, fact, remedy: format!("correct each of them{}", lines.concat()) }
 }
 
-/// Circles of definitions, each once: a, b, a.
+/// Cycles of definitions, each listed once: a, b, a.
 fn cycles(specs: &BTreeMap<String, SelectorSpec>) -> Vec<Vec<&str>> {
     let (mut found, mut done) = (Vec::new(), BTreeSet::new());
     for name in specs.keys() {

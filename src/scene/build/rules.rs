@@ -1,6 +1,6 @@
-//! Combinations that no run can honour, one rule each: the place, the fact, and the remedy.
+//! Combinations that no run can satisfy, one rule for each: the place, the fact, and the remedy.
 //!
-//! A mistake in the values of one part is refused where that part is built; what is here needs two parts to be seen.
+//! A mistake in the values of one part is refused where that part is built; a rule in this module involves two parts.
 
 use crate::scene::error::SceneError;
 use crate::scene::linear_solver::LinearSpec;
@@ -24,7 +24,7 @@ impl Refusal {
     }
 }
 
-/// A rule: the refusal of a scene that breaks it.
+/// A rule, which returns the refusal of a scene that breaks it.
 type Rule = fn(&SceneSpec, &[TimeSpan]) -> Option<Refusal>;
 
 /// All rules, in the order in which they are checked.
@@ -98,7 +98,7 @@ fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[TimeSpan]) -> Option<R
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
-/// Refuses the first stage with an undamped rule that is not forced, for this reason.
+/// Refuses the first stage that uses an undamped rule without `force`, for the reason `why`.
 fn undamped(spec: &SceneSpec, spans: &[TimeSpan], why: &str, remedy: &'static str) -> Option<Refusal> {
     let forced = |k: usize| matches!(spec.stages[k].integrator, IntegratorSpec::Newmark { force: true, .. });
     let rings = |(k, s): (usize, &TimeSpan)| s.integrator.rings_with_constraints() && !forced(k);
@@ -159,7 +159,7 @@ fn iterative_solver(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     Refusal::new("numerics", format!("linear = \"iterative\" where {why}"), "take linear = \"auto\"")
 }
 
-/// The property of the tangents, if one exists, that rules out the iterative solver.
+/// The property of the tangents, if there is one, that rules out the iterative solver.
 pub(in crate::scene) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<&'static str> {
     if spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier) {
         Some("multipliers of a contact are unknown next to the displacements")

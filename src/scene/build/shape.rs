@@ -19,16 +19,16 @@ pub enum ShapeSpec {
     Floor {
         /// Point of the plane
         point: [Length; 3],
-        /// Outward normal of the half-space; its length does not count
+        /// Outward normal of the half-space; its length does not matter
         normal: [f64; 3],
     },
-    /// Turned about its middle, along the axes if `turn` is absent
+    /// A box along the axes, or rotated about its centre by `turn`
     Box {
         /// Corner with the smallest coordinates
         min: [Length; 3],
         /// Corner with the largest coordinates
         max: [Length; 3],
-        /// Rotation about its middle
+        /// Rotation about its centre
         turn: Option<TurnSpec>,
     },
     /// A ball
@@ -47,7 +47,7 @@ pub enum ShapeSpec {
         /// Radius of the cylinder
         radius: Length,
     },
-    /// STL or OBJ, closed and outward
+    /// A closed surface from an STL or OBJ file, oriented outwards
     Surface {
         /// Path of the file, relative to the scene
         file: PathBuf,
@@ -67,7 +67,7 @@ pub enum ShapeSpec {
 }
 
 impl ShapeSpec {
-    /// Its kind, and what it names: `floor`, `rigid ball`.
+    /// The kind of the shape and the name that it refers to, such as `floor` or `rigid ball`.
     pub fn words(&self) -> String {
         match self {
             Self::Floor { .. } => "floor".into(),
@@ -85,7 +85,7 @@ impl ShapeSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurnSpec {
-    /// Direction of the axis; its length does not count
+    /// Direction of the axis; its length does not matter
     pub axis: [f64; 3],
     /// Angle of the rotation
     pub angle: Angle,
@@ -101,7 +101,7 @@ impl TurnSpec {
     }
 }
 
-/// Why a shape cannot be built.
+/// Reason why a shape cannot be built.
 pub(in crate::scene) enum ShapeFault {
     Content(String, &'static str),
     Part(Box<dyn std::error::Error + Send + Sync>),
@@ -112,7 +112,7 @@ fn vector(p: &[Length; 3]) -> Vec3 {
 }
 
 impl ShapeSpec {
-    /// The shape, and the origin and axes of its frame.
+    /// Builds the shape, with the origin and axes of its frame.
     pub(in crate::scene) fn build(&self, base: &Path) -> Result<(Shape, Vec3, Mat3), ShapeFault> {
         let positive = |r: f64| {
             let fact = || ShapeFault::Content(format!("the radius is {} mm", r * 1e3), "it must be positive");
@@ -160,9 +160,9 @@ impl ShapeSpec {
     }
 }
 
-/// Axes that turn `from` into the direction of `to`.
+/// Rotation that turns `from` into the direction of `to`.
 fn turn(from: &Vec3, to: &Vec3) -> Mat3 {
-    // Opposite directions have no shortest turn.
+    // Opposite directions have no unique shortest rotation.
     let flip = || Mat3::from_diagonal(&Vec3::new(1.0, -1.0, -1.0));
     Rotation3::rotation_between(from, to).map_or_else(flip, |r| r.into_inner())
 }

@@ -1,4 +1,4 @@
-//! Surfaces that follow the body and are written with its fields. They have no stiffness and no mass.
+//! Surfaces that follow the body and are written with its fields. They have neither stiffness nor mass.
 
 use crate::mesh::TetMesh;
 use crate::mesh::attach::{TooFar, attach};
@@ -12,22 +12,22 @@ pub struct NamedSkin {
     pub surface: Surface,
     /// \[vertices\] (node, weight), Σ w = 1
     pub weights: Vec<Vec<(u32, f64)>>,
-    /// Distance from the body that its vertices may have \[m\]
+    /// Largest distance from the body that its vertices may have \[m\]
     pub reach: f64,
-    /// The largest one that a vertex has \[m\]
+    /// Largest distance from the body that a vertex has \[m\]
     pub outside: f64,
 }
 
 impl NamedSkin {
-    /// \[3 × vertices\] displacement \[m\] with that of the nodes x.
+    /// Displacements \[3 × vertices\] \[m\] for the nodal displacements x.
     pub fn displacement(&self, x: &[f64]) -> Vec<f64> {
         let component =
             |weights: &Vec<(u32, f64)>, i: usize| weights.iter().map(|&(k, w)| w * x[3 * k as usize + i]).sum::<f64>();
         self.weights.iter().flat_map(|w| [0, 1, 2].map(|i| component(w, i))).collect()
     }
 
-    /// The same skin, or one of other triangles between its vertices, divided for loads: its triangles are not larger than the facets next to them. New vertices
-    /// that are further from the body than `reach` \[m\] are refused.
+    /// The skin with these triangles between its vertices, subdivided for loads so that no triangle is larger than the facets next to it. New vertices that
+    /// are further from the body than `reach` \[m\] are refused.
     pub(in crate::scene) fn divided(
         &self,
         mesh: &TetMesh,
@@ -44,7 +44,7 @@ impl NamedSkin {
         Ok(Self { name: self.name.clone(), surface, weights, reach: self.reach, outside })
     }
 
-    /// Why loads on it have no limit as h → 0: between its vertices it leaves the body further than these may.
+    /// The reason why loads on the skin have no limit as h → 0: between its vertices it is further from the body than the vertices may be.
     fn no_limit(&self) -> Option<String> {
         let apart = self.outside * 1e3;
         let why = || {
@@ -57,8 +57,8 @@ impl NamedSkin {
         (self.outside > self.reach).then(why)
     }
 
-    /// (node, area \[m²\]): the areas of the facets that it lies on; otherwise those of its vertices, divided for loads, by the transpose of their map. And why
-    /// the load has no limit.
+    /// Nodal areas (node, area \[m²\]) and the reason, if there is one, why the load has no limit. The areas are those of the facets on which the skin lies;
+    /// otherwise those of its vertices, subdivided for loads and distributed by the transpose of their map.
     pub(in crate::scene) fn nodal_areas(&self, mesh: &TetMesh) -> (Vec<(u32, f64)>, Option<String>) {
         let sizes = FacetSizes::new(mesh);
         match sizes.facets_under(mesh, &self.surface, self.reach) {

@@ -1,4 +1,4 @@
-//! Code that closes the loop: at each point of the time grid it sees the recorded row and sets signals for the next point.
+//! Code that closes the loop: at each point of the time grid it receives the recorded row and sets signals for the next point.
 
 use super::ControlError;
 use serde_json::Value;
@@ -6,11 +6,11 @@ use serde_json::Value;
 /// Information for a controller before the first step.
 #[derive(Clone, Copy, Debug)]
 pub struct Opening<'a> {
-    /// Names of the recorded columns, the first is `t_s`
+    /// Names of the recorded columns; the first is `t_s`
     pub columns: &'a [String],
-    /// Names of the signals that it may set: those of `kind = "controlled"`
+    /// Names of the signals that the controller may set: those of `kind = "controlled"`
     pub signals: &'a [String],
-    /// Time of the first state \[s\], not 0 after a restart
+    /// Time of the first state \[s\]; not 0 after a restart
     pub t: f64,
     /// The last [`Reply::memory`], after a restart
     pub memory: &'a Value,
@@ -19,9 +19,9 @@ pub struct Opening<'a> {
 /// Information for a controller at a point of the time grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Observation<'a> {
-    /// The recorded row, as [`Opening::columns`] names it
+    /// The recorded row, in the order of [`Opening::columns`]
     pub row: &'a [f64],
-    /// Time of the next point \[s\], at which the signals reach what is set now
+    /// Time of the next point \[s\], at which the signals reach the values set now
     pub next: f64,
 }
 
@@ -32,18 +32,18 @@ pub struct SignalSetting<'a> {
     pub t: f64,
     /// Time of the next point \[s\]
     pub next: f64,
-    /// Values of the signals \[SI\], as [`Opening::signals`] names them
+    /// Values of the signals \[SI\], in the order of [`Opening::signals`]
     pub values: &'a [f64],
 }
 
 /// Further requests of a controller.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Reply {
-    /// End the run here
+    /// Whether to end the run here
     pub stop: bool,
-    /// Save a state to restart from
+    /// Whether to save a state from which the run can be restarted
     pub save: bool,
-    /// Kept in saved states and given back after a restart; the last one stays where this is null
+    /// Memory that is kept in saved states and returned after a restart; null keeps the last one
     pub memory: Value,
 }
 
@@ -90,26 +90,26 @@ pub struct Reply {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Controller {
-    /// Is called before the first step.
+    /// Called before the first step.
     fn begin(&mut self, _opening: &Opening) -> Result<(), ControlError> {
         Ok(())
     }
 
-    /// Sets `signals` \[SI\], as [`Opening::signals`] names them, for the next point of the grid. They come with their values
-    /// so far, and keep them if nothing is set.
+    /// Sets `signals` \[SI\], in the order of [`Opening::signals`], for the next point of the grid. They hold their present values, and keep them unless they
+    /// are set.
     fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError>;
 
-    /// Name by which a run that goes on from a checkpoint knows it again; none where it cannot be told from others.
+    /// Name by which a run that continues from a checkpoint recognises the controller; `None` if it cannot be told from others.
     fn identity(&self) -> Option<String> {
         None
     }
 
-    /// Whether it would have set these values at all points of the grid up to a checkpoint, from the initial values of the scene on; none where only its
-    /// identity tells.
+    /// Whether the controller would have set these values at all points of the grid up to a checkpoint, starting from the initial values of the scene; `None`
+    /// if only its identity can tell.
     fn would_set(&self, _initial: &[f64], _set: &[SignalSetting]) -> Option<bool> {
         None
     }
 
-    /// Is called after the last step, with the last row and the name of the status.
+    /// Called after the last step, with the last row and the name of the status.
     fn end(&mut self, _row: &[f64], _status: &str) {}
 }

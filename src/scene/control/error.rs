@@ -1,4 +1,4 @@
-//! Reasons why signals, a controller or the state to go on from end a run; the rows recorded so far are kept.
+//! Reasons why signals, a controller or a saved state end a run; the rows recorded so far are kept.
 
 /// A signal or a controller that cannot be used any more, or a saved state that cannot be used at all.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -33,15 +33,15 @@ pub enum Then {
     Save,
 }
 
-/// Looks at the conditions at the first point: one that is true there does not become true later.
+/// Evaluates the conditions at the first point: a condition that is true there does not become true later.
 pub(super) fn look(events: &[Event], memory: &mut ControlMemory, row: &[f64]) {
     for (event, past) in events.iter().zip(&mut memory.events) {
         past.was = event.when.crossed(row);
     }
 }
 
-/// The events of this point of the grid, logged; their switches are in force. `step` is the length of the step to it \[s\]. Returns their
-/// other actions.
+/// Fires and logs the events of this point of the grid and puts their switches into effect; returns their other actions. `step` is the length of the step to
+/// this point \[s\].
 pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], now: &[f64], step: f64) -> Vec<Then> {
     let (t, mut rest) = (row[0], Vec::new());
     for (e, event) in events.iter().enumerate() {

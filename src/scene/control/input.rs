@@ -1,8 +1,8 @@
-//! Signals that are decided during a run: by events, by recorded columns, from outside.
+//! Signals that are decided during a run: by events, by recorded columns, or from outside.
 //!
-//! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from the row recorded at tₙ. Within the step
-//! it is linear, so a step that is cut sees a part of the change only. A function of time that no event replaces at that point is followed as it is, with
-//! its values and rates at any time. An evaluation looks it up in the state and stays pure.
+//! An input is decided at each point tₙ of the time grid for the next one, tₙ₊₁, from the row recorded at tₙ. Within the step it is linear, so that a step
+//! that is cut applies only a part of the change. A function of time that no event replaces at that point is followed exactly, with its values and rates at
+//! any time. Evaluations look inputs up in the state and remain pure.
 
 use super::ControlError;
 use super::memory::{ControlMemory, Program};
@@ -12,16 +12,16 @@ use crate::math::signal::{Clock, Known, Ramp, Signal};
 /// Source of the value of an input.
 #[derive(Clone, Debug)]
 pub enum Source {
-    /// A signal that events replace by others
+    /// A signal that events replace by other signals
     Switched { own: Signal, others: Vec<Other> },
-    /// A formula in recorded columns; `event`: its time counts from there
+    /// A formula in recorded columns; `event`: the event from which its time counts
     Formula { formula: Formula, event: Option<usize>, variables: Vec<Variable> },
     /// Set from outside
     Controlled { initial: f64, range: Option<(f64, f64)> },
 }
 
 impl Source {
-    /// The value before the first step; 0 of a formula, whose columns are not recorded yet.
+    /// The value before the first step; 0 for a formula, whose columns are not yet recorded.
     pub(super) fn initial(&self) -> Known {
         match self {
             Self::Switched { own, .. } if own.has_inputs() => Known::constant(own.at(0.0)),
@@ -31,7 +31,7 @@ impl Source {
         }
     }
 
-    /// Whether it has the signal that it is said to follow.
+    /// Whether the source has the signal that `known` says it follows.
     pub(super) fn admits(&self, known: Known) -> bool {
         match (known, self) {
             (Known::Ramp(_), _) => true,
@@ -40,7 +40,7 @@ impl Source {
         }
     }
 
-    /// The value at `t` of what is known.
+    /// The value of the known input at time `t`.
     pub(super) fn at(&self, known: Known, t: f64) -> f64 {
         match (known, self) {
             (Known::Ramp(ramp), _) => ramp.at(t),
@@ -52,7 +52,8 @@ impl Source {
         }
     }
 
-    /// The function of time that it follows from `t` on, in which nothing is decided: after a switch from the end of its passage, or of its first step, on.
+    /// The function of time that the input follows from `t` on, if nothing in it is decided during the run. After a switch it is followed once the transition
+    /// is complete, and not before the end of the first step.
     fn followed(&self, program: Program, t: f64) -> Option<Known> {
         let Self::Switched { own, others } = self else { return None };
         let Program { other, since, .. } = program;
@@ -72,7 +73,7 @@ impl Source {
 pub struct Other {
     pub event: usize,
     pub signal: Signal,
-    /// Time of the passage from the old value \[s\]
+    /// Duration of the transition from the old value \[s\]
     pub over: f64,
 }
 
@@ -87,13 +88,13 @@ pub enum Variable {
 /// An input of a scene.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Name of the signal that it is, or is a part of
+    /// Name of the signal that the input is, or is a part of
     pub signal: String,
     pub source: Source,
 }
 
 impl Input {
-    /// Whether it, input `k` of all, is a part of what is followed at present: a part of a signal that events replace is none before its event, and after another one.
+    /// Whether this input, with index `k`, is in use at present: part of a signal that an event sets is in use only from that event until the next one.
     fn is_in_force(&self, k: usize, inputs: &[Self], memory: &ControlMemory) -> bool {
         inputs.iter().zip(&memory.programs).filter(|(input, _)| input.signal == self.signal).all(|(input, program)| {
             let Source::Switched { own, others } = &input.source else { return true };
@@ -102,7 +103,7 @@ impl Input {
     }
 }
 
-/// All inputs as they are known from `t` to `next`, with their values at both.
+/// The known course of all inputs from `t` to `next`, given their values at both times.
 pub(super) fn known(
     (inputs, memory): (&[Input], &ControlMemory),
     [(t, now), (next, ahead)]: [(f64, &[f64]); 2],
@@ -114,8 +115,8 @@ pub(super) fn known(
     (0..inputs.len()).map(of).collect()
 }
 
-/// Values of all inputs at `t`, from the columns recorded last. Those that others use come first in the list. A formula that is not in force has no value
-/// there, and needs none.
+/// Values of all inputs at `t`, from the columns recorded last. Inputs on which others depend come first in the list. A formula that is not in use is not
+/// evaluated, and its value is zero.
 pub(super) fn values(inputs: &[Input], memory: &ControlMemory, row: &[f64], t: f64) -> Result<Vec<f64>, ControlError> {
     let (mut values, mut ahead) = (Vec::with_capacity(inputs.len()), Vec::<Known>::with_capacity(inputs.len()));
     for (k, input) in inputs.iter().enumerate() {

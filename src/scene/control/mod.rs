@@ -1,7 +1,7 @@
 //! Protocols that are decided during a run: events, formulas of recorded columns, controllers.
 //!
-//! All is decided at the points of the time grid, in this order: events, the controller, then every input for the next
-//! point. Nothing here is called within a step.
+//! Everything is decided at the points of the time grid, in this order: events, the controller, then every input for the next point. Nothing here is called
+//! within a step.
 
 mod controller;
 mod error;
@@ -36,7 +36,7 @@ pub struct Controls {
     events: Vec<Event>,
 }
 
-/// Requests of a point of the grid to the run.
+/// Requests to the run that were made at a point of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Orders {
     pub stop: bool,
@@ -60,12 +60,12 @@ impl Controls {
         self.outside().map(|k| self.inputs[k].signal.clone()).collect()
     }
 
-    /// Their values in a memory, in the same order.
+    /// Values in a memory of the signals that are set from outside, in the order of their names.
     pub fn values_from_outside(&self, memory: &ControlMemory) -> Vec<f64> {
         self.outside().map(|k| memory.outside[k]).collect()
     }
 
-    /// Least and largest value of each of them that declares a range, in the same order.
+    /// Smallest and largest value of each signal that is set from outside and declares a range, in the order of their names; `None` for the others.
     pub fn ranges(&self) -> Vec<Option<(f64, f64)>> {
         let range = |k: usize| match self.inputs[k].source {
             Source::Controlled { range, .. } => range,
@@ -89,7 +89,7 @@ impl Controls {
         !self.inputs.is_empty()
     }
 
-    /// Whether each of the inputs can be what is known of it.
+    /// Whether these known courses fit the inputs, one for each.
     pub(super) fn admit(&self, known: &[Known]) -> bool {
         known.len() == self.inputs.len()
             && self.inputs.iter().zip(known).all(|(input, known)| input.source.admits(*known))
@@ -99,7 +99,7 @@ impl Controls {
         (0..self.inputs.len()).filter(|&k| matches!(self.inputs[k].source, Source::Controlled { .. }))
     }
 
-    /// Inputs at the start. `record` gives the recorded row at a state; formulas see the one without inputs.
+    /// Sets the inputs of the initial state. `record` returns the recorded row at a state; formulas use the row without inputs.
     pub(super) fn start(
         &self,
         memory: &mut ControlMemory,
@@ -116,7 +116,7 @@ impl Controls {
         Ok(())
     }
 
-    /// Decides at the state whose row was recorded, for the time `next` if there is one.
+    /// Decides events, the controller and the inputs at a state whose row was recorded, for the time `next` if there is one.
     pub(super) fn decide<'c>(
         &self,
         memory: &mut ControlMemory,

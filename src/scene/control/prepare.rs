@@ -22,14 +22,14 @@ struct Known<'k> {
     /// Names of the signals
     pub signals: Vec<String>,
     pub cables: Vec<String>,
-    /// End of the last stage \[s\]
+    /// End time of the last stage \[s\]
     pub end: f64,
-    /// Smallest and largest value of a column, where they are known
+    /// Smallest and largest value of a column, if they are known
     pub range: &'k dyn Fn(&str) -> Option<(f64, f64)>,
 }
 
 impl SignalBuilder<'_> {
-    /// All names are known now. Returns notes too.
+    /// Builds the controls, now that all names are known; returns notes too.
     fn finish(mut self, known: &Known) -> Result<(Controls, Vec<String>), Refusal> {
         let mut inputs = std::mem::take(&mut self.inputs);
         for input in &mut inputs {
@@ -81,7 +81,7 @@ impl SignalBuilder<'_> {
     }
 }
 
-/// Inputs and events, once all names are known.
+/// Builds inputs and events, once all names are known.
 pub(in crate::scene) fn build_controls(
     builder: &mut Builder,
     columns: &[String],
@@ -173,7 +173,7 @@ fn condition(spec: &EventSpec, known: &Known) -> Result<When, (String, String)> 
     })
 }
 
-/// Reason why the condition cannot become true, where that is known.
+/// The reason why a condition cannot become true, if one is known.
 fn never(name: &str, when: When, known: &Known) -> Option<String> {
     let column = match when {
         When::At { .. } => return None,
@@ -181,7 +181,7 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
     };
     let column = &known.columns[column];
     let (low, high) = (known.range)(column)?;
-    // A condition that is true from the start does not become true.
+    // A condition that is true from the start cannot become true later.
     let reached = match when {
         When::At { .. } => true,
         When::Above { value, .. } => low < value && value <= high,

@@ -1,4 +1,4 @@
-//! A controller in another program: JSON lines on its standard input and output, one answer to each line.
+//! A controller in another program: JSON lines on its standard input and output, with one answer to each line.
 //!
 //! ```text
 //! → {"durometer": "0.1.0", "columns": ["t_s", …], "signals": ["cable_shortening_m"], "t_s": 0, "memory": null}
@@ -8,7 +8,8 @@
 //! → {"end": "Converged", "columns": {…}}
 //! ```
 //!
-//! All keys of an answer may be absent, and none may occur twice in one object. Numbers are read and written so that no bit is lost. Standard error is passed on.
+//! All keys of an answer may be absent, and none may occur twice in one object. Numbers are read and written without losing a bit. Standard error is passed
+//! on.
 
 use super::strict_json::Strict;
 use super::{ControlError, Controller, Observation, Opening, Reply};
@@ -26,28 +27,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at whether to stop.
+/// Interval at which the flag that stops the run is checked.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Longest line that a controller may write \[bytes\].
 const LONGEST: u64 = 16 << 20;
-/// Lines that may wait to be read.
+/// Largest number of lines that may wait to be read.
 const WAITING: usize = 16;
 
 /// A child process that answers line by line.
 pub struct Process {
     child: Child,
     input: Option<ChildStdin>,
-    /// Its lines; an error is the beginning of one that is too long
+    /// Lines of its output; an error holds the beginning of a line that is too long
     lines: Receiver<Result<String, String>>,
     timeout: Duration,
     stop: Option<Arc<AtomicBool>>,
     columns: Vec<String>,
     signals: Vec<String>,
     identity: String,
-    /// Time of the last point it was asked at \[s\]
+    /// Time of the last grid point for which it was asked \[s\]
     t: f64,
-    /// Time spent on its answers
+    /// Time spent waiting for its answers
     pub waited: Duration,
 }
 
@@ -67,23 +68,23 @@ struct Answer {
     save: bool,
 }
 
-/// The message that an object is. A list of values without names is none.
+/// Deserializes a message from an object. A list of values without names is not a message.
 fn of_object<A: for<'a> Deserialize<'a>>(value: Value) -> serde_json::Result<A> {
     if value.is_object() { serde_json::from_value(value) } else { Err(Error::custom("it is no object")) }
 }
 
 impl Process {
-    /// Starts the command; each answer may take this long, or until `stop` is set. On Linux it ends with the thread that starts it.
+    /// Starts the command. Each answer may take `timeout`, or until `stop` is set. On Linux the process ends with the thread that starts it.
     ///
     /// # Errors
     ///
     /// [`ControlError::Command`] where the quotes of the command do not close, [`ControlError::Start`] where it cannot be started.
     pub fn start(command: &str, timeout: Duration, stop: Option<Arc<AtomicBool>>) -> Result<Self, ControlError> {
-        // In Windows a backslash is part of a path
+        // On Windows a backslash is part of a path
         let written = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };
         let words = shlex::split(&written).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| ControlError::Command { command: command.into() })?;
-        // As the files are before the program runs, which may write some of them
+        // Computed from the files as they are before the program runs, which may write to some of them
         let identity = identity(&words);
         let failed = |reason: String| ControlError::Start { command: command.into(), reason };
         let mut process = Command::new(&words[0]);
@@ -91,9 +92,9 @@ impl Process {
         ends_with_parent(&mut process);
         let mut child = process.spawn().map_err(|e| failed(e.to_string()))?;
         let (input, output) = (child.stdin.take(), child.stdout.take().expect("it is piped"));
-        // A program that talks without being asked waits for its reader
+        // A program that writes without being asked blocks until its lines are read
         let (sender, lines) = sync_channel(WAITING);
-        // Ends with the child, or when nobody listens any more.
+        // Ends with the child process, or when there is no receiver any more.
         std::thread::spawn(move || {
             let mut output = BufReader::new(output);
             while let Some(line) = line(&mut output) {
@@ -123,7 +124,7 @@ impl Process {
 
     fn ask<A: for<'a> Deserialize<'a>>(&mut self, message: &Value) -> Result<(A, String), ControlError> {
         let start = Instant::now();
-        // Else every later answer would be taken for that of the next message.
+        // Otherwise every later answer would be taken for that of the next message.
         if let Ok(Ok(line)) = self.lines.try_recv() {
             let fact = "nothing had asked for this line".to_string();
             return Err(self.refuse(&line, fact, "answer each message with one line"));
@@ -152,14 +153,14 @@ impl Process {
     }
 
     fn refuse(&self, line: &str, fact: String, remedy: &str) -> ControlError {
-        // The start of a long line is enough to know it.
+        // The start of a long line is enough to recognise it.
         let line =
             if line.chars().count() > 200 { line.chars().take(200).chain(['…']).collect() } else { line.into() };
         ControlError::Answer { line, t: self.t, fact, remedy: remedy.into() }
     }
 
     fn dead(&mut self) -> ControlError {
-        // Its output is closed: it ends by itself, or it is of no use any more.
+        // Its output is closed: it is about to end, or it is of no further use.
         let patience = Instant::now();
         let mut status = None;
         while status.is_none() && patience.elapsed() < Duration::from_secs(1) {
@@ -171,14 +172,14 @@ impl Process {
     }
 }
 
-/// The digest of a command: of its words, and in place of one that is the path of a file of the contents of the file.
+/// The digest of a command: of its words, where a word that is the path of a file is replaced by the contents of the file.
 fn identity(words: &[String]) -> String {
     let content =
         |word: &String| storage::read(Path::new(word), DATA_LIMIT).map(sha256).unwrap_or_else(|_| word.clone());
     format!("program {}", sha256(format!("{:?}", words.iter().map(content).collect::<Vec<_>>())))
 }
 
-/// The next line, or the beginning of one that does not end; none after the last.
+/// The next line, or as an error the beginning of a line that is too long; `None` after the last line.
 fn line(output: &mut impl BufRead) -> Option<Result<String, String>> {
     let mut bytes = Vec::new();
     output.take(LONGEST).read_until(b'\n', &mut bytes).ok().filter(|n| *n > 0)?;
@@ -226,13 +227,13 @@ impl Controller for Process {
 
     fn end(&mut self, row: &[f64], status: &str) {
         let message = json!({ "end": status, "columns": self.named(row) });
-        // It may be gone already, and then needs no farewell.
+        // The process may have ended already, and then needs no last message.
         self.tell(&message).ok();
     }
 }
 
 impl Drop for Process {
-    /// Its input is closed: it has as long as for an answer to end by itself.
+    /// Closes its input; the process may then take as long as for an answer to end by itself.
     fn drop(&mut self) {
         drop(self.input.take());
         let patience = Instant::now();

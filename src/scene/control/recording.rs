@@ -1,8 +1,8 @@
-//! Values that controlled signals were set to during a run, in a table that a later run sets them from again.
+//! Values to which controlled signals were set during a run, in a table from which a later run sets them again.
 //!
-//! A row has the time of a point of the time grid and the values that were set there, which the signals reach at the next point. A value holds until the
-//! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits. Every row ends with a line
-//! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
+//! A row has the time of a grid point and the values that were set there, which the signals reach at the next point. A value holds until the next row. Numbers
+//! are written in the shortest form that reads back as the same number, so that the later run gets the same bits. Every row ends with a line break: a last row
+//! without one was cut off, possibly in the middle of a number, and is refused.
 
 use super::{ControlError, Controller, Observation, Reply, SignalSetting};
 use crate::scene::signal::instant::rounding;
@@ -10,7 +10,7 @@ use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
 use std::path::Path;
 
-/// Why a recording cannot be used.
+/// Reason why a recording cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     #[error("{file}: cannot be read: {reason}; give a file <name>.control.csv that a run with --live has written")]
@@ -35,7 +35,7 @@ pub enum RecordingError {
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Recording {
     pub signals: Vec<String>,
-    /// Time \[s\] of the point of the grid, and the values of all signals \[SI\]
+    /// Time of the grid point \[s\], and the values of all signals \[SI\]
     pub rows: Vec<(f64, Vec<f64>)>,
 }
 
@@ -44,7 +44,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// Where the file cannot be read, or is no recording of these signals.
+    /// Where the file cannot be read, or is not a recording of these signals.
     pub fn read(path: &Path, signals: &[String]) -> Result<Self, RecordingError> {
         let file = path.display().to_string();
         let text = storage::read_text(path, DATA_LIMIT)
@@ -56,7 +56,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// Where the text is no recording of these signals, with its line.
+    /// Where the text is not a recording of these signals, with the line.
     pub fn parse(text: &str, file: &str, signals: &[String]) -> Result<Self, RecordingError> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let header = reader.headers().map_err(|_| RecordingError::Header { file: file.into() })?.clone();
@@ -88,7 +88,7 @@ impl Recording {
         Ok(Self { signals: found, rows })
     }
 
-    /// How much it sets: `3 rows, the last at 0.5 s`.
+    /// The extent of the recording, such as `3 rows, the last at 0.5 s`.
     fn extent(&self) -> String {
         match self.rows.last() {
             Some((t, _)) => format!("{}, the last at {t} s", count(self.rows.len(), "row")),
@@ -96,23 +96,23 @@ impl Recording {
         }
     }
 
-    /// The names of the columns.
+    /// The header line with the names of the columns.
     pub fn header(signals: &[String]) -> String {
         std::iter::once("t_s").chain(signals.iter().map(String::as_str)).collect::<Vec<_>>().join(",") + "\n"
     }
 
-    /// A row as text.
+    /// One row as a line of text.
     pub fn line(t: f64, values: &[f64]) -> String {
         std::iter::once(&t).chain(values).map(ToString::to_string).collect::<Vec<_>>().join(",") + "\n"
     }
 }
 
-/// A controller that sets what was recorded.
+/// A controller that sets the recorded values again.
 #[derive(Clone)]
 pub struct Replay {
-    /// Digest of the recording as text
+    /// Digest of the text of the recording
     pub sha256: String,
-    /// How much is set: `3 rows, the last at 0.5 s`
+    /// Extent of the recording, such as `3 rows, the last at 0.5 s`
     pub extent: String,
     rows: std::iter::Peekable<std::vec::IntoIter<(f64, Vec<f64>)>>,
 }

@@ -1,4 +1,4 @@
-//! Signals of a scene, and the inputs that they take during the run.
+//! Signals of a scene, and their inputs that are decided during the run.
 
 use super::input::{Input, Other, Source};
 use super::spec::{EventSpec, ThenSpec};
@@ -28,13 +28,13 @@ impl<'a> SignalBuilder<'a> {
         self.specs[e].name.clone().unwrap_or_else(|| format!("event {}", e + 1))
     }
 
-    /// Place of event `e` in messages.
+    /// Place of event `e` in the scene, for messages.
     pub(super) fn place(&self, e: usize) -> String {
         let name = self.specs[e].name.as_ref().map_or_else(String::new, |n| format!(" ({n})"));
         format!("event {}{name}", e + 1)
     }
 
-    /// The signal of this name, with what events replace it by. An error comes with the event that it is in.
+    /// The signal of this name, with the signals by which events replace it. An error names the event in which it is.
     pub(in crate::scene) fn signal(
         &mut self,
         name: &str,

@@ -9,49 +9,49 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EventSpec {
-    /// For the log; `event 1` and so on if absent
+    /// Name in the log; `event 1` and so on if absent
     pub name: Option<String>,
     /// Condition at which the event happens
     pub when: WhenSpec,
-    /// Actions, in their order
+    /// Actions, in order
     pub then: Vec<ThenSpec>,
-    /// Again, whenever the condition comes true after it was not
+    /// Whether the event happens again each time its condition becomes true again
     #[serde(default)]
     pub repeat: bool,
 }
 
-/// A condition, looked at on the time grid.
+/// A condition, evaluated on the time grid.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum WhenSpec {
-    /// At a time, and every so often after it
+    /// At a time, and periodically after it if `every` is given
     At {
         /// First time of the event
         t: Time,
         /// Period after which the event happens again; once if absent
         every: Option<Time>,
     },
-    /// A recorded column comes to the value from below
+    /// A recorded column reaches the value from below
     Above {
         /// Recorded column, with its unit in its name
         column: String,
-        /// Value that it comes to, with its unit
+        /// Value that the column reaches, with its unit
         value: Quantity,
     },
-    /// A recorded column comes to the value from above
+    /// A recorded column reaches the value from above
     Below {
         /// Recorded column, with its unit in its name
         column: String,
-        /// Value that it comes to, with its unit
+        /// Value that the column reaches, with its unit
         value: Quantity,
     },
-    /// A cable that was taut carries nothing
+    /// A cable that was taut goes slack
     Slack {
         /// Name of the cable
         cable: String,
     },
-    /// A cable that was slack carries a force again
+    /// A cable that was slack becomes taut
     Taut {
         /// Name of the cable
         cable: String,
@@ -63,17 +63,17 @@ pub enum WhenSpec {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum ThenSpec {
-    /// The signal of this name is `to` from then on, its time counted from the event
+    /// Replaces the signal of this name by `to`, whose time counts from the event
     Switch {
-        /// Name of the signal, as `check` lists it
+        /// Name of the signal, as listed by `check`
         signal: String,
-        /// Signal that takes its place
+        /// Signal that replaces it
         to: SignalSpec,
-        /// Goes over from the old value within this time
+        /// Duration of the transition from the old value
         over: Option<Time>,
     },
-    /// The run ends here, as planned
+    /// Ends the run here, as planned
     Stop {},
-    /// Saves a state to restart from
+    /// Saves a state from which the run can be restarted
     Save {},
 }

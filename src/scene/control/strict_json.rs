@@ -1,6 +1,6 @@
-//! JSON whose objects have every key once.
+//! JSON without repeated keys in its objects.
 //!
-//! serde_json keeps the last of several values of one key, and nobody would notice that the others were lost.
+//! serde_json keeps only the last of several values of one key, so that the loss of the others would go unnoticed.
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
@@ -15,7 +15,7 @@ impl<'de> Deserialize<'de> for Strict {
     }
 }
 
-/// Builds a value and looks at its keys.
+/// Builds a value and checks its keys.
 struct Keys;
 
 impl<'de> Visitor<'de> for Keys {
@@ -74,7 +74,7 @@ impl<'de> Visitor<'de> for Keys {
 mod tests {
     use super::*;
 
-    /// A line without a repeated key is the value of serde_json to the last bit, and a repeated key is named at any depth.
+    /// A line without repeated keys gives exactly the value of serde_json, and a repeated key is named at any depth.
     #[test]
     fn a_repeated_key_is_refused_and_all_else_is_kept() {
         for line in [

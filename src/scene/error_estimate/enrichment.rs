@@ -21,29 +21,29 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The way in which the space of a run is enriched.
+/// The method by which the space of a run is enriched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Enrichment {
-    /// Each cell into eight of the same order
+    /// Splits each cell into eight of the same order
     Split,
-    /// Linear cells to quadratic ones
+    /// Raises linear cells to quadratic ones
     Raise,
 }
 
-/// Least order of a quantity in h where edges are singular: usually, and of reactions next to such an edge.
+/// Lowest order in h with which quantities converge at singular edges: usually, and for reactions next to such an edge.
 const LEAST_ORDERS: [f64; 2] = [1.0, 0.75];
-/// Least order of any quantity where a held face ends at a re-entrant edge.
+/// Lowest order of any quantity if a held face ends at a re-entrant edge.
 const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
-/// Largest share of the error of linear cells that quadratic ones on the same mesh leave: usually, and of reactions next to such an edge.
+/// Largest share of the error of linear cells that remains with quadratic cells on the same mesh: usually, and for reactions next to a singular edge.
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
-/// Most times that the steps of an enriched run are halved which may have jumped to another branch.
+/// Largest number of times that the steps of an enriched run that may have jumped to another branch are halved.
 const MOST_HALVINGS: usize = 2;
-/// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
+/// Relative residual of the pressures that remains where the run has no pressures, and the largest number of matrix products to reach it.
 const RELAXED: f64 = 1e-8;
 const MOST_PRODUCTS: usize = 500;
 
 impl Enrichment {
-    /// The enrichment that estimates errors of cells of this order best.
+    /// The enrichment that is best for error estimates with cells of this order.
     pub fn usual(order: Order) -> Self {
         match order {
             Order::Linear => Self::Raise,
@@ -51,8 +51,8 @@ impl Enrichment {
         }
     }
 
-    /// The factor from the change of a quantity to its error: least, likely, most. Likely is the middle of the usual bounds. `glued`: a held face
-    /// of the body ends at a re-entrant edge.
+    /// The factor from the change of a quantity to its error: smallest, likely, largest. The likely one is the middle of the usual bounds. `glued`: whether a
+    /// held face of the body ends at a re-entrant edge.
     pub fn factors(self, order: Order, glued: bool) -> [f64; 3] {
         let formal = match order {
             Order::Linear => 2.0,
@@ -67,8 +67,8 @@ impl Enrichment {
         [least, 0.5 * (usual[0] + usual[1]), most]
     }
 
-    /// Share of the lengths in which contact acts that is left in the enriched space, where they follow from the size of the cells. The error by them is of
-    /// first order in them: the factor of the share, 1/(1 − share), is within all bounds of [`Enrichment::factors`].
+    /// Factor by which the enriched space shortens the contact lengths that follow from the cell size. The error due to them is of first order in them: its
+    /// factor, 1/(1 − share), is within all bounds of [`Enrichment::factors`].
     fn share_of_contact_lengths(self) -> f64 {
         match self {
             Self::Split => 0.5,
@@ -77,7 +77,7 @@ impl Enrichment {
     }
 }
 
-/// The scene with shorter lengths of contact where these follow from the size of the cells: raised cells keep their size.
+/// The scene with explicit shorter contact lengths where these follow from the cell size, because raised cells keep their size.
 fn with_shorter_contacts(scene: &Scene, enrichment: Enrichment) -> SceneSpec {
     let mut spec = scene.spec.clone();
     let share = enrichment.share_of_contact_lengths();
@@ -88,7 +88,7 @@ fn with_shorter_contacts(scene: &Scene, enrichment: Enrichment) -> SceneSpec {
     spec
 }
 
-/// The scene with quadratic cells, with a pressure field in addition where it `mixed` can have one: displacements alone may still lock.
+/// The scene with quadratic cells; if `mixed`, also with a pressure field where the effect can have one: displacements alone may still lock.
 fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
     let mut spec = spec.clone();
     spec.mesh.element = ElementSpec::Tet10;
@@ -100,27 +100,28 @@ fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
     spec
 }
 
-/// Negative eigenvalues of the tangent at the static state of a run at time `t` \[s\].
+/// Number of negative eigenvalues of the tangent at the static state of a run at time `t` \[s\].
 fn unstable_modes(run: &Run, t: f64) -> usize {
     let until = run.findings.unstable.iter().take_while(|(from, _)| *from <= t * (1.0 + 1e-9));
     until.last().map_or(0, |(_, modes)| *modes)
 }
 
-/// Refuses an enriched run with an unstable static state up to time `t` \[s\] where the run has none.
+/// Refuses an enriched run that has an unstable static state up to time `t` \[s\] where the run has none.
 pub(super) fn check_branch(enriched: &Run, of_run: &Run, t: f64) -> Result<(), EstimateError> {
     if unstable_modes(enriched, t) > unstable_modes(of_run, t) { Err(EstimateError::Unstable { t }) } else { Ok(()) }
 }
 
-/// Whether steps of a run were refused on a path with indefinite tangents, and tried again: it may have jumped to another branch.
+/// Whether steps of a run were repeated on a path with indefinite tangents, so that it may have jumped to another branch.
 fn was_forced(run: &Run) -> bool {
     run.shifted_factorisations > 0 && run.tried_iterations > run.totals.iterations
 }
 
-/// Whether the branch of an enriched run up to time `t` \[s\] is decided in shorter steps only: it may have jumped. `has_jumped`: it may in longer steps.
+/// Whether shorter steps are needed to decide the branch of an enriched run up to time `t` \[s\], because it may have jumped. `has_jumped`: whether it may
+/// have jumped in longer steps.
 ///
 /// # Errors
 ///
-/// Where the branch is not decided: it is unstable, or in these steps the path of the loads comes to its end before.
+/// Where the branch is not decided: it is unstable, or with these steps the run ends before time `t`.
 fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64) -> Result<bool, EstimateError> {
     match enriched.status {
         Status::Converged if was_forced(enriched) && !was_forced(of_run) => Ok(true),
@@ -130,8 +131,8 @@ fn asks_for_shorter_steps(enriched: &Run, of_run: &Run, has_jumped: bool, t: f64
     }
 }
 
-/// Regions that selectors give as nodes keep a new node between two of theirs only where the selector finds it too: of an edge from face to face of a
-/// frame it does not, of one inside a box it does.
+/// Removes from regions given as nodes every new node between two of their nodes that their selector does not find too: on an edge from face to face of a
+/// frame it does not, on one inside a box it does.
 fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
     let specs = &scene.spec.mesh.regions;
     if specs.is_empty() {
@@ -150,8 +151,8 @@ fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
     }
 }
 
-/// The facets between solids. Faces of cells along the border of a place are on no surface of the body: where these have creases, regions whose border runs
-/// through cells are left out.
+/// The facets between solids. Cell faces along the border of a region picked by position are not a surface of the body: if the interfaces have creases,
+/// regions whose border cuts through cells are left out.
 fn between_solids(scene: &Scene, mesh: &mut TetMesh) -> Vec<Interface> {
     let facets = mesh.facets.len();
     let all = interfaces(mesh, &solids(scene, |_| true));
@@ -162,7 +163,8 @@ fn between_solids(scene: &Scene, mesh: &mut TetMesh) -> Vec<Interface> {
     interfaces(mesh, &solids(scene, |region| !region.depends_on_mesh))
 }
 
-/// \[cells\] the solid of each: cells of one have the same laws, and are held by the same rigid inserts. Laws and inserts of other regions than these do not count.
+/// The solid of each cell \[cells\]: the cells of a solid have the same laws and are held by the same rigid inserts. Only laws and inserts on regions for
+/// which `counts` holds are considered.
 fn solids(scene: &Scene, counts: impl Fn(&Region) -> bool) -> Vec<u32> {
     let mut regions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for effect in &scene.spec.effects {
@@ -192,7 +194,7 @@ fn solids(scene: &Scene, counts: impl Fn(&Region) -> bool) -> Vec<u32> {
     solids
 }
 
-/// The hosts of the pressures of a mixed effect in a region of a scene.
+/// The nodes that host the pressures of a mixed effect in a region of a scene.
 fn hosts(scene: &Scene, region: &str) -> PressureHosts {
     PressureHosts::new(&scene.body.mesh, &scene.regions[region].cells, &scene.cell_groups)
 }
@@ -205,35 +207,35 @@ fn is_mixed(effect: &EffectSpec) -> bool {
 pub(super) enum SmoothSurface {
     /// The mesh has no curved boundary.
     Flat,
-    /// Cells would fold on it.
+    /// Cells would fold on the surface.
     Folded,
-    /// It is not that of the CAD, as these volumes of solids show.
+    /// The surface is not that of the CAD, as the volumes of these solids show.
     Missed(Vec<SourceVolume>),
-    /// With its nodes at this part of the way to the surface
+    /// The mesh, and the share of the distance to the surface by which its nodes were moved
     Curved(Box<Enriched>, f64),
 }
 
-/// The scene on the enriched mesh, and the map of states to it.
+/// The scene on the enriched mesh, and the map of states of the run to it.
 pub(super) struct EnrichedScene {
     pub scene: Scene,
     enrichment: Enrichment,
     map: Enriched,
-    /// The mesh of the run with facets between its solids, and those of them
+    /// The mesh of the run with facets between its solids, and these interfaces
     whole: Arc<(TetMesh, Vec<Interface>)>,
-    /// \[effects\] whether the run has pressures in it
+    /// Whether each effect has pressures in the run \[effects\]
     mixed_in_run: Vec<bool>,
-    /// Set to stop its solutions
+    /// Flag that stops its solutions
     pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl EnrichedScene {
-    /// A scene in this enriched space.
+    /// Builds a scene in its enriched space.
     ///
     /// # Errors
     ///
-    /// Where a part of the scene is not known on the enriched mesh, or is refused there.
+    /// Where a part of the scene cannot be built on the enriched mesh, or is refused there.
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
-        // The regions of the run itself: picked again by place they would be others on smaller cells
+        // The regions of the run itself: picked again by position they would be different on smaller cells
         let mut own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
         let between = between_solids(scene, &mut own);
         let mut map = match enrichment {
@@ -244,7 +246,7 @@ impl EnrichedScene {
         Self::on(scene, enrichment, map, Arc::new((own, between)))
     }
 
-    /// Its mesh with the new nodes on the boundary and between solids on the smooth surfaces through those of the run.
+    /// The enriched mesh with its new nodes on the boundary and between solids moved to the smooth surfaces through those of the run.
     pub fn smooth_surface(&self, scene: &Scene) -> SmoothSurface {
         let (mesh, interfaces) = &*self.whole;
         let found = on_smooth_surface(mesh, interfaces, &self.map);
@@ -259,13 +261,13 @@ impl EnrichedScene {
         }
     }
 
-    /// The same on another enriched mesh of the run; none where a part of the scene is not known there.
+    /// The enriched scene on another enriched mesh of the run; `None` if a part of the scene cannot be built there.
     pub fn with_map(&self, scene: &Scene, map: Enriched) -> Option<Self> {
         let other = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
         Some(Self { stop: self.stop.clone(), ..other })
     }
 
-    /// Volumes of the CAD that the mesh of the run misses on the smooth surface, too.
+    /// Volumes of the CAD that the mesh of the run misses on the smooth surface as well.
     fn missed_volumes(&self, scene: &Scene, found: &Smoothed) -> Vec<SourceVolume> {
         let of = |mesh: &TetMesh, volume: &SourceVolume| match &volume.region {
             None => Some(mesh.volume()),
@@ -279,7 +281,7 @@ impl EnrichedScene {
         scene.body.volumes.iter().filter(is_missed).cloned().collect()
     }
 
-    /// This space with wider regions: they hold all nodes of the cells that have a node in them.
+    /// The enriched scene with wider regions, which hold all nodes of the cells that have a node in them; `None` if it cannot be built.
     pub fn with_wider_regions(&self, scene: &Scene, names: &[String]) -> Option<Self> {
         let mut map = self.map.clone();
         for name in names {
@@ -335,8 +337,8 @@ impl EnrichedScene {
         }
     }
 
-    /// A state of another space on the same cells. Constraints that hold more of them or fewer group them in another way: a pressure is that of the other space in
-    /// the same corner of a cell.
+    /// The state of another space on the same cells, transferred to this one. Constraints that hold more or fewer cells group them differently: each pressure
+    /// is taken from the other space at the same corner of a cell.
     pub fn taken(&self, other: &Self, state: &State) -> State {
         let mut first = 3 * self.scene.points.len();
         let mut x = state.x[..first].to_vec();
@@ -348,20 +350,20 @@ impl EnrichedScene {
             x.extend(pressures);
             first += known.places.len();
         }
-        // The multipliers of contact
+        // The multipliers of contact follow
         x.extend_from_slice(&state.x[first..]);
         State { x, ..state.clone() }
     }
 
-    /// The columns at a state of the enriched space, as they are before the first step: without reactions.
+    /// The columns at a state of the enriched space as before the first step, without reactions.
     pub fn row_at(&self, state: &State, memory: &[f64]) -> Vec<f64> {
         let mut memory = memory.to_vec();
         self.scene.remember(state, &mut memory);
         self.scene.record(state, None, &vec![0.0; state.x.len()], Energies::default(), 0, &memory)
     }
 
-    /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, maybe on another surface; none
-    /// where it finds none. Counts its factorisations.
+    /// The columns at the equilibrium that Newton's method finds from a state of the enriched space, possibly on another surface; `None` if it finds none.
+    /// Adds to the number of factorisations.
     pub fn columns_from(&self, start: &State, memory: &[f64], factorisations: &mut usize) -> Option<Vec<f64>> {
         let scene = &self.scene;
         let mut start = start.clone();
@@ -385,7 +387,7 @@ impl EnrichedScene {
         solver
     }
 
-    /// The whole protocol.
+    /// Runs the whole protocol.
     ///
     /// # Errors
     ///
@@ -400,12 +402,12 @@ impl EnrichedScene {
         }
     }
 
-    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to. Where it may have jumped to another branch in
-    /// long steps, they are halved.
+    /// The solution at the time of `start`, found by running the protocol from its beginning, on the branch to which the loads lead. If the run may have
+    /// jumped to another branch, its steps are halved.
     ///
     /// # Errors
     ///
-    /// Where the enriched mesh has no solution, or one on a branch that is not decided.
+    /// Where the enriched mesh has no solution, or one on an undecided branch.
     pub fn run_until(&mut self, of_run: &Run, start: State) -> Result<Solved, EstimateError> {
         let t = start.t;
         let mut spans = self.scene.spans.clone();
@@ -430,7 +432,7 @@ impl EnrichedScene {
         Err(EstimateError::Unstable { t })
     }
 
-    /// The run in these stages, and its last state.
+    /// The run with these stages, and its last state.
     fn run_in(&mut self, spans: Vec<TimeSpan>) -> (Run, Option<State>) {
         let whole = std::mem::replace(&mut self.scene.spans, spans);
         let mut end = None;
@@ -441,8 +443,7 @@ impl EnrichedScene {
         (run, end)
     }
 
-    /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
-    /// on the enriched mesh.
+    /// A state of the run in the enriched space: the same displacements and pressures as functions, with the prescribed values of the enriched mesh.
     pub fn prolong(&self, from: &Scene, kept: &Kept) -> State {
         let mut state = self.interpolate(from, kept);
         self.prescribe(&mut state);
@@ -452,7 +453,7 @@ impl EnrichedScene {
         state
     }
 
-    /// The same displacements and pressures as functions alone: before its first step a static run has no prescribed values.
+    /// The displacements and pressures of a state as functions in the enriched space, without prescribed values: a static run has none before its first step.
     pub fn interpolate(&self, from: &Scene, kept: &Kept) -> State {
         let Self { scene, map, .. } = self;
         let displacements = 3 * from.points.len();
@@ -461,7 +462,7 @@ impl EnrichedScene {
         x.extend_from_slice(&kept.x[of_mesh..displacements]);
         x.extend(self.pressures(from, &kept.x[displacements..]));
         let rest = scene.system.rest();
-        // The multipliers of contact, at other points than in the run, begin at zero
+        // The multipliers of contact, at points that differ from those of the run, start from zero
         x.resize(rest.x.len(), 0.0);
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
         State { t: kept.t, x, lambda, inputs, ..rest }
@@ -473,17 +474,17 @@ impl EnrichedScene {
         }
     }
 
-    /// Its scene where it has the cells of the run, raised: the corners of both have the same numbers.
+    /// The scene, if its cells are the raised cells of the run: the corners of both have the same numbers.
     pub fn raised(&self) -> Option<&Scene> {
         (self.enrichment == Enrichment::Raise).then_some(&self.scene)
     }
 
-    /// \[cells of the enriched mesh\] the cell of the run that each is a part of
+    /// Cell of the run of which each cell is a part \[cells of the enriched mesh\]
     pub fn parents(&self) -> &[u32] {
         &self.map.parents
     }
 
-    /// The hosts of the pressures of every mixed effect, in the order of the unknowns, and whether the run has them too.
+    /// The hosts of the pressures of each mixed effect, in the order of the unknowns, and whether the effect is mixed in the run too.
     fn pressures_by_effect(&self) -> impl Iterator<Item = (PressureHosts, bool)> {
         let hosts = |(effect, of_run): (&EffectSpec, &bool)| match effect {
             EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed() => {
@@ -499,8 +500,8 @@ impl EnrichedScene {
         self.pressures_by_effect().flat_map(|(hosts, _)| hosts.nodes().collect::<Vec<_>>())
     }
 
-    /// The entries of P, the map of the unknowns of the run into the enriched space: (enriched unknown, enriched unknown at the same node
-    /// of the run, weight).
+    /// Calls `each` with every entry of P, the map of the unknowns of the run into the enriched space: (enriched unknown, enriched unknown at the same node of
+    /// the run, weight).
     pub fn for_each_weight(&self, mut each: impl FnMut(usize, usize, f64)) {
         for (node, weights) in self.map.weights.iter().enumerate() {
             for (of_run, weight) in weights {
@@ -521,7 +522,7 @@ impl EnrichedScene {
         }
     }
 
-    /// Solves the equations of the pressures at fixed displacements, which are linear: −K_pp is a mass matrix over the bulk modulus.
+    /// Solves the equations of the pressures at fixed displacements, which are linear: −K_pp is a mass matrix divided by the bulk modulus.
     fn relax_pressures(&self, state: &mut State) {
         let system = &self.scene.system;
         let step = Step { system, integrator: Integrator::Static, past: &state.clone(), dt: 1.0 };
@@ -530,7 +531,7 @@ impl EnrichedScene {
             return;
         }
         let first = system.dofs.displacements;
-        // Without the multipliers of contact, which are behind them
+        // Without the multipliers of contact, which come after them
         let pressures = first..first + self.pressure_nodes().count() as u32;
         let of: Vec<usize> =
             (0..system.dofs.free.len()).filter(|&k| pressures.contains(&system.dofs.free[k])).collect();
@@ -547,8 +548,7 @@ impl EnrichedScene {
         }
     }
 
-    /// Pressures of the mixed effects, which are linear between corners; zero where the run has none. The unknown is p ℓ/μ with the mean
-    /// cell size ℓ.
+    /// Pressures of the mixed effects, which are linear between corners; zero where the run has none. The unknown is p ℓ/μ with the mean cell size ℓ.
     fn pressures(&self, from: &Scene, values: &[f64]) -> Vec<f64> {
         let scale = self.scene.body.mesh.h() / from.body.mesh.h();
         let (mut out, mut first) = (Vec::new(), 0);
@@ -574,8 +574,8 @@ impl EnrichedScene {
         out
     }
 
-    /// \[pressures\] the group of the cells of the run in which each has its place, the first where they are of several: selectors may hold all nodes of a
-    /// cell and not all of its enriched ones.
+    /// The group of cells of the run to which each pressure belongs \[pressures\], the first one if there are several: a selector may hold all nodes of a cell
+    /// but not all of its enriched nodes.
     fn groups_of_run(&self, from: &Scene, region: &str, hosts: &PressureHosts) -> Vec<u32> {
         let mut groups = vec![u32::MAX; hosts.places.len()];
         for (&c, own) in self.scene.regions[region].cells.iter().zip(&hosts.of_cells) {
@@ -592,7 +592,7 @@ mod tests {
     use crate::math::statistics::{larger, smaller};
     use crate::scene::parse_scene;
 
-    /// All solutions in the enriched space end where `stop` is set, those on the smooth surface through curved facets too.
+    /// All solutions in the enriched space end when `stop` is set, also those on the smooth surface through curved facets.
     #[test]
     fn solutions_end_where_they_are_stopped() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
@@ -607,7 +607,8 @@ mod tests {
         }
     }
 
-    /// A wider region that holds whole cells has a group of pressures more. A pressure that is linear in the numbers of the nodes is the same function in both spaces.
+    /// A wider region that holds whole cells adds a group of pressures. A pressure that is linear in the numbers of the nodes is the same function in both
+    /// spaces.
     #[test]
     fn a_state_is_the_same_where_wider_regions_have_other_pressures() {
         let text = "[mesh]\nelement = \"tet4\"\ngrid = { kind = \"box\", size = [\"8 mm\", \"1 mm\", \"1 mm\"], divisions = [4, 1, 1] }\n\
@@ -629,7 +630,8 @@ mod tests {
         assert!(wider.taken(&enriched, &known).x == expected.x && enriched.taken(&wider, &expected).x == known.x);
     }
 
-    /// A path that may have jumped is followed in shorter steps, also where it ended on an unstable branch. Where these come to no end, or to an unstable one, its branch is not decided.
+    /// A path that may have jumped is followed in shorter steps, even if it ended on an unstable branch. If these do not reach the end, or reach an unstable
+    /// state, the branch is not decided.
     #[test]
     fn a_path_that_jumped_to_an_unstable_branch_is_followed_in_shorter_steps() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
@@ -648,8 +650,8 @@ mod tests {
         assert!(matches!(asks(&path, false), Ok(false)));
     }
 
-    /// The smooth surface through the nodes of a hollow sphere has its volume. It is no measure where that of the CAD is another one, or of a solid that it does
-    /// not change.
+    /// The smooth surface through the nodes of a hollow sphere has its volume. It is not a valid measure if the volume of the CAD differs, or belongs to a
+    /// solid that it does not change.
     #[test]
     fn a_smooth_surface_is_that_of_the_volume() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");

@@ -1,34 +1,34 @@
-//! Error of extent: the change of the recorded quantities where regions of nodes whose border runs through cells reach one layer of enriched cells
-//! further. The border of the place is between the two.
+//! Error of extent: the change of the recorded quantities when regions of nodes whose border cuts through cells are widened by one layer of enriched cells.
+//! The true border lies between the two.
 
 use super::enrichment::EnrichedScene;
 use super::kept_state::{Solved, Start};
 use crate::scene::Scene;
 use crate::scene::notes::cut_regions::CutRegions;
 
-/// Bounds of the error of extent over that change: least, likely, most.
+/// Bounds of the error of extent relative to that change: smallest, likely, largest.
 pub(super) const EXTENT: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// The enriched space with wider regions.
 pub(super) struct ExtentSpace {
     cut: CutRegions,
     wider: Option<Wider>,
-    /// Regions whose border runs through cells, and whose change is not known
+    /// Regions whose border cuts through cells and for which the change is not known
     unknown: Vec<String>,
     pub factorisations: usize,
 }
 
-/// The enriched space where regions of nodes reach one layer of cells further.
+/// The enriched space with regions of nodes that are wider by one layer of cells.
 struct Wider {
     enriched: EnrichedScene,
-    /// Names of those regions
+    /// Names of the widened regions
     names: Vec<String>,
     /// Changes of all columns at the start of the run
     start: Vec<f64>,
 }
 
 impl ExtentSpace {
-    /// The extent in a run of `scene`. Without an enriched space and the start in it, as where the run is followed whole, no change is known.
+    /// The extent in a run of `scene`. Without an enriched space and the start in it, for example if the whole protocol is run, no change is known.
     pub fn new(known: Option<(&EnrichedScene, &Start)>, scene: &Scene) -> Self {
         let cut = CutRegions::new(scene);
         let (of_nodes, mut unknown) = cut.of_nodes_and_others(&scene.regions);
@@ -47,8 +47,8 @@ impl ExtentSpace {
         Self { cut, wider, unknown, factorisations: 0 }
     }
 
-    /// The changes of all columns at the start of the run and at a solution in this enriched space; zeros without a wider region. Where the wider ones have no
-    /// equilibrium, their change is not known.
+    /// The changes of all columns at the start of the run and at a solution in this enriched space; zeros without a wider region. If the space with wider
+    /// regions has no equilibrium, the change is not known.
     pub fn changes(&mut self, enriched: &EnrichedScene, solved: &Solved) -> Vec<[f64; 2]> {
         if let Some(wider) = self.wider.take() {
             let from = wider.enriched.taken(enriched, &solved.end);
@@ -63,7 +63,7 @@ impl ExtentSpace {
         vec![[0.0; 2]; solved.values.len()]
     }
 
-    /// The regions on which a column depends, and whose change is not known.
+    /// The regions on which a column depends and for which the change is not known.
     pub fn unknown(&self, column: &str) -> Vec<String> {
         let mut own = self.cut.of(column);
         own.retain(|name| self.unknown.contains(name));

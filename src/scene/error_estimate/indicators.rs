@@ -1,16 +1,17 @@
 //! Cell indicators: where in the mesh of the run the change J⁺ − J of a quantity comes from (dual-weighted residual).
 //!
-//! With the residual r of the enriched equations at the prolonged state of the run P u, and the adjoint solution z, μ of the quantity
-//! ([`crate::solve::adjoints`]) at the mean of P u and the enriched solution u⁺,
+//! Let r be the residual of the enriched equations at the prolonged state P u of the run, and z, μ the adjoint solution of the quantity
+//! ([`crate::solve::adjoints`]) at the mean of P u and the enriched solution u⁺. Then
 //!
 //! ```text
 //! J⁺ − J = Σ_i (φ − P I φ)_i r_i + remainder,   φ = −z at free dofs, the weight of the reaction at prescribed ones,
 //! ```
 //!
-//! where I takes the values at the nodes of the run: Galerkin's equations of the run make P I φ orthogonal to r, up to other quadrature
-//! points and another formulation, whose part stays with the nodes of the run. The share of a node is spread over the cells around it by their volume, a partition of unity (Richter & Wick, *J. Comput. Appl. Math.* 279 (2015) 192–208), and
-//! from a cell to the cell of the run that it is a part of. The tangent at the mean state leaves an error of third order in u⁺ − P u
-//! ([`CellErrors::remainder`], with what the guides of cables, whose weights depend on the mesh, and other quadrature points change).
+//! where I takes the values at the nodes of the run. By Galerkin orthogonality P I φ is orthogonal to r, except for other quadrature points and another
+//! formulation, whose contribution stays with the nodes of the run. The share of a node is spread over the cells around it by their volume, a partition of
+//! unity (Richter & Wick, *J. Comput. Appl. Math.* 279 (2015) 192–208), and from a cell to the cell of the run of which it is a part. The tangent at the mean
+//! state leaves an error of third order in u⁺ − P u ([`CellErrors::remainder`], which also contains the changes due to the guides of cables, whose weights
+//! depend on the mesh, and to other quadrature points).
 //!
 //! Source: Becker & Rannacher, *Acta Numerica* 10 (2001) 1–102, Sections 2 and 3.
 
@@ -26,15 +27,15 @@ use crate::system::{Dofs, Gradient, State, Want};
 pub struct CellErrors {
     /// Recorded column
     pub column: String,
-    /// \[cells of the run\] signed shares \[unit of J\]
+    /// Signed shares \[cells of the run\] \[unit of J\]
     pub signed: Vec<f64>,
-    /// \[cells of the run\] the same of the magnitudes at the nodes, which do not cancel: what refinement can gain \[unit of J\]
+    /// Shares of the magnitudes at the nodes, which do not cancel: the gain that refinement can achieve \[cells of the run\] \[unit of J\]
     pub size: Vec<f64>,
-    /// J⁺ − J without the sum of the signed shares \[unit of J\]
+    /// J⁺ − J minus the sum of the signed shares \[unit of J\]
     pub remainder: f64,
 }
 
-/// The shares for columns (index among all, name, J of the run).
+/// The shares of the cells for columns, each given by its index among all, its name, and J of the run.
 pub(super) fn localise(
     enriched: &EnrichedScene,
     solved: &Solved,
@@ -78,7 +79,7 @@ pub(super) fn localise(
     Ok(columns.iter().zip(&wanted).zip(&dual).map(shares).collect())
 }
 
-/// Gradients of all recorded columns at a state, of those that have one there.
+/// Gradients of all recorded columns at a state; `None` for columns that have none there.
 pub(super) fn gradients(scene: &Scene, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
     let of = |(r, memory): (&dyn Recorder, &[f64])| {
         let mut own = r.gradients(&scene.body, state, memory);
@@ -89,12 +90,12 @@ pub(super) fn gradients(scene: &Scene, state: &State, memory: &[f64]) -> Vec<Opt
     std::iter::once(None).chain(scene.with_memories(memory).flat_map(of)).collect()
 }
 
-/// The way from shares of the enriched unknowns to those of the cells of the run.
+/// Map from shares of the enriched unknowns to shares of the cells of the run.
 struct Spread<'a> {
     enriched: &'a EnrichedScene,
-    /// \[nodes of the enriched mesh\] volume of the cells around \[m³\]
+    /// Volume of the cells around each node \[nodes of the enriched mesh\] \[m³\]
     around: Vec<f64>,
-    /// \[cells of the enriched mesh\] \[m³\]
+    /// Volumes \[cells of the enriched mesh\] \[m³\]
     volumes: Vec<f64>,
 }
 
@@ -109,7 +110,7 @@ impl<'a> Spread<'a> {
         Self { enriched, around, volumes }
     }
 
-    /// Signed shares and sizes \[cells of the run\] of shares of the unknowns; what belongs to no node of the mesh is left out.
+    /// Signed shares and magnitudes \[cells of the run\] from shares of the unknowns; unknowns that belong to no node of the mesh are left out.
     fn over_cells(&self, of_unknowns: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (mesh, parents) = (&self.enriched.scene.body.mesh, self.enriched.parents());
         let nodes = mesh.points.len();

@@ -3,7 +3,7 @@
 use crate::math::signal::Known;
 use crate::system::State;
 
-/// The part of a state that a static solution depends on.
+/// The part of a state on which a static solution depends.
 pub(super) struct Kept {
     pub t: f64,
     pub x: Vec<f64>,
@@ -20,12 +20,12 @@ impl Kept {
 
 /// The solution in the enriched space at one time.
 pub(super) struct Solved {
-    /// The state of the run as functions of the enriched space
+    /// State of the run as functions in the enriched space
     pub start: State,
     pub end: State,
-    /// Columns at the end
+    /// Columns at the solution
     pub values: Vec<f64>,
-    /// Numbers that the recorders keep there
+    /// Memory of the recorders there
     pub memory: Vec<f64>,
     pub factorisations: usize,
 }
@@ -33,8 +33,8 @@ pub(super) struct Solved {
 /// The start of a run in the enriched space.
 pub(super) struct Start<'a> {
     pub state: State,
-    /// Columns there
+    /// Columns at the start
     pub row: Vec<f64>,
-    /// Numbers that the recorders of the run keep there
+    /// Memory of the recorders of the run at the start
     pub memory: &'a [f64],
 }

@@ -1,27 +1,27 @@
 //! Discretisation error of recorded quantities, estimated from one run.
 //!
-//! At the time at which a quantity departs most from its start, the equilibrium is solved again in an enriched space that contains the
-//! space of the run (hierarchical or two-level estimate: R. E. Bank & R. K. Smith, *SIAM J. Numer. Anal.* 30 (1993) 921–935). The
-//! change e = J⁺ − J is the part of the error that the enrichment sees. If the error of J falls with the q-th power of h, then
+//! At the time at which a quantity departs most from its start, the equilibrium is solved again in an enriched space that contains the space of the run
+//! (hierarchical or two-level estimate: R. E. Bank & R. K. Smith, *SIAM J. Numer. Anal.* 30 (1993) 921–935). The change e = J⁺ − J is the part of the error
+//! that the enrichment resolves. If the error of J falls with the q-th power of h, then
 //!
 //! ```text
 //! J_exact − J = c e,   c = 1/(1 − 2^{-q})                  each cell split into eight
 //! J_exact − J = c e,   1/(1 + ϱ) ≤ c ≤ 1/(1 − ϱ)           linear cells raised to quadratic ones, ϱ the share of the error that stays
 //! ```
 //!
-//! Where the state depends on the path (inertia, viscosity, friction, contact of deformable surfaces) the whole protocol is run in the
-//! enriched space. J is the extreme then, and e its change: each run has it at a time of its own.
+//! If the state depends on the path (inertia, viscosity, friction, contact of deformable surfaces), the whole protocol is run in the enriched space. J is then
+//! the extreme and e its change; each run has its extreme at its own time.
 //!
-//! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/estimates/error_estimate.rs` compares them with the truth.
+//! The order q is not known from one run: [`Enrichment::factors`] gives bounds of c. `tests/estimates/error_estimate.rs` compares them with true errors.
 //!
-//! Both spaces are on the facets of the mesh. Where these cut a curved boundary, the enriched equilibrium is solved once more with its new
-//! boundary nodes on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); the change g is the error of
-//! geometry, J_exact − J = c e + γ g. A region of nodes whose border runs through cells adds δ x, with the change x where it reaches a layer of enriched
-//! cells further.
+//! Both spaces lie on the facets of the mesh. Where these cut off a curved boundary, the enriched equilibrium is solved once more with its new boundary nodes
+//! on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); with the change g the error gains a geometry term,
+//! J_exact − J = c e + γ g. A region of nodes whose border cuts through cells adds δ x, where x is the change when it is widened by one layer of enriched
+//! cells.
 //!
-//! An enriched equilibrium on another branch than that of the run gives no estimate.
+//! An enriched equilibrium on a branch other than that of the run gives no estimate.
 //!
-//! Limit: the time step stays, so its error is not seen.
+//! Limit: the time step does not change, so that its error is not included.
 
 mod enrichment;
 mod extent;
@@ -62,26 +62,26 @@ use unresolved::unresolved_columns;
 pub struct QuantityError {
     /// Recorded column
     pub column: String,
-    /// Time of the extreme of the run, the largest departure from the start, of which the error is estimated \[s\]
+    /// Time of the extreme of the run, the largest departure from the start, whose error is estimated \[s\]
     pub t: f64,
-    /// J of the run there
+    /// J of the run at that time
     pub value: f64,
     /// J of the first row of the run
     pub start: f64,
-    /// J⁺ of the enriched space: at that time, or where the protocol is run whole, the extreme on the same side of the start, whenever it is
+    /// J⁺ of the enriched space: at that time, or, if the whole protocol is run, the extreme on the same side of the start at any time
     pub enriched: f64,
-    /// c e with the least, the likely and the largest c
+    /// c e with the smallest, the likely and the largest c
     pub discretisation: [f64; 3],
-    /// The error by facets that cut a curved boundary; none where it is not estimated
+    /// Error due to facets that cut off a curved boundary; `None` if it is not estimated
     pub geometry: Option<GeometryError>,
-    /// The change where regions of nodes whose border runs through cells reach one layer of cells further; 0 without such a region
+    /// Change when regions of nodes whose border cuts through cells are widened by one layer of cells; 0 without such a region
     pub extent: f64,
-    /// Regions on which it depends and whose border runs through cells: the bar does not contain the error of their extent
+    /// Regions on which the quantity depends and whose border cuts through cells: the bar does not contain the error of their extent
     pub cut_regions: Vec<String>,
-    /// Contacts that end within their region: their border is found by points, in the enriched space too, and the bar may be several times too small
+    /// Contacts that end within their region: their border is resolved only by points, also in the enriched space, and the bar may be several times too small
     pub contacts: Vec<String>,
-    /// Whether it is one of a place in a cell that has a singular edge, or a force on a patch smaller than it, which the cell does not resolve: the bar may be several
-    /// times too small
+    /// Whether the quantity belongs to a place in a cell with a singular edge, or with a force on a patch smaller than the cell, neither of which the cell
+    /// resolves: the bar may be several times too small
     pub unresolved: bool,
     /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
@@ -89,7 +89,7 @@ pub struct QuantityError {
     pub uncertainty: f64,
     /// Largest |J_exact − J| within the bounds
     pub bar: f64,
-    /// Bounds of the largest departure from the start: what changes in the first value too, as the mean of a region of nodes does, is no part of its error
+    /// Bounds of the largest departure from the start; errors that also change the first value, such as those of the mean of a region of nodes, do not count
     pub departure: ErrorBounds,
 }
 
@@ -98,14 +98,14 @@ pub struct QuantityError {
 pub struct ErrorBounds {
     /// Likely J_exact − J
     pub correction: f64,
-    /// Largest distance of the bounds of J_exact − J from it
+    /// Largest distance of the bounds of J_exact − J from `correction`
     pub uncertainty: f64,
     /// Largest |J_exact − J| within the bounds
     pub bar: f64,
 }
 
 impl ErrorBounds {
-    /// From the least, the likely and the largest error of discretisation, and the changes by geometry and by extent.
+    /// Combines the smallest, the likely and the largest discretisation error with the changes by geometry and by extent.
     fn new(discretisation: [f64; 3], geometry: f64, extent: f64) -> Self {
         let ends = |of: [f64; 3]| (of[0].min(of[2]), of[0].max(of[2]));
         let ((mut low, mut high), mut correction) = (ends(discretisation), discretisation[1]);
@@ -119,14 +119,15 @@ impl ErrorBounds {
 }
 
 impl QuantityError {
-    /// The parts of the error that are missing in the bar, in words; none where it is whole.
+    /// The parts of the error that the bar lacks, in words; `None` if it is complete.
     pub fn lacks(&self) -> Option<String> {
         let facets = self.geometry.is_none().then(|| "curved facets".to_string());
         let parts: Vec<String> = facets.into_iter().chain(self.parts_on_facets()).collect();
         (!parts.is_empty()).then(|| all(&parts))
     }
 
-    /// The same of the body that the facets of the mesh enclose, whose facets are no error.
+    /// The parts of the error that the bar lacks, in words, for the body that the facets of the mesh enclose, so that its facets are not an error; `None` if
+    /// it is complete.
     pub fn lacks_on_facets(&self) -> Option<String> {
         let parts: Vec<String> = self.parts_on_facets().collect();
         (!parts.is_empty()).then(|| all(&parts))
@@ -140,60 +141,61 @@ impl QuantityError {
     }
 }
 
-/// Errors of quantities of a run, and what it cost to find them.
+/// Errors of quantities of a run, and the cost of finding them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorEstimate {
     pub enrichment: Enrichment,
-    /// Whether the whole protocol was run in the enriched space, since the state depends on the path
+    /// Whether the whole protocol was run in the enriched space because the state depends on the path
     pub whole_run: bool,
     pub quantities: Vec<QuantityError>,
-    /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
+    /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of this surface
     pub missed_volumes: Vec<SourceVolume>,
-    /// Angle at which flat sides of one width meet in a row about one axis \[rad\]: a prism has no other surface, and of a round body no bar contains its error
+    /// Angle between consecutive flat sides of equal width about one axis \[rad\]: a prism has no other surface, but for a round body no bar contains the
+    /// error of its surface
     pub angle_in_row: Option<f64>,
-    /// Shares of the cells, one for each of the quantities, where they were asked for
+    /// Shares of the cells, one entry for each quantity, if they were requested
     pub cells: Vec<CellErrors>,
-    /// Equations of the enriched space
+    /// Number of equations of the enriched space
     pub dofs: usize,
-    /// Times at which the enriched space was solved
+    /// Number of times at which the enriched space was solved
     pub solves: usize,
     pub factorisations: usize,
     pub spent: Spent,
 }
 
-/// Estimates errors of a run: it follows the states of the run, and solves in the enriched space afterwards.
+/// Estimates errors of a run: it collects the states of the run, and solves in the enriched space afterwards.
 pub struct ErrorEstimator<'a> {
     scene: &'a Scene,
     enrichment: Enrichment,
-    /// The states depend on the path.
+    /// Whether the states depend on the path.
     whole_run: bool,
-    /// A held face ends at a re-entrant edge.
+    /// Whether a held face ends at a re-entrant edge.
     glued: bool,
-    /// The errors whose shares of the cells are found, too
+    /// The errors for which the shares of the cells are found as well
     localised: Localised<'a>,
     states: Vec<Kept>,
-    /// Set to stop the solutions in the enriched space
+    /// Flag that stops the solutions in the enriched space
     stop: Option<Arc<AtomicBool>>,
 }
 
-/// Whether the shares of the cells in an error are found.
+/// Whether the shares of the cells in an error are to be found.
 type Localised<'a> = Box<dyn Fn(&QuantityError) -> bool + 'a>;
 
 impl<'a> ErrorEstimator<'a> {
-    /// An estimator for a run of this scene; an error where the scene has no estimate.
+    /// An estimator for a run of this scene, with the usual enrichment for its cells.
     ///
     /// # Errors
     ///
-    /// Where the scene has no estimate: the part that has none.
+    /// Where the scene has no estimate, with the part that prevents it.
     pub fn new(scene: &'a Scene) -> Result<Self, EstimateError> {
         Self::with(scene, Enrichment::usual(scene.body.mesh.order))
     }
 
-    /// The same in this enriched space.
+    /// An estimator for a run of this scene with the given enrichment.
     ///
     /// # Errors
     ///
-    /// Those of [`ErrorEstimator::new`].
+    /// Fails as [`ErrorEstimator::new`] does.
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
         let whole_run = refusal::path_dependence(scene).is_some();
@@ -201,7 +203,7 @@ impl<'a> ErrorEstimator<'a> {
         Ok(Self { scene, enrichment, whole_run, glued, localised, states: Vec::new(), stop: None })
     }
 
-    /// Shares of the cells in addition, by an adjoint solution of every quantity.
+    /// Finds the shares of the cells as well, by an adjoint solution for every quantity.
     ///
     /// # Errors
     ///
@@ -210,7 +212,7 @@ impl<'a> ErrorEstimator<'a> {
         self.localised_where(|_| true)
     }
 
-    /// The same only for errors that `wanted` accepts: an adjoint solution costs as much as the estimate.
+    /// Finds the shares of the cells as well, but only for errors that `wanted` accepts: an adjoint solution costs as much as the estimate.
     ///
     /// # Errors
     ///
@@ -220,26 +222,26 @@ impl<'a> ErrorEstimator<'a> {
         Ok(Self { localised: Box::new(wanted), ..self })
     }
 
-    /// The same with solutions in the enriched space that end where `stop` is set: there is no estimate then.
+    /// Ends the solutions in the enriched space when `stop` is set; there is then no estimate.
     pub fn stopped_by(self, stop: Arc<AtomicBool>) -> Self {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
+    /// Takes a state on the time grid; to be passed as the [`on_state`](super::RunOptions::on_state) of the run.
     pub fn add(&mut self, state: &State) {
         if !self.whole_run {
             self.states.push(Kept::new(state));
         }
     }
 
-    /// Errors of these columns of the run, or of all that have one.
+    /// Estimates the errors of these columns of the run, or of all columns that have an estimate if none are given.
     ///
     /// # Errors
     ///
     /// Where the states are not those of this run, a column has no estimate, or the enriched problem has no solution.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let found = self.estimate_whole(run, columns);
-        // A solution that was stopped may look like one that does not exist
+        // A solution that was stopped can look like one that does not exist
         let stopped = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
         if stopped { Err(EstimateError::Stopped) } else { found }
     }
@@ -325,7 +327,7 @@ impl<'a> ErrorEstimator<'a> {
         })
     }
 
-    /// The errors of columns, by the rows of their extremes, where the protocol is run whole in the enriched space; with the factorisations.
+    /// The errors of columns, given the rows of their extremes, if the whole protocol is run in the enriched space; with the number of factorisations.
     fn of_whole_run(
         &self,
         enriched: &EnrichedScene,
@@ -350,17 +352,17 @@ impl<'a> ErrorEstimator<'a> {
     ///
     /// # Errors
     ///
-    /// The first of them that is not recorded or has no estimate.
+    /// Where a column is not recorded or has no estimate; the error names the first such column.
     pub fn check_columns(&self, names: &[String]) -> Result<(), EstimateError> {
         self.columns(&self.scene.columns(), names).map(|_| ())
     }
 
-    /// The columns that have an estimate: those with a derivative by the state.
+    /// The columns that have an estimate: those with a derivative with respect to the state.
     pub fn estimated_columns(&self) -> Vec<String> {
         self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
     }
 
-    /// Indices of the named columns among `all`; of those that have an estimate where none is named.
+    /// Indices of the named columns among `all`; without names, of all columns that have an estimate.
     fn columns(&self, all: &[String], names: &[String]) -> Result<Vec<usize>, EstimateError> {
         let estimated = self.estimated_columns();
         let names = if names.is_empty() { &estimated } else { names };
@@ -371,8 +373,8 @@ impl<'a> ErrorEstimator<'a> {
         names.iter().map(index).collect()
     }
 
-    /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, where it does not
-    /// converge from there, or meets an indefinite tangent and may leave the branch of the run, by the protocol up to that time.
+    /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, if it does not converge from there or
+    /// finds an indefinite tangent and may leave the branch of the run, by running the protocol up to that time.
     fn solve(&self, enriched: &mut EnrichedScene, run: &Run, row: usize) -> Result<Solved, EstimateError> {
         let past = enriched.prolong(self.scene, &self.states[row]);
         let scene = &enriched.scene;
@@ -389,7 +391,7 @@ impl<'a> ErrorEstimator<'a> {
         Ok(Solved { start: past, end: next, values, memory, factorisations: solver.linear.factor.count })
     }
 
-    /// The error of a column at a row, from its value there and at the start in the enriched space, and from the changes by extent there and at the start.
+    /// The error of a column at a row, from its values there and at the start in the enriched space, and from the changes by extent there and at the start.
     fn error(
         &self,
         (run, row): (&Run, usize),
@@ -427,8 +429,8 @@ impl<'a> ErrorEstimator<'a> {
     }
 }
 
-/// The time and the value of the extreme of a column in the enriched run, on the side of the first value on which it is in the run. Where it is never there, the first
-/// value is the extreme of that side.
+/// The time and value of the extreme of a column in the enriched run, on the same side of the first value as in the run. If it never departs to that side, the
+/// first value is the extreme.
 fn extreme_of(fine: &[Vec<f64>], of_run: &[Vec<f64>], column: usize) -> (f64, f64) {
     let values = || fine.iter().map(|row| row[column]);
     let found = match extreme(of_run.iter().map(|row| row[column])).map_or(ExtremeKind::Constant, |own| own.kind) {
@@ -443,7 +445,7 @@ fn extreme_of(fine: &[Vec<f64>], of_run: &[Vec<f64>], column: usize) -> (f64, f6
 mod tests {
     use super::*;
 
-    /// A wave that arrives later in the enriched run has its extreme there, on the same side.
+    /// A wave that arrives later in the enriched run has its extreme later there, on the same side.
     #[test]
     fn extremes_are_those_of_each_run_on_one_side() {
         let rows =

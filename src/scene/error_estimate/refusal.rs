@@ -1,4 +1,4 @@
-//! Scenes and quantities that have no estimate from one run, with the reason and the remedy.
+//! Scenes and quantities for which one run gives no estimate, with the reason and the remedy.
 
 use crate::scene::error::hint;
 use crate::scene::{Scene, SceneError};
@@ -56,7 +56,7 @@ pub enum EstimateError {
     Stopped,
 }
 
-/// Refuses a scene that has no error, or whose states have no counterparts in the enriched space.
+/// Refuses a scene that has no discretisation error, or whose states have no counterparts in the enriched space.
 pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     let by_arc_length = |span: &TimeSpan| matches!(span.integrator, Integrator::ArcLength { .. });
     if let Some(k) = scene.spans.iter().position(by_arc_length) {
@@ -71,8 +71,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), EstimateError> {
     }
 }
 
-/// The first part of a scene by which its states depend on the path and on the time steps, if there is one; without it they are functions
-/// of the loads at the same time.
+/// The first part of a scene that makes its states depend on the path and on the time steps, if there is one; without such a part they are functions of the
+/// loads at the same time.
 pub fn path_dependence(scene: &Scene) -> Option<String> {
     let is_static = |span: &TimeSpan| matches!(span.integrator, Integrator::Static | Integrator::ArcLength { .. });
     if let Some((k, span)) = scene.spans.iter().enumerate().find(|(_, span)| !is_static(span)) {

@@ -1,9 +1,9 @@
 //! Edges of the body at which displacements are singular.
 //!
-//! Displacements near an edge go with r^λ (M. L. Williams, *J. Appl. Mech.* 19 (1952) 526–528): λ is down to about 0.3 where a held face meets a free one at a
-//! re-entrant edge, ½ where a held face ends on a flat one or the tip of a crack is, 0.54 at a free edge of 270°, and 0.6 (ν = ½) to 0.71 (ν = 0.3) where a clamped
-//! face meets a free one at a right angle. Quantities of the whole body converge with an order of 2λ. Within a cell at the edge a displacement grows with r instead:
-//! the cell does not show those nearer to the edge than its size.
+//! Displacements near an edge vary as r^λ (M. L. Williams, *J. Appl. Mech.* 19 (1952) 526–528). λ is as small as about 0.3 where a held face and a free one
+//! form a re-entrant edge, ½ where a held face ends on a flat one and at the tip of a crack, 0.54 at a free edge of 270°, and 0.6 (ν = ½) to 0.71 (ν = 0.3)
+//! where a clamped face and a free one form a right angle. Quantities of the whole body converge with an order of 2λ. Within a cell at the edge, however, a
+//! displacement is linear in r: the cell does not resolve displacements nearer to the edge than its size.
 
 use crate::mesh::Region;
 use crate::mesh::boundary::boundary_facets;
@@ -13,33 +13,34 @@ use crate::scene::spec::ConstraintSpec;
 use std::collections::{BTreeSet, HashMap};
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_4, PI};
 
-/// Least turn beyond flat \[rad\] of a glued edge.
+/// Smallest inner angle beyond 180° of a glued edge \[rad\].
 const LEAST_GLUED: f64 = 0.1;
-/// Least turn beyond flat \[rad\] of a singular edge between a clamped face and a free one: from 75° on λ is 0.8 or less.
+/// Smallest inner angle beyond 180° of a singular edge between a clamped face and a free one \[rad\]: from 75° on, λ is 0.8 or less.
 const LEAST_CLAMPED: f64 = -7.0 / 12.0 * PI;
-/// The same between faces that are held along other axes, where λ is below about 0.6. A plane of symmetry that meets a free or a clamped face at a right angle is
-/// not singular.
+/// Smallest inner angle beyond 180° of a singular edge between faces that are held along different axes \[rad\], where λ is below about 0.6. A plane of
+/// symmetry at a right angle to a free or a clamped face is not singular.
 const LEAST_BORDER: f64 = -FRAC_PI_4;
-/// The same between faces that are held alike. Facets of a coarse concave surface are below it.
+/// Smallest inner angle beyond 180° of a singular edge between faces that are held along the same axes \[rad\]. Edges between facets of a coarse concave
+/// surface are below it.
 const LEAST_ALIKE: f64 = FRAC_PI_3;
-/// Turn beyond flat from which an edge is the tip of a crack, whose two faces lie on each other \[rad\].
+/// Inner angle beyond 180° from which an edge is the tip of a crack, whose two faces coincide \[rad\].
 const CRACK: f64 = 3.1;
-/// Share of the square of a direction along held axes from which it is held.
+/// Smallest sum of the squared components of a direction along held axes with which the direction counts as held.
 const HELD: f64 = 0.99;
 
 /// An edge of the boundary at which displacements are singular.
 struct SingularEdge {
     corners: [u32; 2],
-    /// Re-entrant, with a face that is held along an axis on one side, and one that is not on the other
+    /// Whether the edge is re-entrant and its two faces are held along different axes
     glued: bool,
 }
 
 /// The axes along which constraints hold the facets of a mesh.
 struct Held<'a> {
     scene: &'a Scene,
-    /// Facets of regions → the axes
+    /// Facets of regions → held axes
     facets: HashMap<u32, [bool; 3]>,
-    /// Nodes of regions that are not given by facets → the axes
+    /// Nodes of regions that are not given by facets → held axes
     nodes: HashMap<u32, [bool; 3]>,
 }
 
@@ -58,8 +59,8 @@ impl<'a> Held<'a> {
         Self { scene, facets, nodes }
     }
 
-    /// The axes along which a facet is held: by a region of facets with it, or by regions with all its nodes. A free facet in a corner may have three corners on
-    /// held faces, but then not all nodes between them.
+    /// The axes along which a facet is held: by a region of facets that contains it, or by regions that contain all its nodes. A free facet in a corner may
+    /// have three corners on held faces, but then not all nodes between them.
     fn along(&self, facet: u32) -> [bool; 3] {
         let of = |all: &HashMap<u32, [bool; 3]>, k: &u32| all.get(k).copied().unwrap_or_default();
         let own = of(&self.facets, &facet);
@@ -67,7 +68,7 @@ impl<'a> Held<'a> {
         [0, 1, 2].map(|axis| own[axis] || nodes.iter().all(|node| of(&self.nodes, node)[axis]))
     }
 
-    /// The number of directions across an edge along which a facet does not move if it is held along these axes.
+    /// The number of directions perpendicular to an edge in which a facet is fixed if it is held along these axes.
     fn across(&self, [start, end]: [u32; 2], held: [bool; 3]) -> usize {
         let points = &self.scene.body.mesh.points;
         let edge = (points[end as usize] - points[start as usize]).normalize();
@@ -76,7 +77,7 @@ impl<'a> Held<'a> {
     }
 }
 
-/// All of them. Of linear cells whether a facet is held shows on the mesh with nodes between their corners.
+/// All singular edges of a scene. With linear cells, whether a facet is held can only be seen on the mesh with nodes between their corners.
 fn singular_edges(scene: &Scene) -> Vec<SingularEdge> {
     let mesh = &scene.body.mesh;
     let held = Held::new(scene);
@@ -106,7 +107,7 @@ fn singular_edges(scene: &Scene) -> Vec<SingularEdge> {
     found
 }
 
-/// The inner angle of the body at an edge of two facets, beyond 180° \[rad\].
+/// The inner angle of the body at the edge of two facets, minus 180° \[rad\].
 fn turn(scene: &Scene, edge: [u32; 2], [one, other]: [u32; 2]) -> Option<f64> {
     let mesh = &scene.body.mesh;
     let [start, end] = edge.map(|node| mesh.points[node as usize]);
@@ -122,12 +123,12 @@ fn turn(scene: &Scene, edge: [u32; 2], [one, other]: [u32; 2]) -> Option<f64> {
     Some(if turn < -CRACK { -turn } else { turn })
 }
 
-/// Whether a body has an edge of an inner angle above 180° with a face that is held along an axis on one side, and one that is not on the other.
+/// Whether a body has an edge with an inner angle above 180° between two faces that are held along different axes.
 pub fn has_glued_edge(scene: &Scene) -> bool {
     singular_edges(scene).iter().any(|edge| edge.glued)
 }
 
-/// The corners at which edges end at which displacements are singular.
+/// The corners at the ends of singular edges.
 pub(super) fn singular_corners(scene: &Scene) -> BTreeSet<u32> {
     singular_edges(scene).iter().flat_map(|edge| edge.corners).collect()
 }
@@ -154,7 +155,7 @@ mod tests {
         let plane_strain = "[[constraint]]\nkind = \"fixed\"\nregion = \"body\"\ncomponents = \"z\"\n";
         assert!(of("inner", "") && of("inner", plane_strain));
         assert!(!of("xmax", "") && !of("zmin", "") && !of("xmax", plane_strain));
-        // A node set of one node holds no face, though a surface has its name
+        // A node set of one node does not hold a face, even if a surface has its name
         let mut marked = scene("inner", "");
         let node = marked.body.mesh.facet(marked.regions["inner"].facets[0] as usize)[0];
         let inner = marked.regions.get_mut("inner").expect("a region of the scene");

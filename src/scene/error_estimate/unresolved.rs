@@ -1,7 +1,7 @@
-//! Columns that are the displacement of a place which its cell does not resolve: next to a singular edge, or at a patch through which a force acts and which is
-//! smaller than the cell.
+//! Columns that are the displacement of a place that its cell does not resolve: next to a singular edge, or at a patch smaller than the cell through which a
+//! force acts.
 //!
-//! Under a force on a patch of radius R a displacement goes with 1/R, and with 1/h where the size h of the cell is larger: a smaller cell shows a small part of the
+//! Under a force on a patch of radius R a displacement varies as 1/R, but as 1/h if the cell size h is larger: a smaller cell reveals only a small part of the
 //! difference.
 
 use super::enrichment::EnrichedScene;
@@ -12,7 +12,7 @@ use crate::scene::spec::EffectSpec;
 use crate::system::Dofs;
 use std::collections::BTreeSet;
 
-/// \[columns\] whether a column is the displacement of a place in one such cell, as far as it is not prescribed; `memory`: what recorders keep.
+/// Whether each column is the displacement of a place in such a cell, as far as it is not prescribed \[columns\]; `memory`: the memory of the recorders.
 pub(super) fn unresolved_columns(scene: &Scene, enriched: &EnrichedScene, memory: &[f64]) -> Vec<bool> {
     let mesh = &scene.body.mesh;
     let corners = singular_corners(enriched.raised().unwrap_or(scene));
@@ -34,7 +34,7 @@ pub(super) fn unresolved_columns(scene: &Scene, enriched: &EnrichedScene, memory
     all.iter().map(|own| own.as_ref().is_some_and(|own| own.reaction.is_empty() && is_near(&own.x))).collect()
 }
 
-/// The patches through which forces and cables act: their radii \[m\], and the nodes of the cells that they reach.
+/// The patches through which forces and cables act: their radii \[m\], and the nodes of the cells that they overlap.
 fn patches(scene: &Scene) -> Vec<(f64, BTreeSet<u32>)> {
     let Scene { body, spec, cables, .. } = scene;
     let of_force = |(at, radius)| Some((radius, body.patches.weights(&body.mesh, at, radius).ok()?));

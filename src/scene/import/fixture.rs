@@ -1,25 +1,26 @@
-//! Choice of the nodes at which an imported body is held: a region of the file whose name says so, else a flat end of each component, else its wide end.
+//! Choice of the nodes at which an imported body is held: a region of the file whose name says so, otherwise a flat end of each component, otherwise its wide
+//! end.
 //!
-//! A flat end ends at edges of cells on every mesh; a slab of a body without one ends within cells.
+//! A flat end is bounded by edges of cells on every mesh; a slab of a body without a flat end is bounded within cells.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Parts of names of regions that tell where a robot is held.
+/// Parts of names of regions that suggest where a robot is held.
 const HOLDS: [&str; 10] = ["fix", "root", "base", "held", "clamp", "ground", "bottom", "mount", "encastre", "support"];
-/// Largest share of the nodes that a region may hold to be taken for a fixture.
+/// Largest share of the nodes that a region may hold and still be taken for a fixture.
 const MOST: f64 = 0.5;
-/// Thickness of the slab that is held, as a share of the length of the component.
+/// Thickness of the slab that is held, relative to the length of the component.
 const SLAB: f64 = 0.05;
-/// Share of the size of a component within which facets of a flat end lie in one plane.
+/// Distance, relative to the size of a component, within which facets of a flat end lie in one plane.
 const FLAT: f64 = 1e-5;
-/// Least area of a flat end, as a share of the rectangle around the component in that direction.
+/// Smallest area of a flat end, relative to the rectangle around the component in that direction.
 const LEAST_AREA: f64 = 0.02;
-/// Areas that differ by less than this share are equal \[–\]
+/// Relative difference below which areas are equal \[–\]
 const EQUAL: f64 = 1e-6;
-/// Where an imported body is held.
+/// The part of an imported body that is held.
 pub enum Fixture {
     /// A region of the file
     Region(String),
@@ -27,27 +28,27 @@ pub enum Fixture {
     Slabs(Vec<Slab>),
 }
 
-/// The box that holds one end of a component.
+/// The box that contains the held end of a component.
 pub struct Slab {
-    /// Corners \[m\]
+    /// Lower and upper corner \[m\]
     pub low: Vec3,
     pub high: Vec3,
-    /// The end is one along this axis
+    /// Axis along which the end is one of the two
     pub axis: usize,
-    /// It holds a flat end and nothing else; otherwise the body has none
+    /// Whether the box contains exactly a flat end; otherwise the component has none
     pub flat: bool,
 }
 
 impl Slab {
-    /// Which end of the body it holds: `the larger flat end along z`.
+    /// A name for the end of the body, such as `the larger flat end along z`.
     pub fn end(&self) -> String {
         let kind = if self.flat { "larger flat" } else { "wider" };
         format!("the {kind} end along {}", ["x", "y", "z"][self.axis])
     }
 }
 
-/// A region whose name says that the body is held there and that all components have nodes of, else slabs at ends. `of_cells` are the
-/// components by [`crate::mesh::parts::parts`].
+/// A region whose name suggests that the body is held there and that contains nodes of all components; otherwise slabs at ends. `of_cells` are the components
+/// from [`crate::mesh::parts::parts`].
 pub(in crate::scene) fn fixture(mesh: &TetMesh, of_cells: &[u32]) -> Fixture {
     let mut component = vec![0u32; mesh.points.len()];
     let mut nodes: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -81,7 +82,7 @@ fn corners(mesh: &TetMesh, facet: u32) -> [u32; 3] {
     [nodes[0], nodes[1], nodes[2]]
 }
 
-/// The larger flat end of a component along its longest axis that has one.
+/// The larger flat end of a component along the longest axis that has one.
 fn flat_end(mesh: &TetMesh, facets: &[[u32; 3]], nodes: &[u32]) -> Option<Slab> {
     let (low, high) = bounds(mesh, nodes);
     let size = high - low;
@@ -98,7 +99,7 @@ fn flat_end(mesh: &TetMesh, facets: &[[u32; 3]], nodes: &[u32]) -> Option<Slab> 
         let around = size.product() / size[axis];
         (at_low.max(at_high) > LEAST_AREA * around).then(|| {
             let (mut a, mut b) = with_margin(low, high);
-            // Of ends that differ by rounding alone it is the lower one
+            // Of two ends whose areas differ only by rounding, the lower one is taken
             let at = if at_high > at_low * (1.0 + EQUAL) { high[axis] } else { low[axis] };
             (a[axis], b[axis]) = (at - depth, at + depth);
             Slab { low: a, high: b, axis, flat: true }
@@ -112,13 +113,13 @@ fn bounds(mesh: &TetMesh, nodes: &[u32]) -> (Vec3, Vec3) {
     nodes.iter().map(|i| mesh.points[*i as usize]).fold(start, |(a, b), p| (a.inf(&p), b.sup(&p)))
 }
 
-/// A box that is larger by a margin, against rounding in the text.
+/// The box enlarged by a margin, because its text is rounded.
 fn with_margin(low: Vec3, high: Vec3) -> (Vec3, Vec3) {
     let margin = Vec3::repeat(1e-4 * (high - low).norm());
     (low - margin, high + margin)
 }
 
-/// The end of a component, along its longest axis, that has more nodes: its widest one. At least three nodes that span a plane are in it.
+/// The end of a component along its longest axis that has more nodes, which is its widest one. It contains at least three nodes that span a plane.
 fn slab(mesh: &TetMesh, nodes: &[u32]) -> Slab {
     let at = |i: &u32| mesh.points[*i as usize];
     let (low, high) = bounds(mesh, nodes);
@@ -142,7 +143,7 @@ fn slab(mesh: &TetMesh, nodes: &[u32]) -> Slab {
     }
 }
 
-/// Whether three of the points are on no common line.
+/// Whether the points contain three that do not lie on one line.
 fn spans_a_plane(points: &[Vec3]) -> bool {
     let Some(first) = points.first() else { return false };
     let far = points.iter().max_by(|a, b| (*a - first).norm().total_cmp(&(*b - first).norm())).expect("not empty");
@@ -156,7 +157,7 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::structured::block;
 
-    /// A block is held at one of its ends, whatever its mesh, and one whose ends are pulled to a wedge at a flat side.
+    /// A block is held at one of its ends, whatever its mesh; a block whose ends are pulled to a wedge is held at a flat side.
     #[test]
     fn a_flat_end_is_held_and_nothing_else() {
         for divisions in [4, 7] {

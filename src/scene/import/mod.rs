@@ -19,7 +19,7 @@ use fixture::{Fixture, fixture};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Cells of the first mesh of a shape that is yet to be meshed.
+/// Number of cells of the first mesh of a shape that has not been meshed yet.
 const FIRST_CELLS: usize = 2000;
 
 /// Content of a file, and the keys of `[mesh]` with which it can be used.
@@ -27,11 +27,11 @@ const FIRST_CELLS: usize = 2000;
 pub struct Import {
     pub file: PathBuf,
     pub format: Format,
-    /// None of CAD, which has no nodes
+    /// Counts and sizes of the file; `None` for CAD, which has no nodes
     pub census: Option<Census>,
     /// Unit of length: given, stated by the file, or guessed from its size
     pub unit: String,
-    /// Why this unit
+    /// Reason for this unit
     pub unit_reason: String,
     pub spec: MeshSpec,
 }
@@ -45,7 +45,7 @@ pub struct Imported {
 }
 
 impl Import {
-    /// Looks at a file; `unit` overrides the guess.
+    /// Examines a file; `unit` overrides the guess.
     ///
     /// # Errors
     ///
@@ -76,17 +76,17 @@ impl Import {
                 let size = (found.bounds.1 - found.bounds.0).norm() * metre;
                 spec.merge = (found.doubled_nodes > 0).then(|| Length(rounded_up(2e-9 * size)));
             }
-            // The mesh of the starter scene, which is so made but once
+            // The mesh of the starter scene, so that it is made only once
             _ => (spec.cells, spec.element) = (Some(FIRST_CELLS), ElementSpec::Tet10),
         }
         Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
     }
 
-    /// The same with so many cells in place of the usual number.
+    /// Sets the number of cells, in place of the usual number.
     ///
     /// # Errors
     ///
-    /// Where the file is a mesh, which is taken over as it is.
+    /// Where the file is a volume mesh, which is used as it is.
     pub fn with_cells(mut self, cells: usize) -> Result<Self, SceneError> {
         if self.spec.cells.is_none() {
             let remedy = "leave the number of cells out; `levels = 1` in [mesh] splits each of its cells into eight";
@@ -96,8 +96,8 @@ impl Import {
         Ok(self)
     }
 
-    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, more than the least number are taken, or
-    /// the least where it has none of these either.
+    /// Reads or makes the mesh, and chooses the nodes to hold. If the shape has no mesh with the requested number of cells, the number is adjusted up to
+    /// twice: to the nearest one, or, if the shape needs more cells, to somewhat more than the smallest number.
     ///
     /// # Errors
     ///
@@ -107,7 +107,7 @@ impl Import {
         let mut made =
             |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
         let mut body = made(&self.spec);
-        // The second number may be between two that the shape has
+        // The second number may again lie between two that the shape can have
         for _ in 0..2 {
             let Some(nearest) = body.as_ref().err().and_then(nearest_cells) else { break };
             let is_bound = self.spec.cells.is_some_and(|asked| nearest > asked);
@@ -124,7 +124,7 @@ impl Import {
     }
 }
 
-/// Cells of the mesh that comes nearest, where the mesher only missed their number.
+/// Number of cells of the nearest mesh, if the mesher failed only because it missed the requested number.
 pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
     let SceneError::Part { source, .. } = error else { return None };
     match source.downcast_ref()? {
@@ -133,13 +133,13 @@ pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
     }
 }
 
-/// A number of cells that most shapes have a mesh of, 1.2 times the least one with two significant digits: near the least one counts scatter.
+/// A number of cells with which most shapes can be meshed, 1.2 times the smallest one with two significant digits: near the smallest one, numbers scatter.
 fn above_bound(least: usize) -> usize {
     let least = (12 * least).div_ceil(10);
     least.next_multiple_of(10_usize.pow(least.ilog10().saturating_sub(1)))
 }
 
-/// An error of a mesh file without the place of a scene that names it: the file is its own place.
+/// An error of a mesh file without the place of a scene that names it, since the file is given directly.
 fn without_place(error: SceneError) -> SceneError {
     match error {
         SceneError::Part { file, place, source } => match source.downcast::<MeshError>() {
@@ -150,7 +150,7 @@ fn without_place(error: SceneError) -> SceneError {
     }
 }
 
-/// A surface as its file has it, if it is one of the formats that are read without the mesher.
+/// The census of a surface file, if its format is one that is read without the mesher.
 fn surface_census(file: &Path) -> Option<Census> {
     let surface = read_surface(file, 1.0).ok()?;
     Some(Census {
@@ -166,7 +166,7 @@ fn surface_census(file: &Path) -> Option<Census> {
     })
 }
 
-/// The unit that makes the body as large as soft robots are, and why it was chosen.
+/// The unit that gives the body the size of a soft robot, and the reason for it.
 fn guessed_unit(format: &Format, census: Option<&Census>) -> (String, String) {
     let Some(census) = census else {
         let reason = match format.reader {

@@ -1,4 +1,4 @@
-//! The starter scene of an imported body: example values named as such, and its weight as load.
+//! The starter scene of an imported body: example values labelled as such, and its weight as the load.
 
 use super::fixture::Fixture;
 use super::{Import, Imported};
@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Example density \[kg/m³\]
 const DENSITY: f64 = 1070.0;
-/// The example modulus is this many times the pressure of the weight of the body on its largest dimension.
+/// Ratio of the example modulus to the pressure of the weight of the body over its largest dimension.
 const STIFFNESS: f64 = 100.0;
 /// Smallest example modulus \[Pa\]
 const SOFTEST: f64 = 100e3;
@@ -28,7 +28,7 @@ const HOLLOW: &str = r#"# EXAMPLE: pressure in the closed hollow of the body; ta
 # drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "1 kPa", end = "1 s" } }
 "#;
 
-/// A scene that runs as it is, to be written to a file in `folder`.
+/// Text of a scene that runs as it is, to be written to a file in `folder`.
 pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let path = relative(&import.file, folder);
     let mesh = &imported.body.mesh;
@@ -83,7 +83,7 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     out + "\n"
 }
 
-/// Whether the body has an inner surface, as the selector `component` finds it.
+/// Whether the body has an inner surface, as found by the selector `component`.
 fn is_hollow(mesh: &TetMesh) -> bool {
     pieces(mesh).iter().any(Piece::is_inner)
 }
@@ -112,7 +112,7 @@ fn mesh_table(import: &Import, title: &str, path: &str, quadratic: bool) -> Stri
     out
 }
 
-/// The next number with one significant digit.
+/// The next larger number with one significant digit.
 fn one_digit(x: f64) -> f64 {
     let scale = 10f64.powf(x.log10().floor());
     (x / scale).ceil() * scale
@@ -123,7 +123,7 @@ fn short(x: f64) -> f64 {
     format!("{x:.7e}").parse().unwrap_or(x)
 }
 
-/// The path of a file from a folder, with `/`.
+/// The path of a file relative to a folder, with `/`.
 fn relative(file: &Path, folder: &Path) -> String {
     let full = |p: &Path| std::fs::canonicalize(p).or_else(|_| std::path::absolute(p)).unwrap_or(p.into());
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -141,7 +141,7 @@ mod tests {
     use crate::mesh::boundary::add_boundary;
     use crate::mesh::structured::block;
 
-    /// A block of 3³ boxes is solid, and hollow without the one in the middle.
+    /// A block of 3³ boxes is solid, and is hollow without the middle one.
     #[test]
     fn a_pressure_is_offered_where_there_is_a_hollow() {
         let mut mesh = block(3, 3, 3, 0.3, 0.3, 0.3, Order::Linear);

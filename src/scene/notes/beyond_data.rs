@@ -1,7 +1,7 @@
 //! Laws whose cells stretch beyond the data from which their constants come.
 //!
-//! States of different modes are compared by the first invariant Ī₁ = tr(FFᵀ)/J^⅔ (Rivlin 1948; the measure of Yeoh, Gent and Arruda–Boyce), and told as the stretch λ of
-//! a uniaxial test with λ² + 2/λ = Ī₁. Looked at is the state of a run that is farthest from rest, in the elastic effects.
+//! States of different modes are compared by the first invariant Ī₁ = tr(FFᵀ)/J^⅔ (Rivlin 1948; the measure of Yeoh, Gent and Arruda–Boyce), which is reported
+//! as the stretch λ of a uniaxial test with λ² + 2/λ = Ī₁. The state checked is that of a run that is farthest from rest, in the elastic effects.
 
 use crate::effect::CellPoints;
 use crate::math::tensor::Mat3;
@@ -10,10 +10,10 @@ use crate::scene::build::Scene;
 use crate::scene::spec::EffectSpec;
 use toml::{Table, Value};
 
-/// Share of the volume from which on it is told: less is reached at edges and clamps of any scene \[–\].
+/// Share of the volume above which there is a note: smaller shares occur at edges and clamps of any scene \[–\].
 const SHARE: f64 = 0.01;
 
-/// A note for each law of an elastic effect of which more than a hundredth of the volume lies beyond its data at displacement x \[unknowns\].
+/// A note for each law of an elastic effect of which more than one per cent of the volume lies beyond its data at displacement x \[unknowns\].
 pub fn beyond_data_notes(scene: &Scene, x: &[f64]) -> Vec<String> {
     let solids = scene.spec.effects.iter().filter_map(|effect| match effect {
         EffectSpec::Elastic(solid) => Some(&solid.law),
@@ -34,18 +34,18 @@ pub fn beyond_data_notes(scene: &Scene, x: &[f64]) -> Vec<String> {
     of_laws.into_iter().filter_map(note).collect()
 }
 
-/// The stretches of the data of a law.
+/// The range of stretches of the data of a law.
 struct Data {
-    /// Least and largest \[–\]
+    /// Smallest and largest stretch \[–\]
     stretch: [f64; 2],
     /// Largest Ī₁ \[–\]
     invariant: f64,
 }
 
 impl Data {
-    /// Those that the provenance of a law file states: `fitted_stretch` of a fit, `largest_stretch` of an inverse analysis.
+    /// The range that the provenance in a law file states: `fitted_stretch` of a fit, `largest_stretch` of an inverse analysis.
     fn of(law: &Table) -> Option<Self> {
-        // Terms of a foam have a ν each, and Ī₁ of its tests is not that of a volume that stays
+        // Each term of a foam has its own ν, and Ī₁ of its tests is not that at constant volume
         let provenance = law.get("provenance").filter(|_| !law.contains_key("nu1"))?.as_table()?;
         let ends = provenance.get("fitted_stretch").and_then(Value::as_array);
         let stretch = match ends.map(Vec::as_slice) {
@@ -53,18 +53,18 @@ impl Data {
             Some(_) => return None,
             None => [1.0, largest(provenance.get("largest_stretch")?)?],
         };
-        // An inverse analysis states none, and its largest stretch may be one across a compression: the mode that reaches most with it
+        // An inverse analysis states no mode, and its largest stretch may be transverse to a compression: the mode with the largest Ī₁ is taken
         let modes: Vec<&str> = match provenance.get("mode") {
             Some(Value::Array(modes)) => modes.iter().filter_map(Value::as_str).collect(),
             _ => vec!["equibiaxial"],
         };
-        // The file says of no mode how far it went: the mode that reaches least with these stretches
+        // The file does not say how far each mode went: the mode with the smallest Ī₁ at these stretches is taken
         let reach = |mode: &&str| first_invariant(mode, stretch[0]).max(first_invariant(mode, stretch[1]));
         let invariant = modes.iter().map(reach).reduce(f64::min)?;
         (stretch.iter().all(|s| *s > 0.0) && invariant.is_finite()).then_some(Self { stretch, invariant })
     }
 
-    /// The note on a law of this name with Ī₁ and weights of its points; none where nearly all of the volume is within the data.
+    /// The note on a law, given its name, and Ī₁ and the weights of its points; `None` if nearly all of the volume is within the data.
     fn note(&self, name: &str, points: &[(f64, f64)]) -> Option<String> {
         let volume: f64 = points.iter().map(|(_, weight)| weight).sum();
         let beyond = points.iter().filter(|(invariant, _)| *invariant > self.invariant);
@@ -83,7 +83,7 @@ impl Data {
     }
 }
 
-/// The largest of the numbers of a value, which are those of several specimens.
+/// The number, or the largest number of a list for several specimens.
 fn largest(value: &Value) -> Option<f64> {
     match value {
         Value::Array(all) => all.iter().map(number).collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max),
@@ -95,7 +95,7 @@ fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| Some(value.as_integer()? as f64))
 }
 
-/// Ī₁ of a test with this principal stretch λ in a mode of a law file; J = 1.
+/// Ī₁ of a test at the principal stretch λ in a mode of a law file; J = 1.
 fn first_invariant(mode: &str, stretch: f64) -> f64 {
     let square = stretch * stretch;
     match mode {
@@ -138,10 +138,10 @@ mod tests {
     fn the_uniaxial_stretch_of_an_invariant_is_its_inverse() {
         for stretch in [1.0, 1.0 + 1e-6, 1.1, 2.0, 7.6] {
             let found = uniaxial(first_invariant("uniaxial", stretch));
-            // Near rest Ī₁ − 3 is of the order of (λ − 1)², which rounding hides below 1e-8
+            // Near rest Ī₁ − 3 is of the order of (λ − 1)², which is lost to rounding below 1e-8
             assert!((found - stretch).abs() < 1e-7, "{stretch}: {found}");
         }
-        // Compression to 0.7 is as far as a tension of 1.376: λ² + 2/λ of both
+        // Compression to 0.7 has the same λ² + 2/λ as a tension of 1.376
         let found = uniaxial(first_invariant("uniaxial", 0.7));
         assert!((first_invariant("uniaxial", found) - 0.49 - 2.0 / 0.7).abs() < 1e-12, "{found}");
     }

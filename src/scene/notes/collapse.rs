@@ -6,11 +6,11 @@ pub struct CollapsedCavity {
     pub name: String,
     /// First recorded time with a volume that is not positive \[s\]
     pub t: f64,
-    /// That volume \[m³\]
+    /// Volume at that time \[m³\]
     pub volume: f64,
 }
 
-/// Those of the cavities of these names that have collapsed in recorded rows, whose first column is the time.
+/// The named cavities that have collapsed in the recorded rows; the first column is the time.
 pub(in crate::scene) fn collapsed<'a>(
     names: impl Iterator<Item = &'a str>,
     columns: &[String],

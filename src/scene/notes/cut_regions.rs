@@ -1,4 +1,5 @@
-//! Regions that a scene picks by place and whose border runs through cells: an O(h) error of what acts on them, and of what is recorded on them.
+//! Regions that a scene picks by position and whose border cuts through cells: they cause an O(h) error of everything that acts on them or is recorded on
+//! them.
 
 use crate::mesh::Region;
 use crate::scene::Scene;
@@ -6,17 +7,17 @@ use crate::wording::distinct;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Those on which columns depend. The candidates of contact may be any.
+/// The cut regions on which columns depend. The regions of contacts do not count, because they only hold candidates for contact.
 #[derive(Clone, Debug, Default)]
 pub struct CutRegions {
-    /// Those that constraints and effects name, on which all columns depend
+    /// Regions that constraints and effects name, on which all columns depend
     pub of_all: Vec<String>,
-    /// Column → those that its probe names
+    /// Column → regions that its probe names
     pub of_columns: BTreeMap<String, Vec<String>>,
 }
 
 impl CutRegions {
-    /// Those of a scene.
+    /// The cut regions of a scene.
     pub fn new(scene: &Scene) -> Self {
         let text: Table = scene.text.parse().unwrap_or_default();
         let parts = ["constraint", "effect"].map(|key| text.get(key));
@@ -36,12 +37,12 @@ impl CutRegions {
         Self { of_all, of_columns }
     }
 
-    /// Those on which a column depends.
+    /// The cut regions on which a column depends.
     pub fn of(&self, column: &str) -> Vec<String> {
         distinct(self.of_all.iter().chain(self.of_columns.get(column).into_iter().flatten()).cloned())
     }
 
-    /// Those that nodes make, and the others.
+    /// The cut regions that consist of nodes, and the others.
     pub fn of_nodes_and_others(&self, regions: &BTreeMap<String, Region>) -> (Vec<String>, Vec<String>) {
         let is_of_nodes = |name: &String| regions[name].facets.is_empty() && regions[name].cells.is_empty();
         let all = distinct(self.of_all.iter().chain(self.of_columns.values().flatten()).cloned());

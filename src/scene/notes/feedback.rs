@@ -1,14 +1,14 @@
-//! Feedback of columns on signals that is unstable by itself.
+//! Feedback of columns on signals that is itself unstable.
 //!
-//! A signal that is computed from columns of the run acts one step late. A loop that answers a change by a larger one of the other sign then grows from step to
-//! step, whatever the loads are, until no equilibrium is found.
+//! A signal that is computed from columns of the run acts one step late. A loop that answers a change by a larger one of opposite sign therefore grows from
+//! step to step, whatever the loads are, until no equilibrium is found.
 
 use crate::scene::signal::protocol::NamedSignal;
 
-/// Last changes of a signal that alternate and grow.
+/// Number of last changes of a signal that must alternate and grow.
 const CHANGES: usize = 3;
 
-/// A note for each signal with inputs whose last changes before the end of a run that stopped alternate and grow: [rows × signals] `values` of `signals`.
+/// A note for each signal with inputs whose last changes alternate and grow before the end of a run that stopped; `values`: \[rows × signals\] of `signals`.
 pub fn growing_feedback(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
     let fed_back = signals.iter().enumerate().filter(|(_, s)| s.signal.has_inputs());
     let growing = fed_back.filter(|(k, _)| {

@@ -4,8 +4,8 @@ use crate::scene::build::Scene;
 use crate::scene::parts::contact::NamedContact;
 use crate::system::State;
 
-/// A note for each contact in a static stage that has friction at its limit at all of its points at a state: where nothing else holds the body, there is
-/// no equilibrium beyond it.
+/// A note for each contact in a static stage whose friction is at its limit at all of its points at a state: if nothing else holds the body, there is no
+/// equilibrium beyond it.
 pub fn friction_at_limit(scene: &Scene, state: &State) -> Vec<String> {
     let stage = scene.spans.iter().rfind(|span| span.start <= state.t);
     if stage.is_none_or(|stage| !stage.integrator.is_static()) {

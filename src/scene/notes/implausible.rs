@@ -1,20 +1,20 @@
-//! Notes on constants of an order of magnitude that no body has: their unit is the likely mistake.
+//! Notes on constants of an implausible order of magnitude, where the unit is the likely mistake.
 
 use crate::material::Law;
 use crate::math::units::shown;
 use std::ops::RangeInclusive;
 
-/// From aerogel to the densest metals \[kg/m³\].
+/// Plausible densities, from aerogel to the densest metals \[kg/m³\].
 const DENSITIES: RangeInclusive<f64> = 1.0..=25_000.0;
-/// Young's modulus at rest, from the softest gels to the stiffest solids \[Pa\].
+/// Plausible values of Young's modulus at rest, from the softest gels to the stiffest solids \[Pa\].
 const MODULI: RangeInclusive<f64> = 10.0..=1e12;
 
-/// The note on the law of this name, by its stiffness at rest; none where it is in range.
+/// The note on the law of this name, by its stiffness at rest; `None` if it is plausible.
 pub(in crate::scene) fn implausible_modulus(name: &str, law: &dyn Law) -> Option<String> {
     implausible(&format!("laws.{name}: E at rest"), law.small_strain().e, &MODULI, "Pa")
 }
 
-/// The note on a density at this place \[kg/m³\]; none where it is in range.
+/// The note on a density \[kg/m³\] at a place of the scene; `None` if it is plausible.
 pub(in crate::scene) fn implausible_density(place: &str, density: f64) -> Option<String> {
     implausible(&format!("{place}: the density"), density, &DENSITIES, "kg/m^3")
 }

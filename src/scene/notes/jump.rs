@@ -1,30 +1,30 @@
-//! Jumps of what is given exactly, of motions, lengths of cables and volumes of cavities, in dynamic stages.
+//! Jumps of exactly prescribed values in dynamic stages: of motions, lengths of cables and volumes of cavities.
 //!
-//! What has a mass m and must go a way d within one step of length Δt takes up an energy of the order m d²/Δt²: the impact has no limit as Δt → 0.
-//! A load that jumps has one, as do an elastic cable and a drive that yields.
+//! A mass m that must move by a distance d within one step of length Δt gains an energy of the order m d²/Δt²: the impact has no limit as Δt → 0. A load that
+//! jumps has a limit, as do an elastic cable and a drive that yields.
 
 use crate::math::signal::Signal;
 use crate::scene::build::builder::Builder;
 use crate::solve::TimeSpan;
 use crate::system::EnergyRole;
 
-/// A change within one step is a jump where it is so many times those in the steps before and after it.
+/// Ratio of a change within one step to the changes in the steps before and after it above which it is a jump.
 const SUDDEN: f64 = 10.0;
-/// Changes below this share of the values are rounding \[–\].
+/// Relative change below which changes are rounding \[–\].
 const ROUNDING: f64 = 1e-9;
 
-/// Changes of a signal that move the body.
+/// The changes of a signal that move the body.
 #[derive(Clone, Copy, PartialEq)]
 pub(in crate::scene) enum Impact {
-    /// All of them, and its first value, which is not there at rest
+    /// All changes, including the one from zero to the first value
     Any,
-    /// The same but where it falls: a cable that is let out goes slack
+    /// Increases only, including the one from zero to the first value: a cable that is let out goes slack
     Growing,
-    /// All of them, from its first value on, where a run begins
+    /// All changes from the first value on, at which a run starts
     FromPlace,
 }
 
-/// Notes where a signal that is recorded under this name jumps, if anything has mass. A signal that is decided during the run is not looked at.
+/// Adds a note if a signal that is recorded under this name jumps and anything has mass. A signal that is decided during the run is not checked.
 pub(in crate::scene) fn note_jump(builder: &mut Builder, name: &str, signal: &Signal, impact: Impact) {
     if signal.has_inputs() || builder.effects.iter().all(|effect| effect.role() != EnergyRole::Kinetic) {
         return;
@@ -40,7 +40,7 @@ pub(in crate::scene) fn note_jump(builder: &mut Builder, name: &str, signal: &Si
     }
 }
 
-/// The first jump in a dynamic stage: the time at which it begins, and the change.
+/// The first jump in a dynamic stage: the time at which it starts, and the change.
 fn jump(signal: &Signal, span: &TimeSpan, impact: Impact) -> Option<(f64, f64)> {
     if span.integrator.is_static() {
         return None;

@@ -1,5 +1,5 @@
-//! Facts about the mesh of a scene that limit its numbers, as commands print them: cells that are nearly flat, thin walls of few cells, parts that
-//! overlap, narrow gaps between parts, parts that only edges or nodes join.
+//! Facts about the mesh of a scene that limit its numbers, as commands print them: nearly flat cells, thin walls of few cells, overlapping parts, narrow gaps
+//! between parts, and parts that are joined only by edges or nodes.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -15,7 +15,7 @@ use crate::scene::build::Scene;
 use crate::scene::build::shape::ShapeSpec;
 use std::collections::BTreeSet;
 
-/// The limits of the mesh of a scene in words, each with its kind: `warning` or `note`. Gaps between parts that contact keeps apart are none.
+/// The limits of the mesh of a scene in words, each with its kind: `warning` or `note`. Gaps between parts that contact keeps apart do not count.
 pub fn limits_of_scene(scene: &Scene) -> Vec<(&'static str, String)> {
     let mesh = &scene.body.mesh;
     let is_kept_apart = scene.spec.contacts.iter().any(|c| matches!(c.obstacle, ShapeSpec::Region { .. }));
@@ -25,12 +25,12 @@ pub fn limits_of_scene(scene: &Scene) -> Vec<(&'static str, String)> {
     limits(mesh, (wall(scene), notch), gap, &scene.spec.mesh)
 }
 
-/// The same on a mesh of which nothing is held, with its table.
+/// The limits of a mesh without constraints in words, each with its kind: `warning` or `note`; `spec` is its `[mesh]` table.
 pub fn limits_of_mesh(mesh: &TetMesh, spec: &MeshSpec) -> Vec<(&'static str, String)> {
     limits(mesh, (thinnest(mesh, |_, _| false), thinnest_below_notches(mesh, |_, _| false)), gap(mesh), spec)
 }
 
-/// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
+/// The thinnest wall of the body. Planes of symmetry and clamped faces do not count as sides of a wall.
 pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
     *scene.wall.get_or_init(|| {
         let held = held(scene);
@@ -38,7 +38,7 @@ pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
     })
 }
 
-/// Unknowns that are prescribed.
+/// Dofs that are prescribed.
 fn held(scene: &Scene) -> BTreeSet<u32> {
     scene.system.prescribed.iter().map(|p| p.dof).collect()
 }
@@ -49,7 +49,7 @@ fn limits(
     gap: Option<Gap>,
     spec: &MeshSpec,
 ) -> Vec<(&'static str, String)> {
-    // A mesh that is taken over: of other sources no nodes are merged
+    // A volume mesh that is used as it is: nodes from other sources are not merged
     let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
     let is_thinner = |notch: &Notch| wall.is_none_or(|wall| ABOUT * notch.wall.thickness < wall.thickness);
     let notches =
@@ -95,7 +95,7 @@ fn of_notch(notch: &Notch) -> String {
     )
 }
 
-/// In words, for facets of a pin and its hole that do not fit lie in each other by the height of an arc.
+/// The overlap in words: facets of a pin and its hole that do not match overlap by the height of an arc.
 fn of_overlap(at: &Vec3) -> String {
     format!(
         "two parts of the body both fill {}: their stiffness and mass count twice there, and no common facet joins them; unite them where the mesh \

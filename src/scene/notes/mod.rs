@@ -1,4 +1,4 @@
-//! Facts about a scene and its run that limit what can be said with its numbers.
+//! Facts about a scene and its run that limit the conclusions from its numbers.
 
 pub(super) mod beyond_data;
 pub(super) mod collapse;

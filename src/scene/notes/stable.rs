@@ -1,15 +1,15 @@
-//! Notes on laws that lose stability at stretches a soft robot sees.
+//! Notes on laws that lose stability at stretches that occur in soft robots.
 //!
-//! Looked at: every homogeneous mode as long as all principal stretches lie between ½ and 2 (an incompressible guess: uniaxial and planar
-//! ½ to 2, equibiaxial 1/√2 to √2, simple shear to λ − 1/λ at λ = 2). What a run reaches is recorded by the probe `stretch`.
+//! Every homogeneous mode is checked while all principal stretches lie between ½ and 2 (for an incompressible material: uniaxial and planar ½ to 2,
+//! equibiaxial 1/√2 to √2, simple shear to λ − 1/λ at λ = 2). The probe `stretch` records the stretches that a run reaches.
 
 use crate::material::{Instability, Law, LoadCase, StabilityLimit, material_stability};
 use crate::scene::build::builder::{Builder, ElasticLaw};
 
-/// Largest principal stretch that is looked at \[–\]
+/// Largest principal stretch that is checked \[–\]
 const STRETCH: f64 = 2.0;
 
-/// Adds one note per law of an elastic effect.
+/// Adds a note for each law of an elastic effect that loses stability.
 pub(in crate::scene) fn note_stability(builder: &mut Builder) {
     for ElasticLaw { name, law, .. } in &builder.gathered.laws {
         let note = stability_note(name, law.as_ref());
@@ -17,7 +17,7 @@ pub(in crate::scene) fn note_stability(builder: &mut Builder) {
     }
 }
 
-/// The note on a law of this name, with the modes and amounts; none where all of them are stable.
+/// The note on a law of this name, with the unstable modes and their amounts; `None` if all modes are stable.
 pub(in crate::scene) fn stability_note(name: &str, law: &dyn Law) -> Option<String> {
     let lost: Vec<String> = LoadCase::ALL.into_iter().flat_map(|case| lost(law, case)).collect();
     let words = || {
@@ -32,7 +32,7 @@ pub(in crate::scene) fn stability_note(name: &str, law: &dyn Law) -> Option<Stri
     (!lost.is_empty()).then(words)
 }
 
-/// `equibiaxial at 1.37`, on both sides of rest.
+/// The limits of stability of a mode on both sides of rest, such as `equibiaxial at 1.37`.
 fn lost(law: &dyn Law, case: LoadCase) -> Vec<String> {
     let (name, range) = match case {
         LoadCase::Uniaxial => ("uniaxial", [1.0 / STRETCH, STRETCH]),
@@ -40,7 +40,7 @@ fn lost(law: &dyn Law, case: LoadCase) -> Vec<String> {
         LoadCase::Planar => ("planar", [1.0 / STRETCH, STRETCH]),
         LoadCase::SimpleShear => ("simple shear", [1.0 / STRETCH - STRETCH, STRETCH - 1.0 / STRETCH]),
     };
-    // The range is one of stretches, so that nothing else can be wrong with it
+    // The range consists of stretches, so that no other error can occur
     let Ok(found) = material_stability(law, case, range) else { return vec![] };
     let words = |l: StabilityLimit| match l.why {
         Instability::Drucker => format!("{name} at {:.3}", l.amount),

@@ -1,9 +1,9 @@
-//! Facets that a run has brought into an obstacle between their contact points.
+//! Facets that have penetrated an obstacle between their contact points during a run.
 
 use crate::mesh::TetMesh;
 use crate::scene::parts::contact::NamedContact;
 
-/// The deepest place of the facets of a contact inside of its obstacle.
+/// The deepest point of the facets of a contact inside its obstacle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SunkenFacet {
     pub contact: String,
@@ -11,11 +11,11 @@ pub struct SunkenFacet {
     pub t: f64,
     /// Depth \[m\]
     pub depth: f64,
-    /// Where it is in space \[m\]
+    /// Position in space \[m\]
     pub at: [f64; 3],
 }
 
-/// Those of the contacts that are too deep in some of these states, each given by its time and its displacements.
+/// The deepest facet of every contact that is too deep in one of these states; a state is its time and displacements.
 pub(in crate::scene) fn sunken(
     mesh: &TetMesh,
     contacts: &[NamedContact],

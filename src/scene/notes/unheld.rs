@@ -1,4 +1,4 @@
-//! Motions of the body that nothing prescribed holds.
+//! Motions of the body that no prescribed displacement prevents.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -7,11 +7,12 @@ use crate::scene::build::builder::Builder;
 use nalgebra::{Matrix6, Vector6};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Share of the largest eigenvalue below which a motion is free \[–\]: the square of the seven digits that positions in a file have.
+/// Ratio to the largest eigenvalue below which a motion is free \[–\]: about the square of the relative accuracy of positions with seven digits in a file.
 const FREE: f64 = 1e-12;
 
-/// Notes how the body, or a part of it that shares no node with the others, may move in a static stage although some of the body is prescribed, with nothing else
-/// to hold it: by the least eigenvalues of Σ mᵀm over the prescribed components, m the six rigid motions there.
+/// Adds a note on how the body, or a part of it that shares no node with the others, can move in a static stage although some of the body is prescribed and
+/// nothing else holds it. The free motions belong to the smallest eigenvalues of Σ mᵀm over the prescribed components, where m holds the six rigid motions
+/// there.
 pub(in crate::scene) fn note_free_motions(builder: &mut Builder) {
     let mesh = &builder.body.mesh;
     let is_static = builder.spans.iter().any(|span| span.integrator.is_static());
@@ -28,7 +29,7 @@ pub(in crate::scene) fn note_free_motions(builder: &mut Builder) {
     builder.notes.extend(notes);
 }
 
-/// The note on a part of the body, if it may move.
+/// The note on a part of the body, if it can move.
 fn free_motions(mesh: &TetMesh, part: &BTreeSet<u32>, held: &[usize], is_one: bool) -> Option<String> {
     let middle = part.iter().map(|&node| mesh.points[node as usize]).sum::<Vec3>() / part.len() as f64;
     let size = mesh.diagonal();

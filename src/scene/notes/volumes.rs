@@ -1,18 +1,18 @@
-//! Elastic effects whose pressures have lost their hold on the volume at a state.
+//! Elastic effects whose pressures no longer control the volume at a state.
 
 use crate::effect::Stressed;
 use crate::effect::volume_gap::{VolumeGap, lost_volume};
 use crate::scene::build::Scene;
 use std::fmt::{self, Display, Formatter};
 
-/// An elastic effect some of whose points are squeezed without a pressure that resists.
+/// An elastic effect with points that are compressed without a resisting pressure.
 pub struct LostVolume {
     effect: String,
     worst: VolumeGap,
 }
 
 impl LostVolume {
-    /// The fact, its consequence and the remedies.
+    /// The fact, its consequence and the remedies, as a note.
     pub fn note(&self) -> String {
         format!(
             "{self}; the state may be one that no finer mesh has, and the bending at such places is too soft: run it with formulation = \"displacement\", which \
@@ -33,7 +33,7 @@ impl Display for LostVolume {
     }
 }
 
-/// Each elastic effect of a scene that has lost it at displacements and pressures `x` \[unknowns\].
+/// Each elastic effect of a scene whose pressures no longer control the volume at displacements and pressures `x` \[unknowns\].
 pub fn lost_volumes<'a>(scene: &'a Scene, x: &'a [f64]) -> impl Iterator<Item = LostVolume> + 'a {
     let lost =
         |effect: &dyn Stressed| Some(LostVolume { effect: effect.name().into(), worst: lost_volume(effect, x)? });

@@ -5,7 +5,7 @@ use crate::math::units::Decimals;
 use crate::scene::build::Scene;
 use crate::system::Effect;
 
-/// h*/h from which a membrane is close to wrinkling: meshes of a fourth of the facet size would show it \[–\].
+/// Ratio h*/h from which a membrane is close to wrinkling: meshes with a quarter of the facet size would show it \[–\].
 const CLOSE: f64 = 0.25;
 
 fn wrinkles<'a>(scene: &'a Scene, x: &'a [f64]) -> impl Iterator<Item = (&'a str, Wrinkling)> {
@@ -34,7 +34,7 @@ pub fn wrinkle_notes(scene: &Scene, x: &[f64]) -> Vec<String> {
     close.map(words).collect()
 }
 
-/// Why an answer of a scene with the displacement x has no limit as h → 0: by the scene, or because a membrane wrinkles.
+/// The reason why a solution of a scene with displacement x has no limit as h → 0: a property of the scene, or a membrane that wrinkles.
 pub fn no_limit_at(scene: &Scene, x: &[f64]) -> Option<String> {
     let wrinkled = wrinkles(scene, x).filter(|(_, found)| found.ratio > 1.0);
     let wrinkled = wrinkled.map(|(name, _)| format!("the sheet {name} wrinkles at the size of its facets"));

@@ -1,4 +1,4 @@
-//! Parts of a scene, each in a file or folder with its specification, its construction and its record.
+//! Parts of a scene; each has a file or folder with its specification, its construction and its record.
 //!
 //! Effects, constraints, probes and selectors of regions come in kinds; the `mod.rs` of their folder is the registry.
 

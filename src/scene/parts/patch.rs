@@ -7,7 +7,7 @@ use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::wording::few;
 
-/// Refuses a radius \[m\] that is not positive or larger than the body; `key`: how it is called in the file.
+/// Refuses a radius \[m\] that is not positive, or that is larger than the body; `key`: its name in the file.
 pub(super) fn check_radius(builder: &Builder, place: &str, key: &str, radius: f64) -> Result<(), SceneError> {
     let fact = format!("{key} is {} mm", radius * 1e3);
     if radius <= 0.0 {
@@ -21,7 +21,8 @@ pub(super) fn check_radius(builder: &Builder, place: &str, key: &str, radius: f6
     Ok(())
 }
 
-/// Notes a radius \[m\] below the size of the cells, and one above half of the middle extent of the body; `what`: `the guide radius`.
+/// Adds a note on a radius \[m\] below the cell size, and on one above half of the middle extent of the body; `what`: a name for it, such as `the guide
+/// radius`.
 pub(super) fn note_radius(builder: &mut Builder, name: &str, what: &str, radius: f64) {
     let (radius, h) = (radius * 1e3, builder.body.mesh.h() * 1e3);
     let (low, high) = builder.body.mesh.bounding_box();
@@ -37,8 +38,8 @@ pub(super) fn note_radius(builder: &mut Builder, name: &str, what: &str, radius:
     }
 }
 
-/// Notes the balls of a radius \[m\] that a plane cuts on which one component alone is held, as in the model of one half; `key`: how the radius is called in
-/// the file, `balls`: names and centres.
+/// Adds a note on balls of a radius \[m\] that are cut by a plane on which only one component is held, as in a model of one half; `key`: the name of the
+/// radius in the file, `balls`: names and centres.
 pub(super) fn note_cut(builder: &mut Builder, name: &str, key: &str, radius: f64, balls: &[(String, Vec3)]) {
     let cut = |(ball, at): &(String, Vec3)| Some(format!("{ball} by {}", held_plane(builder, *at, radius)?));
     let cut: Vec<String> = balls.iter().filter_map(cut).collect();
@@ -51,7 +52,7 @@ pub(super) fn note_cut(builder: &mut Builder, name: &str, key: &str, radius: f64
     }
 }
 
-/// The plane in words on which one component alone is held, its normal one, if the ball reaches it.
+/// A description of the plane on which only the normal component is held, if the ball reaches it.
 fn held_plane(builder: &Builder, at: Vec3, radius: f64) -> Option<String> {
     let mesh = &builder.body.mesh;
     let patch = builder.body.patches.weights(mesh, at, radius).ok()?;

@@ -1,4 +1,4 @@
-//! Rigid bodies of a scene: their shape, mass, weight, and the points that meet others.
+//! Rigid bodies of a scene: their shape, mass, weight, and the points that come into contact.
 
 use crate::effect::affine_body::{AffineInertia, Rigidity};
 use crate::effect::contact::SurfacePoint;
@@ -21,28 +21,28 @@ use serde::Deserialize;
 
 /// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
 const STIFF: f64 = 1e4;
-/// Points around the rim of a cylinder.
+/// Number of points around the rim of a cylinder.
 pub(in crate::scene) const RIM: usize = 24;
-/// Share of the radius by which the rims of a cylinder with balls inside are smaller \[–\]: on its side it rolls on the balls alone.
+/// Share of the radius by which the rims of a cylinder with balls inside are reduced \[–\], so that on its side it rolls on the balls alone.
 const INSET: f64 = 0.01;
-/// Share of the radius below which a length is rounding \[–\].
+/// Length relative to the radius below which it is rounding \[–\].
 const ROUNDING: f64 = 1e-9;
 
 /// A body that moves as a whole.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidSpec {
-    /// Name, which contacts refer to, and prefix of the columns
+    /// Name by which contacts refer to the body, and prefix of the columns
     pub name: String,
     /// Shape of the body
     pub shape: ShapeSpec,
     /// Mass density
     pub density: Density,
-    /// Its weight; none if absent
+    /// Weight; no weight if absent
     pub gravity: Option<WeightSpec>,
-    /// At the start
+    /// Velocity at the start
     pub velocity: Option<[Speed; 3]>,
-    /// At the start
+    /// Angular velocity at the start
     pub spin: Option<[Spin; 3]>,
 }
 
@@ -50,7 +50,7 @@ pub struct RigidSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeightSpec {
-    /// Direction of the weight; its length does not count
+    /// Direction of the weight; its length does not matter
     pub direction: [f64; 3],
     /// Acceleration of free fall \[m/s²\], such as `"9.81 m/s^2"`
     pub acceleration: SignalSpec,
@@ -65,7 +65,7 @@ pub struct RigidBody {
     pub(in crate::scene) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
-    /// Largest distance of two points of one face \[m\]; 0 of a sphere, which is felt all around
+    /// Largest distance of two points of one face \[m\]; 0 for a sphere, on which contact acts all around
     pub(in crate::scene) spacing: f64,
 }
 
@@ -88,12 +88,12 @@ impl Recorder for RigidBody {
 }
 
 impl RigidBody {
-    /// Whether balls are among its points.
+    /// Whether some of its points have balls.
     pub(in crate::scene) fn has_balls(&self) -> bool {
         self.surface.iter().any(|(_, radius)| *radius > 0.0)
     }
 
-    /// The points of its surface that meet others.
+    /// The points of its surface that can be in contact.
     pub(in crate::scene) fn points(&self) -> Vec<SurfacePoint> {
         let area = self.frame.length.powi(2);
         let point = |(at, radius): &(Vec3, f64)| SurfacePoint {
@@ -109,7 +109,7 @@ impl RigidBody {
     }
 }
 
-/// A rigid body on its four nodes, with its effects.
+/// Builds a rigid body on its four nodes, with its effects.
 pub(in crate::scene) fn build_rigid(
     builder: &mut Builder,
     place: &str,
@@ -152,13 +152,13 @@ pub(in crate::scene) fn build_rigid(
     Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface, spacing })
 }
 
-/// Points that make up a shape in its frame, with the radii of balls about them.
+/// Points that represent a shape in its frame, with the radii of balls about them.
 fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
     let Some([low, high]) = shape.bounds() else { return Vec::new() };
     match spec {
         ShapeSpec::Sphere { radius, .. } => vec![(Vec3::zeros(), radius.0)],
         ShapeSpec::Cylinder { .. } => {
-            // The largest balls inside touch the side all around, and an end in its middle.
+            // The largest balls inside the cylinder are tangent to its side all around, and to one end at its centre.
             let (radius, inner) = (high.x, high.y - high.x);
             let balls = match inner / radius {
                 below if below < -ROUNDING => vec![],
@@ -179,7 +179,7 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
     }
 }
 
-/// Largest distance of two points of one face of a shape \[m\]: what is narrower goes through between them.
+/// Largest distance of two points of one face of a shape \[m\]: anything narrower can pass between them.
 fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
     match spec {
         ShapeSpec::Sphere { .. } => 0.0,

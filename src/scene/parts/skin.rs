@@ -1,5 +1,5 @@
-//! Skins of a scene: surfaces from files that follow the body and are written with its fields. They have no stiffness and
-//! no mass; a traction on one reaches the nodes by the transpose of the map that moves it.
+//! Skins of a scene: surfaces from files that follow the body and are written with its fields. They have neither stiffness nor mass; a traction on a skin is
+//! transferred to the nodes by the transpose of the map that moves it.
 
 use crate::math::units::{self, Dimension};
 use crate::mesh::attach::attach;
@@ -17,13 +17,13 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkinSpec {
-    /// Name of the skin, which effects refer to, and part of the names of its files
+    /// Name by which effects refer to the skin, also used in the names of its files
     pub name: String,
-    /// STL or OBJ
+    /// Path of the STL or OBJ file
     pub file: PathBuf,
     /// Unit of length of the file
     pub unit: String,
-    /// Vertices may be this far outside of the body
+    /// Largest distance of vertices outside of the body
     pub reach: Length,
 }
 

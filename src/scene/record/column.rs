@@ -3,7 +3,7 @@
 use crate::math::units::{Dimension, UnitError};
 use crate::scene::text::quantity::Quantity;
 
-/// The end of a name, the unit as it is printed, and the dimension of its numbers.
+/// The suffix of a name, its unit as printed, and the dimension of its numbers.
 struct ColumnUnit {
     suffix: &'static str,
     printed: &'static str,
@@ -14,7 +14,7 @@ const fn unit_of(suffix: &'static str, printed: &'static str, dimension: Dimensi
     ColumnUnit { suffix, printed, dimension }
 }
 
-/// The first match counts: a longer suffix precedes the one that it ends in.
+/// The units by suffix. The first match counts: a longer suffix precedes the suffix that it ends in.
 const UNITS: [ColumnUnit; 16] = [
     unit_of("_per_m", "1/m", Dimension::CURVATURE),
     unit_of("_N_m", "N/m", Dimension::STIFFNESS),
@@ -38,12 +38,12 @@ fn find(column: &str) -> Option<&'static ColumnUnit> {
     UNITS.iter().find(|unit| column.ends_with(unit.suffix))
 }
 
-/// The unit of a column; `1` of a number without one.
+/// The unit of a column; `1` for a number without a unit.
 pub fn unit_of_column(column: &str) -> &'static str {
     find(column).map_or("1", |unit| unit.printed)
 }
 
-/// The dimension of a column, and its unit in SI.
+/// The dimension of a column, and the size of its unit in SI.
 pub fn dimension(column: &str) -> (Dimension, f64) {
     let Some(ColumnUnit { printed, dimension, .. }) = find(column) else { return (Dimension::NONE, 1.0) };
     (*dimension, if *printed == "deg" { 1.0_f64.to_radians() } else { 1.0 })
@@ -54,23 +54,23 @@ pub fn is_angle(column: &str) -> bool {
     dimension(column).0 == Dimension::ANGLE
 }
 
-/// Whether a column is a result: time and the iterations of the solver are none.
+/// Whether a column is a result, unlike the time and the iterations of the solver.
 pub fn is_result(column: &str) -> bool {
     !["t_s", "newton_iterations"].contains(&column)
 }
 
-/// Whether two columns are results in the same unit: the size of one tells what is small in the other.
+/// Whether two columns are results in the same unit, so that the magnitude of one is a scale for the other.
 pub fn comparable(a: &str, b: &str) -> bool {
     is_result(a) && is_result(b) && unit_of_column(a) == unit_of_column(b)
 }
 
-/// Largest magnitude over the rows, of all columns that are comparable with this one; rows in which one has no value tell none.
+/// Largest magnitude over the rows of all columns that are comparable with this one; missing values do not count.
 pub fn largest_of_unit(columns: &[String], rows: &[impl AsRef<[f64]>], column: &str) -> f64 {
     let alike = (0..columns.len()).filter(|&c| comparable(&columns[c], column));
     alike.flat_map(|c| rows.iter().map(move |row| row.as_ref()[c].abs())).fold(0.0, f64::max)
 }
 
-/// Words and unit of a column or field, for people; no unit where its name has none.
+/// A readable name of a column or field, and its unit; the unit is empty if the name has none.
 pub fn words(column: &str) -> (String, &'static str) {
     let Some(ColumnUnit { suffix, printed, .. }) = find(column) else { return (column.replace('_', " "), "") };
     let printed = match *printed {
@@ -83,13 +83,13 @@ pub fn words(column: &str) -> (String, &'static str) {
     (column[..column.len() - suffix.len()].replace('_', " "), printed)
 }
 
-/// Words of a column with its unit in brackets.
+/// A readable name of a column with its unit in brackets.
 pub fn label(column: &str) -> String {
     let (words, unit) = words(column);
     if unit.is_empty() { words } else { format!("{words} [{unit}]") }
 }
 
-/// Value of a quantity in the unit of a column.
+/// The value of a quantity in the unit of a column.
 pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
     let (dimension, si) = dimension(column);
     Ok(quantity.value(dimension)? / si)
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// A curvature of 20 1/m says nothing of places, a torque nothing of forces, and ten iterations nothing of stretches.
+    /// A curvature of 20 1/m is no scale for positions, a torque none for forces, and ten iterations none for stretches.
     #[test]
     fn sizes_are_those_of_columns_in_the_same_unit() {
         let columns =

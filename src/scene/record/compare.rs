@@ -1,4 +1,4 @@
-//! Measured curves and tracks of markers in files, to be laid over recorded ones.
+//! Measured curves and tracks of markers in files, to be compared with recorded ones.
 
 use super::measured_curve;
 use super::measured_curve::{MeasuredColumnSpec, Wanted};
@@ -38,7 +38,7 @@ impl JsonSchema for Comparisons {
     }
 }
 
-/// Reads a list of curves, of which the last may have `markers` below it, or a table with `markers` alone, as TOML writes `[[compare.markers]]`.
+/// Reads a list of curves, the last of which may have `markers` below it, or a table with only `markers`, as TOML writes `[[compare.markers]]`.
 struct ComparisonsVisitor;
 
 /// Measured tracks of markers without a measured curve
@@ -75,34 +75,34 @@ impl<'de> Visitor<'de> for ComparisonsVisitor {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarkersSpec {
-    /// C3D, TRC or a table, relative to the scene
+    /// Path of a C3D or TRC file or a table, relative to the scene
     pub file: PathBuf,
-    /// Marker of the file → recorded point, `tip_1` for `tip_1_x_m`, `tip_1_y_m`, `tip_1_z_m`
+    /// Marker of the file → recorded point, such as `tip_1` for `tip_1_x_m`, `tip_1_y_m`, `tip_1_z_m`
     pub points: BTreeMap<String, String>,
-    /// Unit of its coordinates; the one that the file states if absent
+    /// Unit of the coordinates; the one that the file states if absent
     pub unit: Option<String>,
-    /// Record of a table that holds several
+    /// Record to be used from a table that holds several
     pub record: Option<String>,
-    /// Table of marker positions in the frame of the scene, onto which the held state is registered
+    /// Table of marker positions in the frame of the scene, to which the held state is registered
     pub reference: Option<PathBuf>,
-    /// Window of the held state in the time of the tracks; found if absent
+    /// Time window of the held state, in the time of the tracks; detected if absent
     pub held: Option<[Time; 2]>,
-    /// Time of the tracks at which the run starts; the release, or else the first time
+    /// Time of the tracks at which the run starts; if absent, the release, or otherwise the first time
     pub start: Option<Time>,
 }
 
-/// Tracks of markers that are to be laid over recorded points.
+/// Tracks of markers to be compared with recorded points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredTracks {
     pub path: PathBuf,
-    /// As the scene names it
+    /// File name as in the scene
     pub source: String,
-    /// Marker and recorded point
+    /// Pairs of a marker and a recorded point
     pub points: Vec<(String, String)>,
     pub unit: Option<String>,
     pub record: Option<String>,
     pub reference: Option<PathBuf>,
-    /// \[s\]
+    /// Time window of the held state \[s\]
     pub held_s: Option<[f64; 2]>,
     pub start_s: Option<f64>,
 }
@@ -113,12 +113,12 @@ pub struct MeasuredTracks {
 pub struct CompareSpec {
     /// Recorded column that was measured
     pub column: String,
-    /// Recorded column it was measured over
+    /// Recorded column over which it was measured
     #[serde(default = "time")]
     pub over: String,
-    /// Relative to the scene
+    /// Path of the file, relative to the scene
     pub file: PathBuf,
-    /// Column of the file over which was measured
+    /// Column of the file with the independent variable
     pub x: MeasuredColumnSpec,
     /// Column of the file with the measured values
     pub y: MeasuredColumnSpec,
@@ -151,25 +151,25 @@ pub struct Measured {
     pub column: String,
     pub over: String,
     pub source: String,
-    /// Columns of the file with the units that the scene states, `F [mN] ± U [mN] over angle [deg]`; empty in records of earlier states of the program
+    /// Columns of the file with the units that the scene states, `F [mN] ± U [mN] over angle [deg]`; empty in records of earlier versions of the program
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub columns: String,
-    /// \[samples\]
+    /// Independent variable \[samples\]
     pub x: Vec<f64>,
     pub y: Vec<f64>,
-    /// Of the 95 % intervals of y; empty where none were given
+    /// Half-widths of the 95 % intervals of y; empty if none were given
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub half_widths: Vec<f64>,
 }
 
-/// Everything measured that recorded columns are compared with.
+/// All measured data with which recorded columns are compared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeasuredData {
     pub curves: Vec<Measured>,
     pub tracks: Vec<MeasuredTracks>,
 }
 
-/// The measured curves and tracks, with what they are compared with among `columns`.
+/// Reads the measured curves and tracks, which are compared with some of `columns`.
 pub(in crate::scene) fn read_measured(
     builder: &Builder,
     specs: &Comparisons,
@@ -203,7 +203,7 @@ fn curves(builder: &Builder, specs: &[CompareSpec], columns: &[String]) -> Resul
     specs.iter().enumerate().map(one).collect()
 }
 
-/// The tracks that are compared with points among `columns`. Their files are read with the run.
+/// The tracks that are compared with points among `columns`. Their files are read when the scene runs.
 fn tracks(builder: &Builder, specs: &[MarkersSpec], columns: &[String]) -> Result<Vec<MeasuredTracks>, SceneError> {
     let base = builder.file.parent().unwrap_or(Path::new(""));
     let one = |(k, spec): (usize, &MarkersSpec)| {

@@ -11,7 +11,7 @@ pub enum ExtremeKind {
     Minimum,
     /// Above the first value
     Maximum,
-    /// No value differs from the first one, or some is no number
+    /// No value differs from the first one, or some value is not finite
     Constant,
 }
 
@@ -38,13 +38,13 @@ impl ExtremeKind {
 /// The value farthest from the first one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
-    /// Index of the value; of equal ones the last
+    /// Index of the value; the last one of equal values
     pub at: usize,
     pub value: f64,
     pub kind: ExtremeKind,
 }
 
-/// The extreme of the values of a column; none of an empty one.
+/// The extreme of the values of a column; `None` for an empty column.
 pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
     let mut values = values.into_iter();
     let first = values.next()?;
@@ -58,7 +58,7 @@ pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
     Some(Extreme { at, value, kind })
 }
 
-/// The value farthest from the first one on one side of it; none where no value lies there.
+/// The value farthest from the first one on one side of it; `None` if no value lies on this side.
 pub fn extreme_on(side: ExtremeKind, values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
     let mut values = values.into_iter();
     let first = values.next()?;
@@ -71,7 +71,7 @@ pub fn extreme_on(side: ExtremeKind, values: impl IntoIterator<Item = f64>) -> O
     extreme(std::iter::once(first).chain(there)).filter(|e| e.kind != ExtremeKind::Constant)
 }
 
-/// Whether a value is at least as far from the first one as another value.
+/// Whether a value is at least as far from the first one as another value is.
 pub(super) fn is_as_far(first: f64, value: f64, other: f64) -> bool {
     (value - first).abs().total_cmp(&(other - first).abs()).is_ge()
 }
@@ -85,7 +85,7 @@ mod tests {
         let of = |values: &[f64]| extreme(values.iter().copied()).map(|e| (e.at, e.value, e.kind));
         assert_eq!(of(&[]), None);
         assert_eq!(of(&[0.1, 0.1]), Some((1, 0.1, ExtremeKind::Constant)));
-        // A cable that is shortened, and one that is let out a little first
+        // A cable that is shortened, and one that is first let out a little
         assert_eq!(of(&[0.1, 0.09, 0.085, 0.085, 0.1]), Some((3, 0.085, ExtremeKind::Minimum)));
         assert_eq!(of(&[0.1, 0.11, 0.08]), Some((2, 0.08, ExtremeKind::Minimum)));
         assert_eq!(of(&[0.0, -3.0, 4.0]), Some((2, 4.0, ExtremeKind::Maximum)));

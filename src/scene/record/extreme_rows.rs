@@ -1,4 +1,4 @@
-//! The rows at which some columns have their extremes, with the states that belong to them.
+//! The rows at which columns have their extremes, with the corresponding states.
 
 use super::extreme::is_as_far;
 use crate::solve::{AcceptedStep, Integrator};
@@ -10,29 +10,29 @@ pub(in crate::scene) struct ExtremeRow {
     pub integrator: Integrator,
     pub past: State,
     pub now: State,
-    /// \[unknowns\] residual at the end
+    /// Residual at the end of the step \[unknowns\]
     pub residual: Vec<f64>,
-    /// Numbers that the recorders keep, at the end
+    /// Memory of the recorders at the end of the step
     pub memory: Vec<f64>,
 }
 
-/// Follows rows, and keeps those that are the extreme of a column so far: at most one for each column.
+/// Follows the rows of a run, and keeps those that are the extreme of a column so far: at most one for each column.
 pub(in crate::scene) struct ExtremeRows {
-    /// Positions of the columns in a row
+    /// Indices of the columns in a row
     columns: Vec<usize>,
-    /// \[columns\] row of the extreme so far
+    /// Row of the extreme so far \[columns\]
     at: Vec<usize>,
     kept: Vec<ExtremeRow>,
 }
 
 impl ExtremeRows {
-    /// Follows the columns at these positions of a row.
+    /// Follows the columns with these indices in a row.
     pub fn new(columns: Vec<usize>) -> Self {
         let at = vec![0; columns.len()];
         Self { columns, at, kept: Vec::new() }
     }
 
-    /// A row was added to `rows` at the end of a step.
+    /// Takes the row that was added to `rows` at the end of a step.
     pub fn add(&mut self, rows: &[Vec<f64>], step: &AcceptedStep, memory: &[f64]) {
         let row = rows.len() - 1;
         let mut is_extreme = false;
@@ -50,7 +50,7 @@ impl ExtremeRows {
         self.kept.retain(|kept| self.at.contains(&kept.row));
     }
 
-    /// The rows that are an extreme, in their order; the first row of a run is none of them.
+    /// The rows that are an extreme, in order; the first row of a run is never among them.
     pub fn into_rows(self) -> Vec<ExtremeRow> {
         self.kept
     }

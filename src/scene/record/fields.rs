@@ -1,9 +1,9 @@
 //! Fields of a state, for ParaView.
 //!
-//! Stress fields are those of the elastic effects, of families of fibres, and of what relaxes or softens at the state, σ = P Fᵀ/J: the stress that
-//! carries the reactions but for viscous forces, which are not in them. A cell has the mean over its quadrature points, weighted with the
-//! reference volume, a node the value [recovered](super::stress_recovery) from the points of the cells around it; von Mises'
-//! stress and the pressure −tr σ/3 are those of that tensor.
+//! Stress fields are those of the elastic effects, of families of fibres, and of effects that relax or soften at the state, σ = P Fᵀ/J: the stress that
+//! balances the reactions, except for viscous forces, which it does not contain. A cell has the mean over its quadrature points, weighted by the reference
+//! volume; a node has the value [recovered](super::stress_recovery) from the points of the cells around it. Von Mises' stress and the pressure −tr σ/3 are
+//! those of that tensor.
 
 use super::output::{Field, FieldSpec};
 use super::stress_recovery::StressField;
@@ -61,7 +61,7 @@ pub(in crate::scene) fn fields(scene: &Scene, state: &State, what: &[FieldSpec])
     out
 }
 
-/// The effects that relax or soften, each with what it remembers at a state.
+/// The effects that relax or soften, each with its memory at a state.
 fn remembering<'a>(scene: &'a Scene, state: &'a State) -> Vec<StressAtState<'a>> {
     let (mut relaxing, mut softening) = (scene.relaxing.iter(), scene.softening.iter());
     let of = |(k, spec): (usize, &EffectSpec)| {
@@ -72,11 +72,11 @@ fn remembering<'a>(scene: &'a Scene, state: &'a State) -> Vec<StressAtState<'a>>
         };
         Some(StressAtState { effect, history: &state.history[scene.system.history_of(k)] })
     };
-    // The system begins with the effects of the file, in their order
+    // The effects of the file come first in the system, in their order
     scene.spec.effects.iter().enumerate().filter_map(of).collect()
 }
 
-/// √(3/2 s:s), s the deviator.
+/// Von Mises' stress √(3/2 s:s), where s is the deviator.
 fn von_mises(sigma: &Mat3) -> f64 {
     (1.5 * (sigma - Mat3::identity() * (sigma.trace() / 3.0)).norm_squared()).sqrt()
 }
@@ -86,8 +86,8 @@ mod tests {
     use super::*;
     use crate::scene::parse_scene;
 
-    /// A bar that is pulled along y: each field has its components for every node or cell. A stress and the numbers of it come at the nodes, then in the cells,
-    /// row by row.
+    /// A bar pulled along y: each field has its components for every node or cell. A stress and its invariants are given at the nodes, then in the cells, row
+    /// by row.
     #[test]
     fn fields_have_the_shape_that_they_state() {
         let scene = parse_scene(
@@ -116,7 +116,7 @@ mod tests {
         }
     }
 
-    /// A stress that remembers is that of its own effect, however others before it are called.
+    /// A stress with memory is that of its own effect, whatever the names of effects before it.
     #[test]
     fn a_name_of_another_effect_changes_no_stress() {
         for remembers in [

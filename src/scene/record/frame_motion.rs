@@ -1,4 +1,4 @@
-//! Columns of what moves as a rigid body on the four nodes of a frame: the place of its centre, and its rotation vector with whole rotations.
+//! Columns of a rigid body on the four nodes of a frame: the position of its centre, and its rotation vector including whole rotations.
 
 use super::recorder::Moment;
 use crate::effect::contact::placement::AffineFrame;
@@ -7,7 +7,7 @@ use crate::math::rotation::nearest_vector;
 use crate::math::tensor::Vec3;
 use crate::system::State;
 
-/// `<name>_{x,y,z}_m` and `<name>_rotation_{x,y,z}_deg`.
+/// The columns `<name>_{x,y,z}_m` and `<name>_rotation_{x,y,z}_deg`.
 pub(in crate::scene) fn columns(name: &str) -> Vec<String> {
     let place = ["x", "y", "z"].map(|c| format!("{name}_{c}_m"));
     let rotation = ["x", "y", "z"].map(|c| format!("{name}_rotation_{c}_deg"));
@@ -19,7 +19,7 @@ pub(in crate::scene) fn memory() -> Vec<f64> {
     vec![0.0; 3]
 }
 
-/// Takes over the rotation vector that is nearest to the one in memory.
+/// Stores the rotation vector that is nearest to the one in memory.
 pub(in crate::scene) fn remember(frame: &AffineFrame, state: &State, memory: &mut [f64]) {
     let rotation = SignedSvd::of(&frame.gradient_of(&state.x)).rotation();
     memory.copy_from_slice(nearest_vector(rotation, Vec3::from_column_slice(memory)).as_slice());

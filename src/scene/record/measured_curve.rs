@@ -1,4 +1,4 @@
-//! A measured curve in a table: the columns that a scene names, in the units of the recorded ones.
+//! A measured curve in a table: the columns that a scene names, in the units of the recorded columns.
 //!
 //! Encoding, delimiter, decimal mark, lines above the names and a line of units below them are recognised as in the table of a tensile test.
 
@@ -15,13 +15,13 @@ use std::path::Path;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredColumnSpec {
-    /// Name of the column in the file, with or without the unit behind it
+    /// Name of the column in the file, with or without the unit after it
     pub column: String,
-    /// Unit of its numbers; the one in the name of the column, or in a line below the names, if absent
+    /// Unit of the numbers; if absent, the one in the name of the column, or in a line below the names
     pub unit: Option<String>,
 }
 
-/// Why a measured curve was not read.
+/// Reason why a measured curve cannot be read.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub(in crate::scene) enum MeasuredError {
     #[error("{file}: {why}; the path is relative to the scene")]
@@ -43,19 +43,19 @@ pub(in crate::scene) enum MeasuredError {
     Short { file: String },
 }
 
-/// A column that is wanted.
+/// A column to be read.
 pub(in crate::scene) struct Wanted<'a> {
     pub spec: &'a MeasuredColumnSpec,
-    /// The recorded column in whose unit its numbers are wanted
+    /// Recorded column in whose unit the numbers are returned
     pub recorded: &'a str,
-    /// Of the unit that the scene states, if it does
+    /// Factor of the unit that the scene states, if it states one
     pub factor: Option<f64>,
-    /// Half-widths are not negative
+    /// Whether the numbers are half-widths, which are not negative
     pub is_width: bool,
 }
 
 impl<'a> Wanted<'a> {
-    /// Refuses a stated unit that is none of the recorded column.
+    /// Refuses a stated unit that is not a unit of the recorded column.
     pub(in crate::scene) fn new(
         spec: &'a MeasuredColumnSpec,
         recorded: &'a str,
@@ -67,7 +67,7 @@ impl<'a> Wanted<'a> {
     }
 }
 
-/// The numbers of the wanted columns, in the units of the recorded ones.
+/// The numbers of the wanted columns, in the units of the recorded columns.
 pub(in crate::scene) fn read(path: &Path, wanted: &[Wanted]) -> Result<Vec<Vec<f64>>, MeasuredError> {
     let file = path.display().to_string();
     let bytes = storage::read(path, DATA_LIMIT);
@@ -92,7 +92,7 @@ pub(in crate::scene) fn read(path: &Path, wanted: &[Wanted]) -> Result<Vec<Vec<f
     Ok(columns)
 }
 
-/// From the numbers of a column to the unit of the recorded one: as the scene states it, or else as the table does.
+/// The factor from the numbers of a column to the unit of the recorded column, as stated by the scene, or otherwise by the table.
 fn factor(file: &str, table: &Named, k: usize, w: &Wanted) -> Result<f64, MeasuredError> {
     let (file, column) = (file.to_string(), table.name(k).to_string());
     match (w.factor, table.unit(k)) {

@@ -1,4 +1,4 @@
-//! Records of a run: rows, fields, and the curves they are compared with.
+//! Records of a run: rows, fields, and the measured curves with which they are compared.
 
 pub mod column;
 pub(super) mod compare;

@@ -8,25 +8,25 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Rates and fields of the files of a run.
+/// Schedule and fields of the files of a run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputSpec {
-    /// Fields that are written as VTU files, and when
+    /// Fields that are written as VTU files, and their times
     pub fields: Option<FieldsSpec>,
     /// Times of the rows of the CSV file; every point of the time grid if absent
     pub series: Option<ScheduleSpec>,
 }
 
-/// Which fields, and when; at every point of the time grid if no time is given.
+/// Fields and their times; every point of the time grid if no time is given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FieldsSpec {
     /// Names of the fields
     pub what: Vec<FieldSpec>,
-    /// Period of the states
+    /// Period at which states are written
     pub every: Option<Time>,
-    /// Further times of states
+    /// Further times at which states are written
     #[serde(default)]
     pub times: Vec<Time>,
 }
@@ -51,7 +51,7 @@ pub enum FieldSpec {
     ContactForce,
 }
 
-/// Every so often, and at some times.
+/// Times that repeat with a period, and individual times.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScheduleSpec {
@@ -64,16 +64,16 @@ pub struct ScheduleSpec {
 
 /// Values at the nodes or in the cells of the mesh, in SI.
 ///
-/// A stress, von Mises' stress or pressure makes two fields of one name: first the values recovered at the nodes, then the means
-/// of the cells. The others have one, at the nodes.
+/// A stress, von Mises' stress or pressure yields two fields of one name: first the values recovered at the nodes, then the means of the cells. Other
+/// quantities yield one field, at the nodes.
 pub struct Field {
-    /// Quantity and unit: `displacement_m`, `stress_Pa`
+    /// Quantity and unit, such as `displacement_m` or `stress_Pa`
     pub name: &'static str,
-    /// Numbers at each node or cell: 1, the 3 of a vector x, y, z, or the 9 of a tensor row by row, σ_xx, σ_xy, σ_xz, σ_yx, …
+    /// Number of components at each node or cell: 1, the 3 of a vector x, y, z, or the 9 of a tensor row by row, σ_xx, σ_xy, σ_xz, σ_yx, …
     pub components: usize,
-    /// \[nodes or cells × components\] node by node or cell by cell, in the order of the mesh
+    /// Values \[nodes or cells × components\], node by node or cell by cell, in the order of the mesh
     pub values: Vec<f64>,
-    /// Whether they are at the nodes; else in the cells
+    /// Whether the values are at the nodes; otherwise they are in the cells
     pub at_nodes: bool,
 }
 
@@ -84,7 +84,7 @@ impl FieldsSpec {
 }
 
 impl ScheduleSpec {
-    /// Whether output is due at `t`, after the point of the grid at `past`. The first state always is.
+    /// Whether output is due at `t`, after the grid point at `past`. The first state is always due.
     pub fn due(&self, past: Option<f64>, t: f64) -> bool {
         let Some(past) = past else { return true };
         let rounding = rounding(t, t - past);
@@ -95,7 +95,7 @@ impl ScheduleSpec {
     }
 }
 
-/// Refuses times that a run does not reach, and output of nothing.
+/// Refuses times that a run does not reach, and output without fields.
 pub(in crate::scene) fn check_output(file: &Path, spans: &[TimeSpan], spec: &OutputSpec) -> Result<(), SceneError> {
     let end = spans.last().map_or(0.0, |s| s.end);
     let fields = spec.fields.as_ref().map(|f| ("output.fields", f.schedule()));
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(due(&ScheduleSpec { every: None, times: vec![Time(0.42), Time(1.0)] }), [0, 5, 10]);
     }
 
-    /// After hours of settling every step is met, none twice, also where the rounding of the time is a thousandth of a step.
+    /// After hours of settling, no step is missed and none occurs twice, even if the rounding of the time is a thousandth of a step.
     #[test]
     fn a_schedule_is_met_at_late_times() {
         for (start, dt) in [(3600.0, 1e-4), (86_400.0, 1e-4), (86_400.0, 1e-5), (86_400.0, 1e-7)] {

@@ -1,13 +1,12 @@
-//! Cauchy stress at nodes, recovered from that at the quadrature points of the cells around.
+//! Cauchy stress at nodes, recovered from the stress at the quadrature points of the surrounding cells.
 //!
-//! At each corner of a cell a polynomial is fitted by least squares to the stress at the points of a patch of cells (Zienkiewicz & Zhu,
-//! Int. J. Numer. Methods Eng. 33, 1992): linear on tet4, quadratic on tet10. The patch is the cells that share the corner; where
-//! these are few, at the boundary, rings of neighbours are added. The value at the corner is that of its polynomial, the value at a
-//! mid-node the mean of those of the two ends of its edge. A field of the degree of the polynomial is reproduced exactly, on the
-//! surface too, where a mean over the cells would give the value inside of the body.
+//! At each corner of a cell a polynomial is fitted by least squares to the stress at the points of a patch of cells (Zienkiewicz & Zhu, Int. J. Numer. Methods
+//! Eng. 33, 1992): linear on tet4, quadratic on tet10. The patch consists of the cells that share the corner; where these are few, at the boundary, rings of
+//! neighbours are added. The value at a corner is that of its polynomial; the value at a mid-node is the mean of the values at the two ends of its edge. A
+//! field of the degree of the polynomial is reproduced exactly, including on the surface, where a mean over the cells would give a value from inside the body.
 //!
 //! A patch has cells of one material; at an interface a node has the mean over the materials, weighted with the volume of their
-//! cells there.
+//! A patch has cells of one material; at an interface a node has the mean over the materials, weighted by the volume of their cells there.
 
 use crate::effect::PointStress;
 use crate::math::tensor::{Mat3, Vec3};
@@ -16,19 +15,19 @@ use crate::mesh::{Order, TetMesh};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::collections::BTreeSet;
 
-/// Cells of a patch for each term of the polynomial.
+/// Number of cells of a patch for each term of the polynomial.
 const CELLS_PER_TERM: usize = 2;
-/// Rings of cells around a corner at most.
+/// Largest number of rings of cells around a corner.
 const RINGS: usize = 3;
-/// Share of the largest eigenvalue of the normal equations below which a polynomial is not determined \[–\].
+/// Ratio to the largest eigenvalue of the normal equations below which a polynomial is not determined \[–\].
 const DETERMINED: f64 = 1e-10;
 
 /// Stress of one cell.
 #[derive(Clone, Default)]
 struct CellStress {
-    /// X \[m\], weight \[m³\] and σ \[Pa\] at the quadrature points; none where no effect has stress
+    /// X \[m\], weight \[m³\] and σ \[Pa\] at the quadrature points; empty if no effect has stress there
     points: Vec<(Vec3, f64, Mat3)>,
-    /// Effects that the stress is of
+    /// Effects that contribute to the stress
     effects: Vec<usize>,
 }
 
@@ -45,13 +44,13 @@ pub(super) struct StressField<'a> {
 }
 
 impl<'a> StressField<'a> {
-    /// σ = P Fᵀ/J of the effects at the displacements `x`, σ = P of a law of small strains; effects that share a cell add up.
+    /// Computes σ = P Fᵀ/J of the effects at the displacements `x`, or σ = P for a law of small strains; the stresses of effects that share a cell add up.
     pub fn new(mesh: &'a TetMesh, effects: &[&dyn PointStress], x: &[f64]) -> Self {
         let mut cells = vec![CellStress::default(); mesh.cell_count()];
         for (number, effect) in effects.iter().enumerate() {
             let points = effect.points();
             for (b, &c) in points.cells.iter().enumerate() {
-                // Every law was defined at an accepted state.
+                // Every law is defined at an accepted state.
                 let Ok(stress) = effect.stress(x, b) else { continue };
                 let cell = &mut cells[c as usize];
                 cell.effects.push(number);
@@ -71,7 +70,7 @@ impl<'a> StressField<'a> {
         Self { mesh, cells }
     }
 
-    /// \[cells\] means \[Pa\]
+    /// Mean stress of each cell \[cells\] \[Pa\].
     pub fn means(&self) -> Vec<Mat3> {
         let mean = |cell: &CellStress| {
             let sum: Mat3 = cell.points.iter().map(|(_, weight, sigma)| sigma * *weight).sum();
@@ -80,7 +79,7 @@ impl<'a> StressField<'a> {
         self.cells.iter().map(mean).collect()
     }
 
-    /// \[nodes\] recovered stress \[Pa\]; zero where no effect has stress.
+    /// Recovered stress of each node \[nodes\] \[Pa\]; zero where no effect has stress.
     pub fn nodal(&self) -> Vec<Mat3> {
         let materials: BTreeSet<&[usize]> = self.cells.iter().map(|c| c.effects.as_slice()).collect();
         let mut sums = vec![(Mat3::zeros(), 0.0); self.mesh.points.len()];
@@ -98,9 +97,9 @@ struct Recovery<'a> {
     field: &'a StressField<'a>,
     /// Cells of the material
     own: Vec<usize>,
-    /// \[nodes\] of these the cells with this corner
+    /// Cells of the material at each corner \[nodes\]
     around: Vec<Vec<usize>>,
-    /// Terms of the polynomials
+    /// Number of terms of the polynomials
     terms: usize,
 }
 
@@ -115,7 +114,7 @@ impl<'a> Recovery<'a> {
         Self { field, own, around, terms }
     }
 
-    /// \[nodes\] stress \[Pa\] and the volume of the cells there \[m³\], 0 where there are none.
+    /// Stress \[Pa\] of each node \[nodes\], and the volume of the cells there \[m³\], which is 0 without cells.
     fn nodal(&self) -> Vec<(Mat3, f64)> {
         let mesh = self.field.mesh;
         let corners: Vec<Option<Polynomial>> =
@@ -139,7 +138,7 @@ impl<'a> Recovery<'a> {
         values
     }
 
-    /// The polynomial at a corner, of the highest degree that its patch determines.
+    /// The polynomial at a corner, of the highest degree that its patch can determine.
     fn fit(&self, corner: usize) -> Polynomial {
         let center = self.field.mesh.points[corner];
         let mut patch: BTreeSet<usize> = self.around[corner].iter().copied().collect();
@@ -162,17 +161,17 @@ impl<'a> Recovery<'a> {
     }
 }
 
-/// A polynomial in space with values of stress.
+/// A polynomial of the position with values of stress.
 struct Polynomial {
     center: Vec3,
-    /// Length by which places are scaled \[m\]
+    /// Length by which positions are scaled \[m\]
     size: f64,
-    /// \[terms\] \[Pa\]
+    /// Coefficients \[terms\] \[Pa\]
     coefficients: Vec<Mat3>,
 }
 
 impl Polynomial {
-    /// The one of so many terms that is closest to the samples; none where they do not determine it.
+    /// The least-squares fit of a polynomial with `terms` terms to the samples; `None` if they do not determine it.
     fn fit(center: Vec3, terms: usize, samples: impl Iterator<Item = (Vec3, Mat3)> + Clone) -> Option<Self> {
         let size = samples.clone().map(|(at, _)| (at - center).norm()).fold(0.0, f64::max);
         let (mut normal, mut right) = (DMatrix::<f64>::zeros(terms, terms), vec![Mat3::zeros(); terms]);
@@ -199,7 +198,7 @@ impl Polynomial {
     }
 }
 
-/// 1, x, y, z, and the terms of degree 2.
+/// The monomials 1, x, y, z, and those of degree 2.
 fn monomials(p: Vec3) -> [f64; 10] {
     [1.0, p.x, p.y, p.z, p.x * p.x, p.y * p.y, p.z * p.z, p.x * p.y, p.y * p.z, p.z * p.x]
 }

@@ -8,22 +8,22 @@ use rustc_hash::FxHashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Cells whose stretches one thread computes at a time, and points that it sorts.
+/// Number of cells whose stretches one thread computes at a time, and number of points that it sorts.
 const CELLS: usize = 1024;
 const POINTS: usize = 4096;
 
 /// A point of a cell in the deformed body.
 pub struct PointStretch {
     pub cell: u32,
-    /// Its share of the volume at rest \[m³\]
+    /// Share of the volume at rest \[m³\]
     pub weight: f64,
     /// Largest principal stretch \[–\]
     pub largest: f64,
-    /// Ratio of the volumes \[–\]
+    /// Ratio of the deformed volume to the volume at rest \[–\]
     pub j: f64,
 }
 
-/// All points of several effects, cell by cell, for displacements `x` \[unknowns\]: those of the first effect that has a cell.
+/// All points of several effects, cell by cell, for displacements `x` \[unknowns\]; each cell is taken from the first effect that contains it.
 pub fn points(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<PointStretch> {
     let (mut all, mut seen) = (vec![], FxHashSet::<u32>::default());
     for effect in elastic {
@@ -48,12 +48,12 @@ fn points_of(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
     threads::map(ranges, of).into_iter().flatten().collect()
 }
 
-/// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
+/// Median, 95th percentile and maximum of the largest principal stretch, weighted by volume, and the smallest J.
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let points = points(elastic, x);
     let min_j = points.iter().map(|point| point.j).fold(f64::INFINITY, smaller);
     let mut all: Vec<(f64, f64)> = points.iter().map(|point| (point.largest, point.weight)).collect();
-    // Whole by a sort that merges what is sorted
+    // Completed by a sort that merges the sorted parts
     let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0);
     threads::map(all.chunks_mut(POINTS).collect(), |points| points.sort_by(order));
     all.sort_by(order);
@@ -61,11 +61,11 @@ pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     vec![quantile(&all, 0.5), quantile(&all, 0.95), largest, min_j]
 }
 
-/// Rounding of a sum of weights, as a share of it.
+/// Relative rounding of a sum of weights.
 const TIE: f64 = 1e-9;
 
-/// Value below which the share `q` of the weights lies, of (value, weight) in the order of the values: the mean of both neighbours where the share ends between
-/// two of them, so that it does not depend on rounding.
+/// Value below which the share `q` of the weights lies, from (value, weight) in the order of the values. If the share ends between two values it is their
+/// mean, so that it does not depend on rounding.
 fn quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     let total: f64 = sorted.iter().map(|(_, weight)| weight).sum();
     let reaches = |share: f64| {
@@ -79,13 +79,13 @@ fn quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
     0.5 * (reaches(q - TIE) + reaches(q + TIE))
 }
 
-/// Largest singular value of F: the root of the largest eigenvalue of FᵀF in closed form (Smith, Commun. ACM 4, 1961).
+/// Largest singular value of F: the square root of the largest eigenvalue of FᵀF in closed form (Smith, Commun. ACM 4, 1961).
 pub fn largest_stretch(f: &Mat3) -> f64 {
     let c = f.tr_mul(f);
     let mean = c.trace() / 3.0;
     let deviator = c - Mat3::identity() * mean;
     let size = (deviator.norm_squared() / 6.0).sqrt();
-    // Twice the cosine of three times the angle; not a number where all eigenvalues are equal
+    // Cosine of three times the angle; NaN if all eigenvalues are equal
     let cosine = (deviator.determinant() / (2.0 * size.powi(3))).clamp(-1.0, 1.0);
     let above = if size > 0.0 && cosine.is_finite() { 2.0 * size * (cosine.acos() / 3.0).cos() } else { 0.0 };
     (mean + above).sqrt()
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::math::random::SplitMix;
 
-    /// Half of the volume at either value: their mean, whatever rounding makes of the sum. Elsewhere the value itself.
+    /// With half of the volume at either value the result is their mean, whatever the rounding of the sum; elsewhere it is the value itself.
     #[test]
     fn a_share_that_ends_between_two_values_gives_their_mean() {
         for off in [0.0, 1e-13, -1e-13] {
@@ -107,7 +107,7 @@ mod tests {
         assert!(quantile(&[], 0.5).is_nan());
     }
 
-    /// Against the iteration of nalgebra, over states from nearly undeformed ones to large stretches: rounding of a few units.
+    /// Compared with the iteration of nalgebra, for states from nearly undeformed to large stretches: they differ by rounding of a few units.
     #[test]
     fn largest_stretch_is_the_largest_singular_value() {
         let mut random = SplitMix(9);

@@ -1,42 +1,42 @@
-//! Angle by which a direction has turned from where it was at rest, continuous over any number of rotations.
+//! Angle by which a direction has rotated from its direction at rest, continuous over any number of rotations.
 //!
-//! With a declared axis k it is that of the projections on the plane across k, with the sign of the right-hand rule, and each state takes the
-//! number of whole rotations that brings it nearest to the state before. Without one it is α, the angle between the two directions, from 0 to
-//! 180°, carried beyond:
+//! With a declared axis k it is the angle between the projections on the plane across k, with the sign of the right-hand rule, and each state takes the number
+//! of whole rotations that brings it nearest to the state before. Without an axis it is α, the angle between the two directions, from 0 to 180°, continued
+//! beyond:
 //!
 //! ```text
 //! θ = 180° b + α  for b even,   180° (b + 1) − α  for b odd
 //! ```
 //!
-//! where b counts how often the direction n has passed the opposite of its direction at rest n₀, or come round to it. It has passed such
-//! a pole when n₀ × n points against where it pointed before n came near, which is kept while n is within [`CAP`] of the pole. A motion that
-//! goes around a pole outside of it passes nothing.
+//! where b counts how often the direction n has passed the opposite of its direction at rest n₀, or returned to n₀. It has passed such a pole when n₀ × n
+//! points against its direction before n came near the pole, which is kept while n is within [`CAP`] of the pole. A motion that goes around a pole outside of
+//! the cap does not pass it.
 //!
-//! Its derivative by n is that of ±α, or of the projected angle: b and the whole turns are constants.
+//! The derivative of the angle with respect to n is that of ±α, or of the projected angle: b and the whole rotations are constants.
 
 use crate::math::tensor::Vec3;
 
-/// Sine of the angle to a pole within which the plane in which the direction came is kept (30°).
+/// Sine of the angle to a pole within which the plane of the approaching direction is kept (30°).
 const CAP: f64 = 0.5;
 
-/// A direction at rest, and the axis about which its rotations are counted.
+/// A direction at rest, and the axis about which its rotation is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Winding {
     pub rest: Vec3,
-    /// A unit vector; without it about the axis that the motion takes
+    /// Unit vector of the axis; if `None`, the axis follows from the motion
     pub axis: Option<Vec3>,
 }
 
 impl Winding {
-    /// Numbers that it keeps from one state to the next: θ \[deg\] and the axis n₀ × n/|n₀ × n| to go by, zero where there is none.
+    /// Size of the memory from one state to the next: θ \[deg\] and the axis n₀ × n/|n₀ × n| that is kept, zero if there is none.
     pub const MEMORY: usize = 4;
 
-    /// Turns from `rest`, of any length; the axis is a unit vector.
+    /// Measures rotations from `rest`, a vector of any length; the axis is a unit vector.
     pub fn new(rest: Vec3, axis: Option<Vec3>) -> Self {
         Self { rest, axis }
     }
 
-    /// Takes the direction of the next state over.
+    /// Updates the memory with the direction of the next state.
     pub fn remember(&self, now: Vec3, memory: &mut [f64]) {
         match self.axis {
             Some(axis) => {
@@ -61,7 +61,7 @@ impl Winding {
             if sign(half_turns) > 0.0 { 180.0 * half_turns + angle } else { 180.0 * (half_turns + 1.0) - angle };
         let is_near = cross.norm() < CAP * self.rest.norm() * now.norm();
         let axis = match is_near {
-            // The start is no pole that could be passed: the angle of a first half turn has no sign.
+            // The start does not count as a pole that can be passed: the angle of a first half turn has no sign.
             true if half_turns == 0.0 && !is_opposite => Vec3::zeros(),
             true if axis != Vec3::zeros() => axis,
             _ => cross.try_normalize(0.0).map_or(axis, |c| sign(half_turns) * c),
@@ -69,7 +69,7 @@ impl Winding {
         memory[1..].copy_from_slice(axis.as_slice());
     }
 
-    /// Derivative of θ \[deg\] by the direction; zero where it does not exist, at a pole and, with an axis, along it.
+    /// Derivative of θ \[deg\] with respect to the direction; zero where it does not exist: at a pole, and with an axis along it.
     pub fn gradient(&self, now: Vec3, memory: &[f64]) -> Vec3 {
         match self.axis {
             Some(axis) => {
@@ -90,7 +90,7 @@ impl Winding {
         self.rest - axis * axis.dot(&self.rest)
     }
 
-    /// k·(p × n) and p·n with the projection p of the direction at rest.
+    /// The components k·(p × n) and p·n, where p is the projection of the direction at rest.
     fn across(&self, axis: Vec3, now: Vec3) -> [f64; 2] {
         let flat = self.flat(axis);
         [axis.cross(&flat).dot(&now), flat.dot(&now)]
@@ -107,8 +107,8 @@ fn sign(half_turns: f64) -> f64 {
     if half_turns % 2.0 == 0.0 { 1.0 } else { -1.0 }
 }
 
-/// Derivative of the angle between a fixed a and b \[deg\] by b: dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²),
-/// d|a × b| = ((a × b) × a)·db/|a × b|. Zero where a and b are parallel: the angle has a kink there.
+/// Derivative \[deg\] of the angle between a fixed a and b with respect to b: dϑ = \[(a·b) d|a × b| − |a × b| a·db\]/(|a|²|b|²), d|a × b| = ((a × b) ×
+/// a)·db/|a × b|. Zero where a and b are parallel, since the angle has a kink there.
 fn angle_gradient(a: Vec3, b: Vec3) -> Vec3 {
     let cross = a.cross(&b);
     let sine = cross.norm();
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
     use crate::math::statistics::larger;
 
-    /// n₀ = e_x turned by θ towards e_y, then raised towards e_z by β.
+    /// The direction n₀ = e_x rotated by θ towards e_y, then raised towards e_z by β.
     fn direction(angle: f64, out: f64) -> Vec3 {
         let (angle, out) = (angle.to_radians(), out.to_radians());
         3.0 * Vec3::new(out.cos() * angle.cos(), out.cos() * angle.sin(), out.sin())
@@ -167,8 +167,8 @@ mod tests {
         }
     }
 
-    /// Past the opposite at a distance of β in either sense, in steps above and far below β: it is passed all the same, and the angle jumps
-    /// by 2β, that is from 180° − β to 180° + β.
+    /// A direction passes the opposite pole at a distance of β in either sense, in steps far above and below β: the pole counts as passed in all cases, and
+    /// the angle jumps by 2β, from 180° − β to 180° + β.
     #[test]
     fn a_pole_is_passed_whatever_the_steps() {
         let winding = Winding::new(Vec3::x(), None);
@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    /// A tilt of 120° that goes around the direction at rest stays one of 120°.
+    /// A tilt of 120° that goes around the direction at rest remains a tilt of 120°.
     #[test]
     fn a_motion_around_a_pole_passes_nothing() {
         let winding = Winding::new(Vec3::x(), None);
@@ -194,7 +194,7 @@ mod tests {
         assert!(found[24..].iter().all(|a| (a - 120.0).abs() < 1e-9), "{found:?}");
     }
 
-    /// Derivatives against central differences with a step of 1e-6 (error 1e-9 of the angle), in all half turns.
+    /// The derivatives agree with central differences with a step of 1e-6 (error 1e-9 of the angle), in all half turns.
     #[test]
     fn derivatives_are_those_of_the_angle() {
         for axis in [None, Some(Vec3::new(0.1, -0.2, 1.0).normalize())] {

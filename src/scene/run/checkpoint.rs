@@ -1,7 +1,8 @@
-//! A checkpoint, the file that a run restarts from: everything that it needs to go on bit for bit from a point of the time grid.
+//! A checkpoint, the file from which a run restarts: everything that it needs to continue bit for bit from a point of the time grid.
 //!
-//! A saved state is a line with the format and the SHA-256 of all that follows, one line of JSON, which says what it belongs to, and then the
-//! numbers as 64-bit floats, lowest byte first. It holds what was recorded so far, so a run that goes on from it writes the same files as one that was not cut.
+//! A saved state is a line with the format and the SHA-256 of everything that follows, one line of JSON that states its origin, and then the numbers as 64-bit
+//! floats, least significant byte first. It contains the rows recorded so far, so that a run that continues from it writes the same files as an uninterrupted
+//! one.
 
 use super::energy_balance::EnergyBalance;
 use super::energy_growth::EnergyGrowth;
@@ -27,7 +28,7 @@ pub struct Snapshot {
     pub x: Vec<f64>,
 }
 
-/// Scene and mesh with its cable paths of a checkpoint, by digests.
+/// Digests that identify the scene of a checkpoint, and its mesh with the cable paths.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct Origin {
     scene_sha256: String,
@@ -35,13 +36,13 @@ pub(in crate::scene) struct Origin {
 }
 
 impl Origin {
-    /// Of the states of a scene: the scene with its signals and their tables, and its mesh.
+    /// The origin of the states of a scene: the scene with its signals and their tables, and its mesh.
     fn of(scene: &Scene) -> Self {
         let all = format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls);
         Self { scene_sha256: sha256(all), mesh_sha256: mesh_sha256(&scene.body) }
     }
 
-    /// Refuses the states of another scene or mesh: the word for it, and a hint.
+    /// Refuses the states of a different scene or mesh: the error is the word for it, and a hint.
     fn check(&self, scene: &Scene) -> Result<(), (&'static str, &'static str)> {
         let own = Self::of(scene);
         if self.mesh_sha256 != own.mesh_sha256 {
@@ -57,23 +58,23 @@ impl Origin {
     }
 }
 
-/// A run at a point of the time grid, in memory; [`Checkpoint::write`] and [`Checkpoint::read`] keep it in a file. It belongs to the scene and mesh
-/// of the run, and [`RunOptions::restart`](crate::scene::RunOptions::restart) goes on from it with these only.
+/// A run at a point of the time grid, in memory; [`Checkpoint::write`] and [`Checkpoint::read`] store it in a file. It belongs to the scene and mesh of the
+/// run, and [`RunOptions::restart`](crate::scene::RunOptions::restart) continues from it only with these.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     pub state: State,
-    /// Scene and mesh that it belongs to
+    /// Scene and mesh to which it belongs
     pub(in crate::scene) origin: Origin,
-    /// Index of the stage, and of the step in it. Events and controller have had their turn at this point
+    /// Index of the stage, and of the step in it. Events and the controller have been processed at this point
     pub(in crate::scene) position: GridPosition,
     pub(in crate::scene) memory: DriverMemory,
     pub(in crate::scene) control: ControlMemory,
     pub(in crate::scene) balance: EnergyBalance,
     pub(in crate::scene) cables: CableLog,
-    /// \[points\] what was recorded
+    /// Recorded rows \[points\]
     pub(in crate::scene) rows: Vec<Vec<f64>>,
     pub(in crate::scene) signals: Vec<Vec<f64>>,
-    /// \[points\] what the recorders remember
+    /// Memories of the recorders \[points\]
     pub(in crate::scene) memories: Vec<Vec<f64>>,
     pub(in crate::scene) peak: Snapshot,
 }
@@ -94,9 +95,9 @@ pub enum CheckpointError {
 }
 
 const FORMAT: &str = "durometer state 10";
-/// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute other bits.
+/// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute different bits.
 const BUILD: &str = env!("DUROMETER_SOURCE_SHA256");
-/// Numbers that are written at a time.
+/// Number of values that are written at a time.
 const PIECE: usize = 8192;
 
 #[derive(Serialize, Deserialize)]
@@ -112,12 +113,12 @@ struct Head {
     totals: Totals,
     control: ControlMemory,
     cables: CableLog,
-    /// Numbers in each array of the payload
+    /// Length of each array of the payload
     lengths: Vec<usize>,
 }
 
 impl Head {
-    /// Whether the position, the counts and the memory of the protocol are those of a run of this scene.
+    /// Whether the position, the counts and the memory of the controls can belong to a run of this scene.
     fn fits(&self, scene: &Scene) -> bool {
         let memory = scene.controls.memory();
         let [own, expected] = [&self.control, &memory].map(|m| (m.programs.len(), m.outside.len(), m.events.len()));
@@ -130,7 +131,7 @@ impl Head {
     }
 }
 
-/// An input as numbers: a ramp, or the number of the signal that it follows and the time from which that counts, after NaN.
+/// An input as numbers: a ramp, or, after NaN, the number of the signal that it follows and the time from which that signal counts.
 fn numbers(known: &Known) -> [f64; 4] {
     match *known {
         Known::Ramp(Ramp { start, from, end, to }) => [start, from, end, to],
@@ -138,7 +139,7 @@ fn numbers(known: &Known) -> [f64; 4] {
     }
 }
 
-/// The input of these numbers.
+/// The input that these numbers represent.
 fn of_numbers(four: &[f64]) -> Known {
     match four[0].is_nan() {
         true => Known::Follows { signal: four[1] as usize, since: four[2] },
@@ -146,7 +147,7 @@ fn of_numbers(four: &[f64]) -> Known {
     }
 }
 
-/// The bytes before and after the first end of a line.
+/// The bytes before and after the first line break.
 fn split_line(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let end = bytes.iter().position(|b| *b == b'\n')?;
     Some((&bytes[..end], &bytes[end + 1..]))
@@ -158,7 +159,7 @@ impl Checkpoint {
         scene.controls.values_from_outside(&self.control)
     }
 
-    /// The checkpoint at rest, before the first step; an error where an input has no value there.
+    /// The checkpoint at rest, before the first step; an error if an input has no value there.
     pub(in crate::scene) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
         let observed = |state: &State| {
@@ -190,12 +191,12 @@ impl Checkpoint {
         self.rows.len()
     }
 
-    /// Refuses to go on with another scene or mesh than those of the run that it is of.
+    /// Refuses to continue with a scene or mesh different from that of its run.
     pub(in crate::scene) fn check(&self, scene: &Scene) -> Result<(), ControlError> {
         self.origin.check(scene).map_err(|(what, hint)| ControlError::Elsewhere { what, hint })
     }
 
-    /// Refuses to go on under another controller than the one that has set the signals so far: by its identity, or by the values that it would have set.
+    /// Refuses to continue with a controller different from the one that has set the signals so far, by its identity or by the values that it would have set.
     ///
     /// # Errors
     ///
@@ -222,7 +223,7 @@ impl Checkpoint {
         Err(ControlError::OtherController { t: self.state.t })
     }
 
-    /// Writes the state; the file appears whole or not at all.
+    /// Writes the state to a file, whole or not at all.
     ///
     /// # Errors
     ///
@@ -244,7 +245,7 @@ impl Checkpoint {
             lengths: arrays.iter().map(|array| array.len()).collect(),
         };
         let head = serde_json::to_string(&head).expect("numbers, strings and string keys only");
-        // Twice, since the sum comes first. The numbers hold the tangent that was factorised, and are not copied
+        // Called twice, since the digest comes first. The numbers include the factorised tangent, and are not copied
         let fill = |to: &mut dyn Write| {
             writeln!(to, "{head}")?;
             let mut bytes = Vec::with_capacity(8 * PIECE);
@@ -264,11 +265,11 @@ impl Checkpoint {
         written.map_err(|e| CheckpointError::Unwritable { file: file.into(), reason: e.to_string() })
     }
 
-    /// Reads what [`Checkpoint::write`] made of the same scene.
+    /// Reads a state that [`Checkpoint::write`] wrote for the same scene.
     ///
     /// # Errors
     ///
-    /// Where the file cannot be read, is no saved state, is damaged, or belongs to another scene, mesh or build of the program.
+    /// Where the file cannot be read, is not a saved state, is damaged, or belongs to a different scene, mesh or build of the program.
     pub fn read(file: &Path, scene: &Scene) -> Result<Self, CheckpointError> {
         let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
         let bytes = storage::read(file, DATA_LIMIT).map_err(unreadable)?;
@@ -297,7 +298,7 @@ impl Checkpoint {
         Self::from_arrays(head, arrays, scene).ok_or_else(|| damaged("its arrays do not fit the scene"))
     }
 
-    /// All numbers that are not in the head, in the order of [`Checkpoint::from_arrays`].
+    /// All numbers outside of the head, in the order of [`Checkpoint::from_arrays`].
     fn arrays(&self) -> Vec<Cow<'_, [f64]>> {
         let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
         let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
@@ -356,7 +357,7 @@ impl Checkpoint {
             let (x, lambda) = (arrays.next().filter(|x| x.len() == n)?, arrays.next()?);
             recent.push(PastPoint { t: *t.first()?, x, lambda });
         }
-        // A polynomial through the states that are there
+        // A polynomial through the available states
         let degree = Some(head.degree).filter(|d| *d >= 1 && (recent.len() < 2 || *d < recent.len()))?;
         let energies = Energies { elastic, kinetic, dissipated, work };
         Some(Self {
@@ -385,7 +386,7 @@ fn rows(flat: Vec<f64>, columns: usize) -> Vec<Vec<f64>> {
     flat.chunks_exact(columns).map(<[f64]>::to_vec).collect()
 }
 
-/// `count` rows, also where there are no columns.
+/// The numbers as `count` rows, even if there are no columns.
 fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
     if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
 }

@@ -1,34 +1,35 @@
-//! Energies of a run: stored at the state, put in and dissipated along the path.
+//! Energies of a run: stored at the state, supplied and dissipated along the path.
 //!
-//! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work less the change of the dissipation is
-//! the change of elastic + kinetic. Relaxing parts that are loaded at the start hold an energy, with which the dissipation begins: they give it back.
+//! Work and dissipation count from the start, elastic and kinetic energy belong to the state: over a run, the work minus the dissipated energy is the change
+//! of elastic + kinetic energy. Relaxing parts that are loaded at the start store an energy that is included in the initial dissipation: they release it
+//! later.
 
 use super::energy_growth::EnergyGrowth;
 use crate::scene::record::recorder::Energies;
 use crate::solve::AcceptedStep;
 use crate::system::{EnergyRole, State, System, Want};
 
-/// Share of a prescribed displacement up to which its change is that of its signal \[–\]
+/// Relative difference up to which the change of a prescribed displacement is that of its signal \[–\]
 const FOLLOWS: f64 = 1e-9;
 
 /// Integrals along the path.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::scene) struct EnergyBalance {
     pub energies: Energies,
-    /// Per effect: energy at the last state
+    /// Energy of each effect at the last state
     pub effect: Vec<f64>,
-    /// Per constraint: g at the last state
+    /// g of each constraint at the last state
     pub g: Vec<f64>,
-    /// \[unknowns\] residual at the last state \[N\]
+    /// Residual at the last state \[unknowns\] \[N\]
     pub residual: Vec<f64>,
-    /// Energy from nothing
+    /// Energy that appears without work
     pub growth: EnergyGrowth,
 }
 
 impl EnergyBalance {
     pub(in crate::scene) fn new(system: &System, rest: &State) -> Self {
         let mut sums = system.workspace();
-        // An effect that is not defined at rest stops the first step; its energy is then of no use.
+        // An effect that is not defined at rest stops the first step; its energy is then not needed.
         let defined = system.assemble(&rest.at(), &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let has_begun = rest.history.iter().any(|value| *value != 0.0);
         let held = if defined && has_begun { sums.dissipated.iter().sum() } else { 0.0 };
@@ -40,7 +41,7 @@ impl EnergyBalance {
         balance
     }
 
-    /// Takes elastic and kinetic energy from those of the effects, and from the multipliers λ of the constraints that give.
+    /// Updates the elastic and kinetic energy from those of the effects, and from the multipliers λ of compliant constraints.
     fn store(&mut self, system: &System, lambda: &[f64]) {
         let Energies { elastic, kinetic, .. } = &mut self.energies;
         (*elastic, *kinetic) = (0.0, 0.0);
@@ -76,7 +77,7 @@ impl EnergyBalance {
             }
             self.effect[e] = energy;
         }
-        // A constraint does the work −∫ λ d(target − g): of a cable, tension times the length drawn in, also where its drive yields.
+        // A constraint does the work −∫ λ d(target − g): for a cable, the tension times the length drawn in, even if its drive yields.
         for (c, constraint) in system.constraints.iter().enumerate() {
             let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
             let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);
@@ -90,7 +91,7 @@ impl EnergyBalance {
             let dof = p.dof as usize;
             let (from, to) = (p.signal.at(past.clock()), p.signal.at(now.clock()));
             let moved = now.x[dof] - past.x[dof];
-            // The first static step brings what is prescribed from rest to its place, by whatever way.
+            // The first static step moves prescribed dofs from rest to their positions, along an arbitrary path.
             let follows = (moved - (to - from)).abs() <= FOLLOWS * from.abs().max(to.abs());
             let [first, second] = if follows { p.signal.increments([past.clock(), now.clock()]) } else { [moved; 2] };
             self.energies.work += 0.5 * (self.residual[dof] * first + sums.r[dof] * second);

@@ -1,35 +1,35 @@
-//! Energy from nothing in the dynamic stages of a run.
+//! Energy that appears without work in the dynamic stages of a run.
 //!
-//! Elastic and kinetic energy rise by the work that is put in at most, and by what relaxing parts give back. A rule that damps, and whatever
-//! dissipates, only takes from them. Energy beyond that comes from the integrator, whose steps are too long for the motion.
+//! Elastic and kinetic energy can rise at most by the work done and by the energy that relaxing parts release. Numerical damping and dissipation only reduce
+//! them. Any energy beyond that comes from the integrator, whose steps are too long for the motion.
 //!
-//! What is dissipated is not added to the energy: the sum over long steps is far from the integral, and there is no finding by it.
+//! Dissipated energy is not added: its sum over long steps is far from the integral, so that no finding is based on it.
 
 use crate::scene::record::recorder::Energies;
 
-/// Share of the largest energy of a stage above which energy from nothing is a finding \[–\]. Work is a sum over steps, and in sound runs off
-/// by far less (`tests/solver/energy.rs`).
+/// Energy without work, relative to the largest energy of a stage, above which it is a finding \[–\]. Work is a sum over steps, which in sound runs is off by
+/// far less (`tests/solver/energy.rs`).
 const FINDING: f64 = 0.1;
-/// Steps with such an energy that are a finding: one that is far longer than the motion overshoots after a jump of a load, and comes back.
+/// Number of steps with such an energy that make a finding: a single step far longer than the motion overshoots after a jump of a load, and returns.
 const STEPS: usize = 3;
-/// Share of the energies before a stage below which its own are rounding \[–\].
+/// Energy relative to the energies before a stage below which that of the stage is rounding \[–\].
 const ROUNDING: f64 = 1e-6;
-/// Energy below which a body is at rest \[J\]: that of a molecule by heat.
+/// Energy below which a body is at rest \[J\]: of the order of the thermal energy of a molecule.
 const REST: f64 = 1e-20;
 
-/// The most energy from nothing in one stage.
+/// The largest energy without work in one stage.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct EnergyFromNothing {
-    /// End of the last of three steps that have as much \[s\]
+    /// End of the last of three steps with at least this energy \[s\]
     pub t: f64,
-    /// Their elastic and kinetic energy beyond those of the start of the stage, the work, and what relaxing parts gave back \[J\]
+    /// Their elastic and kinetic energy beyond that at the start of the stage, the work, and the energy that relaxing parts released \[J\]
     pub excess: f64,
     /// Largest energy of the stage: elastic and kinetic, or work \[J\]
     pub largest: f64,
 }
 
 impl EnergyFromNothing {
-    /// The excess as a share of the largest energy of the stage \[–\].
+    /// The excess relative to the largest energy of the stage \[–\].
     pub fn share(&self) -> f64 {
         if self.excess > 0.0 { self.excess / self.largest } else { 0.0 }
     }
@@ -40,18 +40,18 @@ impl EnergyFromNothing {
 pub(in crate::scene) struct EnergyGrowth {
     /// Energies at the start of the stage
     start: Energies,
-    /// The excesses above that of the stage, descending \[J\]
+    /// The excesses above that of the stage, in descending order \[J\]
     above: [f64; STEPS - 1],
     stage: EnergyFromNothing,
-    /// The worst one of the stages before
+    /// The worst of the previous stages
     worst: EnergyFromNothing,
 }
 
 impl EnergyGrowth {
-    /// Numbers of [`EnergyGrowth::numbers`].
+    /// Length of [`EnergyGrowth::numbers`].
     pub const NUMBERS: usize = 12;
 
-    /// A stage begins at these energies.
+    /// Begins a stage at these energies.
     pub fn begin(&mut self, energies: Energies) {
         let stage = EnergyFromNothing { largest: REST.max(ROUNDING * largest(energies)), ..Default::default() };
         *self = Self { start: energies, above: [0.0; STEPS - 1], stage, worst: self.worst() };
@@ -76,12 +76,12 @@ impl EnergyGrowth {
         if self.stage.share() > self.worst.share() { self.stage } else { self.worst }
     }
 
-    /// The worst stage, where its energy from nothing is a finding.
+    /// The worst stage, if its energy without work is a finding.
     pub fn finding(&self) -> Option<EnergyFromNothing> {
         Some(self.worst()).filter(|worst| worst.share() > FINDING)
     }
 
-    /// Everything that it keeps.
+    /// Its whole state as numbers.
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let Energies { elastic, kinetic, dissipated, work } = self.start;
         let [[a, b, c], [d, e, f]] = [self.stage, self.worst].map(|of| [of.t, of.excess, of.largest]);
@@ -89,7 +89,7 @@ impl EnergyGrowth {
         [elastic, kinetic, dissipated, work, first, second, a, b, c, d, e, f]
     }
 
-    /// The one that keeps these numbers.
+    /// Restores the state from its numbers.
     pub fn of_numbers(numbers: [f64; Self::NUMBERS]) -> Self {
         let [elastic, kinetic, dissipated, work, first, second, a, b, c, d, e, f] = numbers;
         let of = |t, excess, largest| EnergyFromNothing { t, excess, largest };
@@ -98,7 +98,7 @@ impl EnergyGrowth {
     }
 }
 
-/// The larger one of the stored energy and the work \[J\].
+/// The larger of the stored energy and the work \[J\].
 fn largest(Energies { elastic, kinetic, work, .. }: Energies) -> f64 {
     (elastic.abs() + kinetic).max(work.abs())
 }
@@ -107,7 +107,7 @@ fn largest(Energies { elastic, kinetic, work, .. }: Energies) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps with these elastic and kinetic energies, those dissipated, and the work.
+    /// Adds steps with these elastic, kinetic and dissipated energies, and this work.
     fn add(growth: &mut EnergyGrowth, steps: &[[f64; 4]]) {
         for [elastic, kinetic, dissipated, work] in steps.iter().copied() {
             growth.add(growth.stage.t + 1.0, Energies { elastic, kinetic, dissipated, work });
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn only_energy_that_nothing_put_in_counts() {
         let start = [1.0, 0.0, 5.0, 6.0];
-        // Oscillation, a load, damping of the rule, a dissipation that is booked too high, and relaxing parts that give back
+        // Oscillation, a load, numerical damping, a dissipation that is overestimated, and relaxing parts that release energy
         let sound = [[0.5, 0.5, 5.0, 6.0], [2.0, 1.0, 5.5, 8.5], [0.1, 0.1, 9.0, 8.5], [2.0, 3.0, 3.5, 8.5]];
         for one in sound {
             assert_eq!(stage(start, &[one; 5]).finding(), None, "{one:?}");

@@ -13,30 +13,30 @@ use std::time::Instant;
 pub(super) struct RunRecorder<'a, 'o> {
     scene: &'a Scene,
     options: RunOptions<'o>,
-    /// Records so far. Its state, position and memory are those of the last point of the grid that may be saved
+    /// Records so far. Its state, position and memory are those of the last grid point that can be saved
     pub checkpoint: Checkpoint,
-    /// The last point of the grid, for a run that ends between two; only where the end is saved
+    /// The last grid point, for a run that ends between two points; only if the end is saved
     last_point: Option<Checkpoint>,
-    /// Saved states that no option receives
+    /// Saved states that no callback receives
     kept: Vec<Saved>,
     /// Whether states are saved
     saves: bool,
     /// Error of a signal or of the controller, which ended the run
     pub failure: Option<ControlError>,
-    /// Column or signal whose value was no finite number, which ended the run
+    /// Column or signal whose value was not finite, which ended the run
     pub not_finite: Option<String>,
     /// Iterations since the last recorded row
     iterations: usize,
-    /// When a state was saved last, of those that are saved again and again
+    /// Time at which a state was last saved periodically
     saved: Instant,
-    /// The receiver of the rows wants no more of them
+    /// Whether the receiver of the rows wants no more of them
     is_full: bool,
-    /// Numbers that the recorders keep, at the last accepted state
+    /// Memory of the recorders at the last accepted state
     memory: Vec<f64>,
 }
 
 impl<'a, 'o> RunRecorder<'a, 'o> {
-    /// A recorder before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint; `refused` ends the run there.
+    /// A recorder before the first step of a run, or of the rest of one. The initial state is that of the checkpoint; `refused` ends the run there.
     pub fn new(scene: &'a Scene, mut options: RunOptions<'o>, refused: Option<ControlError>) -> Self {
         let restart = options.restart.take();
         let last_point = restart.clone().filter(|_| options.save_end);
@@ -47,7 +47,7 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
             on_state(&checkpoint.state);
         }
         let mut failure = refused.or(outcome.err());
-        // Such a row is not kept, not even the first one: no file holds what is no number
+        // Such a row is not kept, not even the first one: no file contains values that are not finite
         let first = checkpoint.rows.last().zip(checkpoint.signals.last());
         let not_finite = first.and_then(|(row, signals)| not_finite(scene, row, signals));
         if not_finite.is_some() {
@@ -91,7 +91,8 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         self.checkpoint.rows.last().map_or(0.0, |row| row[0])
     }
 
-    /// Ends a run after its last step: saves the end, and tells the controller. Returns records, kept states, options, and the error that ended the run.
+    /// Ends a run after its last step: saves the end, and tells the controller. Returns the records, the saved states, the options, and the error that ended
+    /// the run.
     pub fn finish(mut self, status: &Status) -> (Checkpoint, Vec<Saved>, RunOptions<'o>, Option<ControlError>) {
         if let Some(checkpoint) = self.last_point.take() {
             self.options.save(&checkpoint, "end", &mut self.kept);
@@ -102,14 +103,14 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         (self.checkpoint, self.kept, self.options, self.failure)
     }
 
-    /// Events, the controller and the inputs up to the time `next`.
+    /// Decides events, the controller and the inputs up to the time `next`.
     fn decide(&mut self, state: &mut State, next: Option<f64>) -> Result<Orders, ControlError> {
         let Checkpoint { control, rows, .. } = &mut self.checkpoint;
         let row = rows.last().expect("the first row is the state at rest");
         self.scene.controls.decide(control, state, row, next, self.options.controller.as_deref_mut())
     }
 
-    /// Takes the point of the grid over into the checkpoint, and saves it if it is due or `asked` for.
+    /// Stores the grid point in the checkpoint, and saves it if it is due or `asked` for.
     fn save(&mut self, point: &GridPoint, state: &State, asked: bool) {
         self.checkpoint.state.clone_from(state);
         self.checkpoint.position = point.position;
@@ -155,14 +156,14 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
     }
 }
 
-/// A time as the name of a state has it: the shortest decimal within a millionth of the step before it, so that two points of the grid have two
-/// names, and rounding leaves no trace.
+/// The time in the name of a state: the shortest decimal within a millionth of the step before it, so that two grid points have different names, and rounding
+/// is not visible.
 fn time_name(t: f64, step: f64) -> String {
     let is_near = |name: &String| name.parse::<f64>().is_ok_and(|named| (named - t).abs() <= 1e-6 * step);
     (0..=17).map(|decimals| format!("{t:.decimals$}")).find(is_near).unwrap_or_else(|| t.to_string())
 }
 
-/// The first column, or else the first signal, whose value is not a finite number.
+/// The first column, or otherwise the first signal, whose value is not finite.
 fn not_finite(scene: &Scene, row: &[f64], signals: &[f64]) -> Option<String> {
     let faulty = |values: &[f64]| values.iter().position(|value| !value.is_finite());
     faulty(row).map(|k| scene.columns().swap_remove(k)).or_else(|| Some(scene.signals[faulty(signals)?].name.clone()))
@@ -199,7 +200,7 @@ impl StepObserver for RunRecorder<'_, '_> {
         self.checkpoint.balance.add_step(&scene.system, step);
         self.checkpoint.cables.note(&scene.cables, step.now);
         scene.remember(step.now, &mut self.memory);
-        // With steps of controlled error, each of them is a row.
+        // With error-controlled steps, each of them is a row.
         let recorded = step.on_grid || scene.spec.numerics.time_error.is_some() && !step.integrator.is_static();
         if let Some(sensitivities) = &mut self.options.sensitivities {
             sensitivities.step(step, &self.memory, recorded);
@@ -232,7 +233,7 @@ mod tests {
         assert_eq!([time_name(0.0, 0.0), time_name(2.0, 0.1), time_name(1.25e-7, 2.5e-8)], ["0", "2", "0.000000125"]);
         let (early, late) = (1000.0, 1000.0 + 1e-7);
         assert_ne!(time_name(early, 1e-7), time_name(late, 1e-7));
-        // Steps that the rounding of the time swallows
+        // Steps that are lost in the rounding of the time
         assert_eq!(time_name(0.1, 1e-17), "0.1");
     }
 }

@@ -1,4 +1,4 @@
-//! Identity of a scene: the contents of the files that it names, and all that a run depends on.
+//! Identity of a scene: the contents of the files that it names, and everything that a run depends on.
 
 use crate::mesh::format::recognise;
 use crate::mesh::generate::referred;
@@ -10,29 +10,29 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};
 
-/// A file by its contents.
+/// A file, identified by its contents.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
 pub struct FileDigest {
     pub file: String,
-    /// Empty where the file cannot be read
+    /// Digest of the contents; empty if the file cannot be read
     pub sha256: String,
 }
 
 impl FileDigest {
-    /// A file below a folder, as it is now.
+    /// The present contents of a file in a folder.
     pub fn of(base: &Path, file: String) -> Self {
         let sha256 = storage::read(&base.join(&file), DATA_LIMIT).map(sha256).unwrap_or_default();
         Self { file, sha256 }
     }
 }
 
-/// Keys under which a scene names files, wherever they are.
+/// Keys under which a scene names files, at any depth.
 const KEYS: [&str; 2] = ["file", "reference"];
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
-/// SHA-256 of a scene without the keys that a restart may change, of the contents of all files that the rest names, and of what was added to it in
-/// Rust. The text counts where it is that of the specification, which counts itself where it was changed or written in Rust.
+/// SHA-256 of a scene without the keys that a restart may change, of the contents of all files that the rest names, and of additions from Rust. The text is
+/// used if it is that of the specification; the specification itself is used if it was changed or written in Rust.
 pub(in crate::scene) fn simulated(file: &Path, text: &str, spec: &SceneSpec, added: &str) -> String {
     let scene = without_free(text.parse().unwrap_or_default());
     let own = printed(spec);
@@ -62,7 +62,7 @@ pub fn same_simulation(text: &str, other: &str) -> bool {
     own.is_ok_and(|own| known.is_ok_and(|known| own == known))
 }
 
-/// The files of [`named_files`] that the simulation of a resolved scene depends on: without measured data that it is compared with.
+/// The files from [`named_files`] that the simulation of a resolved scene depends on: without measured data for comparison.
 pub fn simulated_files(scene_file: &Path, text: &str) -> Vec<FileDigest> {
     text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &without_free(scene)))
 }
@@ -72,14 +72,14 @@ pub fn mesh_sha256(body: &Body) -> String {
     sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
-/// The files that a resolved scene names, and those that its mesh files refer to, each once and relative to the file of the scene.
+/// The files that a resolved scene names, and those to which its mesh files refer, each once and relative to the file of the scene.
 pub fn named_files(scene_file: &Path, scene: &Table) -> Vec<FileDigest> {
     let mut names = vec![];
     in_table(scene, &mut names);
     digests(scene_file, names)
 }
 
-/// The files of these names, and those that mesh files among them refer to.
+/// The files with these names, and those to which mesh files among them refer.
 fn digests(scene_file: &Path, mut names: Vec<String>) -> Vec<FileDigest> {
     let base = scene_file.parent().unwrap_or(Path::new(""));
     for other in names.clone().iter().flat_map(|name| referred_names(base, name)) {
@@ -90,7 +90,7 @@ fn digests(scene_file: &Path, mut names: Vec<String>) -> Vec<FileDigest> {
     names.into_iter().map(|file| FileDigest::of(base, file)).collect()
 }
 
-/// The files that a mesh file refers to; none of one that cannot be read, which the run refuses.
+/// The files to which a mesh file refers; empty for a file that cannot be read, which the run refuses.
 fn referred_names(base: &Path, name: &str) -> Vec<String> {
     let path = base.join(name);
     let found = recognise(&path).ok().and_then(|format| referred::names(&path, format.reader.shape().1).ok());
@@ -98,7 +98,7 @@ fn referred_names(base: &Path, name: &str) -> Vec<String> {
     found.unwrap_or_default().iter().map(|other| relative(other)).collect()
 }
 
-/// The files that a specification names, from Rust's print of it: `file: "a.csv"`, `file: Some("a.msh")`.
+/// The files that a specification names, from its debug output: `file: "a.csv"`, `file: Some("a.msh")`.
 fn in_printed(printed: &str) -> Vec<String> {
     let mut names: Vec<String> = vec![];
     for rest in KEYS.iter().flat_map(|key| printed.split(&format!(" {key}: ")).skip(1).collect::<Vec<_>>()) {

@@ -1,4 +1,4 @@
-//! One run of a scene and its result. Neither prints nor writes.
+//! One run of a scene and its result. This module neither prints nor writes files.
 
 pub(super) mod checkpoint;
 mod energy_balance;
@@ -41,39 +41,38 @@ use std::time::{Duration, Instant};
 /// Result of a run: rows on the time grid, the state farthest from rest, and the cost.
 pub struct Run {
     pub columns: Vec<String>,
-    /// \[rows × columns\] on the time grid, and after every dynamic step where `time_error` sets their length; the first column is
-    /// t_s
+    /// Rows \[rows × columns\] on the time grid, and after every dynamic step if `time_error` controls their length; the first column is t_s
     pub rows: Vec<Vec<f64>>,
     /// Rows that are written, by `output.series`: all, or those that are due and the last one
     pub written: Vec<usize>,
-    /// \[rows × signals\] values of the prescribed signals
+    /// Values of the prescribed signals \[rows × signals\]
     pub signals: Vec<Vec<f64>>,
-    /// \[rows × numbers\] what the recorders keep, in their order
+    /// Memory of the recorders, in their order \[rows × numbers\]
     pub memories: Vec<Vec<f64>>,
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
-    /// The controllers that have set signals, where they can be told apart
+    /// The controllers that have set signals, if they have an identity
     pub controllers: Vec<ControllerRecord>,
     pub status: Status,
-    /// Error of a signal, of the controller or of the state to go on from, which ended the run
+    /// Error of a signal, of the controller or of the saved state to continue from, which ended the run
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
-    /// Energy from nothing, where a dynamic stage has a tenth of its energy from there
+    /// Energy without work, if it exceeds a tenth of the energy of a dynamic stage
     pub energy_from_nothing: Option<EnergyFromNothing>,
     /// Evaluations of each effect and constraint
     pub costs: Vec<Cost>,
     pub assembly: Duration,
     pub factorisation: Duration,
     pub factorisations: usize,
-    /// Of them those of shifted tangents
+    /// Number of these factorisations that were of shifted tangents
     pub shifted_factorisations: usize,
-    /// Iterations of Newton's method, those of steps that were not accepted included
+    /// Iterations of Newton's method, including those of steps that were not accepted
     pub tried_iterations: usize,
     pub solve: Duration,
-    /// Time of the forces on contact points in corrections
+    /// Time spent on the forces on contact points in corrections
     pub contact_forces: Duration,
-    /// Right sides solved for
+    /// Number of right-hand sides solved for
     pub solves: usize,
     pub factor_nnz: usize,
     /// Additions and multiplications of one factorisation
@@ -85,48 +84,48 @@ pub struct Run {
     pub peak: Snapshot,
     /// The last accepted state
     pub last: State,
-    /// The states that the options asked for, in order of time and each with its label, where no `on_save` received them
+    /// Saved states that the options requested, in order of time and each with its label, if no `on_save` received them
     pub saved: Vec<Saved>,
-    /// Cables that went slack, taut, or to the limit of their drive
+    /// Events in which cables went slack or taut, or reached the limit of their drive
     pub cable_events: Vec<CableEvent>,
     /// Cavities whose walls have passed through each other
     pub collapsed: Vec<CollapsedCavity>,
-    /// Facets that lie inside of an obstacle between their contact points, at the end or farthest from rest
+    /// Facets that lie inside an obstacle between their contact points, at the end or farthest from rest
     pub sunken: Vec<SunkenFacet>,
     /// Name and counts of each contact
     pub contacts: Vec<(String, Counts)>,
-    /// The cables that pulled where the run could not go on, and a remedy
+    /// The cables that pulled when the run could not continue, and a remedy
     pub pulling: Option<String>,
-    /// Derivatives of the rows, where the options asked for them
+    /// Derivatives of the rows, if the options requested them
     pub sensitivities: Option<Sensitivities>,
 }
 
 impl Run {
-    /// Values of a recorded column, one per row; none if no column has this name.
+    /// Values of a recorded column, one per row; `None` if no column has this name.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let k = self.columns.iter().position(|c| c == name)?;
         Some(self.rows.iter().map(|row| row[k]).collect())
     }
 
-    /// The kept state of this label, such as `0.5s` or `end`; none if there is no such state.
+    /// The saved state with this label, such as `0.5s` or `end`; `None` if there is no such state.
     pub fn checkpoint(&self, label: &str) -> Option<&Checkpoint> {
         self.saved.iter().find(|(known, _)| known == label).map(|(_, checkpoint)| checkpoint)
     }
 
-    /// The time of the derivatives, which is no part of the cost of the run.
+    /// The time spent on derivatives, which does not count as cost of the run.
     pub fn spent_on_derivatives(&self) -> Spent {
         self.sensitivities.as_ref().map(|found| found.spent).unwrap_or_default()
     }
 
-    /// The time without that of what is no part of the cost of a run: derivatives, and what was done `elsewhere`, such as the answers of a controller and the
-    /// writing of fields.
+    /// The time without the parts that do not count as cost of a run: derivatives, and the time spent `elsewhere`, such as on the answers of a controller and
+    /// on writing fields.
     pub fn own_time(&self, spent: Spent, elsewhere: Spent) -> Spent {
         spent - self.spent_on_derivatives() - elsewhere
     }
 }
 
 impl Scene {
-    /// The state that a run starts from.
+    /// The state from which a run starts.
     pub fn start(&self) -> State {
         let mut state = self.system.rest();
         for body in &self.rigids {
@@ -140,14 +139,14 @@ impl Scene {
         self.in_place(state)
     }
 
-    /// A state before the first step, with prescribed nodes in place and in motion where the first stage is dynamic. A static one brings them there.
-    /// The pressures are those that belong to the places of the nodes.
+    /// A state before the first step, in which prescribed nodes are in place and in motion if the first stage is dynamic. A static stage moves them there. The
+    /// pressures correspond to the positions of the nodes.
     pub(super) fn in_place(&self, mut state: State) -> State {
         let is_dynamic = self.spans.first().is_some_and(|first| !first.integrator.is_static());
         if is_dynamic {
             place_in_motion(&self.system, &mut state);
         }
-        // Without pressures where a law is not defined, which stops the first step
+        // Without pressures if a law is not defined there, which stops the first step
         _ = set_second_field(&self.system, &mut state);
         if is_dynamic {
             self.system.begin(&mut state);
@@ -155,7 +154,7 @@ impl Scene {
         state
     }
 
-    /// The fields of a state, in the order of `what`: of a stress one at the nodes and one in the cells, see [`Field`].
+    /// The fields of a state, in the order of `what`; for a stress one at the nodes and one in the cells, see [`Field`].
     pub fn fields(&self, state: &State, what: &[FieldSpec]) -> Vec<Field> {
         fields(self, state, what)
     }
@@ -166,7 +165,7 @@ impl Scene {
         self.signals.iter().map(|s| s.signal.at(now)).collect()
     }
 
-    /// How to choose between the direct and the iterative path.
+    /// The choice between the direct and the iterative method.
     pub fn method(&self) -> Method {
         let numerics = &self.spec.numerics;
         let linear = match numerics.linear {
@@ -184,7 +183,7 @@ impl Scene {
         self.run_with(RunOptions::default())
     }
 
-    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved. A saved state of another scene,
+    /// Runs all stages with optional callbacks, a controller, derivatives, a saved state to start from, or states to be saved. A saved state of another scene,
     /// mesh or controller ends the run before its first step, with the reason in [`Run::failure`].
     pub fn run_with(&self, mut options: RunOptions) -> Run {
         let refused = options.restart.as_ref().and_then(|restart| {
@@ -208,7 +207,7 @@ impl Scene {
             (Some(_), _) => Status::Interrupted { t: state.t },
             (None, Some(_)) => Status::Converged,
             _ if !admitted => Status::Interrupted { t: state.t },
-            // A stop that ended the run before it was saved ends it still
+            // A stop that ended the run before it was saved still ends it
             _ if recorder.checkpoint.control.stopped => Status::Converged,
             _ => driver.run_spans(&self.spans, from, &mut state, &mut recorder),
         };
@@ -303,7 +302,7 @@ impl Scene {
         (0..rows.len()).filter(due).collect()
     }
 
-    /// Everything that is recorded, in the order of the columns.
+    /// All recorders, in the order of the columns.
     pub fn recorders(&self) -> impl Iterator<Item = &dyn Recorder> {
         recorders(&self.probes, &self.cables, &self.cavities, &self.rigids, &self.contacts)
     }
@@ -313,12 +312,12 @@ impl Scene {
         columns(self.recorders())
     }
 
-    /// Numbers that the recorders keep, before the first state.
+    /// Memory of the recorders before the first state.
     pub(super) fn memory(&self) -> Vec<f64> {
         self.recorders().flat_map(|r| r.memory()).collect()
     }
 
-    /// Takes an accepted state over into what the recorders keep.
+    /// Updates the memory of the recorders with an accepted state.
     pub(super) fn remember(&self, state: &State, mut memory: &mut [f64]) {
         for recorder in self.recorders() {
             let (own, rest) = memory.split_at_mut(recorder.memory().len());
@@ -327,7 +326,7 @@ impl Scene {
         }
     }
 
-    /// The recorders, each with what it keeps.
+    /// The recorders, each with its memory.
     pub fn with_memories<'m>(&'m self, mut memory: &'m [f64]) -> impl Iterator<Item = (&'m dyn Recorder, &'m [f64])> {
         self.recorders().map(move |recorder| {
             let (own, rest) = memory.split_at(recorder.memory().len());
@@ -350,7 +349,7 @@ impl Scene {
         std::iter::once(state.t).chain(values).chain(std::iter::once(iterations as f64)).collect()
     }
 
-    /// Largest principal stretch at each node: mean over the cells there, weighted with their volume.
+    /// Largest principal stretch at each node: the mean over the surrounding cells, weighted by their volume.
     pub fn nodal_stretch(&self, x: &[f64]) -> Vec<f64> {
         let mesh = &self.body.mesh;
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];
@@ -376,7 +375,7 @@ impl Scene {
     }
 }
 
-/// Times of the evaluations, one entry for consecutive constraints of one name.
+/// Times of the evaluations, with one entry for consecutive constraints of the same name.
 fn by_name(costs: &[Cost]) -> Vec<Cost> {
     let mut out: Vec<Cost> = Vec::new();
     for cost in costs {

@@ -1,4 +1,4 @@
-//! Options of a run: its start, who sets its signals, who follows it, and the states it saves.
+//! Options of a run: its start, the controller that sets its signals, callbacks that follow it, and the states that it saves.
 
 use super::checkpoint::Checkpoint;
 use crate::scene::control::Controller;
@@ -20,17 +20,17 @@ pub struct Progress {
 
 /// Receives a saved state with its label.
 pub type OnSave<'a> = dyn FnMut(&Checkpoint, &str) + 'a;
-/// Receives the progress after each accepted step; returns false to stop the run.
+/// Receives the progress after each accepted step; returns `false` to stop the run.
 pub type OnProgress<'a> = dyn FnMut(Progress) -> bool + 'a;
-/// Receives each state on the time grid, the first one included.
+/// Receives each state on the time grid, including the first one.
 pub type OnState<'a> = dyn FnMut(&State) + 'a;
 
-/// Receives a size of memory \[bytes\]; returns false to stop the run.
+/// Receives an amount of memory \[bytes\]; returns `false` to stop the run.
 pub type OnSized<'a> = dyn FnMut(u64) -> bool + 'a;
 
-/// Receives each recorded row as it comes, the first one included; returns false to stop the run.
+/// Receives each recorded row as it is recorded, including the first one; returns `false` to stop the run.
 pub type OnRow<'a> = dyn FnMut(&[f64]) -> bool + 'a;
-/// Label of the states that are saved again and again.
+/// Label of the states that are saved periodically.
 pub const PARTIAL: &str = "partial";
 
 /// Options of [`Scene::run_with`](crate::scene::Scene::run_with); a plain run needs none of them.
@@ -38,44 +38,44 @@ pub const PARTIAL: &str = "partial";
 pub struct RunOptions<'a> {
     pub on_progress: Option<&'a mut OnProgress<'a>>,
     pub on_state: Option<&'a mut OnState<'a>>,
-    /// Receives the iterations of Newton's method, in the steps that it solves
+    /// Receives the iterations of Newton's method in the steps that it solves
     pub on_iteration: Option<OnIteration>,
-    /// Gets the memory that the linear systems are going to take \[bytes\], before the first step; returns false to stop
+    /// Receives the memory that the linear systems will need \[bytes\], before the first step; returns `false` to stop
     pub on_sized: Option<&'a mut OnSized<'a>>,
-    /// Set to stop the run, also within a step
+    /// Flag that stops the run, also within a step
     pub stop: Option<Arc<AtomicBool>>,
     pub on_row: Option<&'a mut OnRow<'a>>,
-    /// Do not look for the reason where no step is possible: a search over many runs does not read it
+    /// Whether to skip the search for the reason why no step is possible, which a search over many runs does not need
     pub undiagnosed: bool,
-    /// A saved state of this scene to go on from; title, numerics, output and comparisons may be others
+    /// Saved state of this scene from which to continue; title, numerics, output and comparisons may differ
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,
-    /// Go on from a saved state also under another controller than the one that has set the signals so far
+    /// Whether to continue from a saved state even with a controller different from the one that has set the signals so far
     pub other_controller: bool,
     /// Computes the derivatives of the recorded rows in the same pass; not together with `restart`
     pub sensitivities: Option<SensitivityRecorder<'a>>,
-    /// Times at which a state is saved: at the first point of the grid that is not before \[s\]. Saved states go to `on_save`, or else are kept in
+    /// Times \[s\] at which a state is saved: at the first grid point that is not before the time. Saved states go to `on_save`, or are otherwise kept in
     /// [`Run::saved`](crate::scene::Run::saved)
     pub save_at: Vec<f64>,
-    /// Save the last state too; of a run that ends between two points of the grid, that of the last point
+    /// Whether to save the last state too; for a run that ends between two grid points, that of the last point
     pub save_end: bool,
-    /// Wall time after which a state is saved, again and again, with the label [`PARTIAL`]
+    /// Period in wall time at which a state is saved, with the label [`PARTIAL`]
     pub save_every: Option<Duration>,
-    /// Receives the saved states, with labels that tell them apart: `0.5s`, `end`. Those that an event or a controller asks for are saved only here,
-    /// and where one of the three options above is set
+    /// Receives the saved states, with distinct labels such as `0.5s` and `end`. States that an event or a controller asks for are saved only if this or one
+    /// of the three options above is set
     pub on_save: Option<&'a mut OnSave<'a>>,
 }
 
-/// A saved state with the label that tells it from others: `0.5s`, `end`.
+/// A saved state with a label that distinguishes it from others, such as `0.5s` or `end`.
 pub type Saved = (String, Checkpoint);
 
 impl RunOptions<'_> {
-    /// Whether states are saved. Of a run that is only to be followed none are copied.
+    /// Whether states are saved. For a run that is only followed no state is copied.
     pub(super) fn saves_states(&self) -> bool {
         self.on_save.is_some() || self.save_end || self.save_every.is_some() || !self.save_at.is_empty()
     }
 
-    /// Whether the state at `t` \[s\] is to be saved; times that have passed are forgotten.
+    /// Whether the state at `t` \[s\] is to be saved; times that have passed are removed.
     pub(super) fn is_due(&mut self, t: f64) -> bool {
         let reached = |at: &f64| t >= at - 1e-9 * at.abs();
         let due = self.save_at.iter().any(reached);
@@ -83,7 +83,7 @@ impl RunOptions<'_> {
         due
     }
 
-    /// Hands a state out, or keeps it where nothing receives it; of those that are saved again and again the last one.
+    /// Passes a state to the receiver, or keeps it if there is none; of periodically saved states only the last one is kept.
     pub(in crate::scene) fn save(&mut self, checkpoint: &Checkpoint, label: &str, kept: &mut Vec<Saved>) {
         match &mut self.on_save {
             Some(on_save) => on_save(checkpoint, label),

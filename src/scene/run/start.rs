@@ -1,7 +1,7 @@
-//! Initial states other than rest: those by which robustness is tested, and crumpled bodies.
+//! Initial states other than rest: states that test robustness, and crumpled bodies.
 //!
-//! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving`, rigid bodies, and
-//! before a dynamic stage the signals say.
+//! Nodes that are held or prescribed remain where their signals put them at t = 0. Nothing moves at the start except by `moving`, by the velocities of rigid
+//! bodies, and, before a dynamic stage, by the signals.
 
 use crate::math::random::SplitMix;
 use crate::math::signal::Clock;
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum StartSpec {
-    /// Every node anywhere in the cube of this half-width around the middle of the body
+    /// Every node at a random position in the cube of this half-width around the centre of the body
     Random {
         /// Half-width of the cube
         size: Length,
@@ -29,26 +29,26 @@ pub enum StartSpec {
         #[serde(default)]
         seed: u64,
     },
-    /// Every node in the middle of the body, but for the components that it keeps, and off it by up to `perturbation` in each
-    /// direction: exactly collapsed cells have no direction to come back in
+    /// Every node at the centre of the body, except for the components that it keeps, and off it by up to `perturbation` in each direction: exactly collapsed
+    /// cells have no direction in which to unfold
     Collapsed {
         /// Components that keep their coordinate, such as `"xy"`
         #[serde(default)]
         keep: String,
-        /// Largest distance from the middle in each direction
+        /// Largest distance from the centre in each direction
         perturbation: Length,
         /// Seed of the random numbers
         #[serde(default)]
         seed: u64,
     },
-    /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
+    /// The body twisted about an axis through its centre, from 0 at the lower end to `angle` at the upper end
     Twisted {
-        /// Direction of the axis, whose length does not count; if absent that of x, y and z in which the body is longest
+        /// Direction of the axis, whose length does not matter; if absent, the one of x, y and z in which the body is longest
         axis: Option<[f64; 3]>,
         /// Angle at the upper end
         angle: Angle,
     },
-    /// In its place, with this velocity; only a region of the mesh, if one is given
+    /// The body in its place, with this velocity; only a region of the mesh, if one is given
     Moving {
         /// Region that moves; the whole body if absent
         region: Option<String>,
@@ -57,7 +57,7 @@ pub enum StartSpec {
     },
 }
 
-/// Refuses a start that no run can leave.
+/// Refuses a start from which no run can proceed.
 pub(in crate::scene) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Result<(), SceneError> {
     let place = "start";
     match start {
@@ -100,7 +100,7 @@ pub(in crate::scene) fn check_start(builder: &Builder, start: Option<&StartSpec>
     Ok(())
 }
 
-/// Refuses a velocity that nothing keeps: statics and bodies without mass have none.
+/// Refuses a velocity that is not kept: static stages and bodies without mass have none.
 fn check_motion(builder: &Builder) -> Result<(), SceneError> {
     if builder.spans.first().is_some_and(|first| first.integrator.is_static()) {
         let fact = "a velocity at the start of stage 1 (static), which begins without one";
@@ -161,7 +161,7 @@ pub(super) fn set_start(
     place(system, state);
 }
 
-/// Puts nodes that are held or prescribed where their signals have them, at rest.
+/// Puts nodes that are held or prescribed at the positions given by their signals, at rest.
 fn place(system: &System, state: &mut State) {
     for p in &system.prescribed {
         state.x[p.dof as usize] = p.signal.at(Clock { t: state.t, inputs: &state.inputs });
@@ -170,8 +170,8 @@ fn place(system: &System, state: &mut State) {
     system.ties.complete(&mut state.x);
 }
 
-/// Puts them there, and where anything has mass, with the velocities that their signals have from then on. Without mass no step keeps a velocity, and one
-/// of the prescribed nodes alone would only mislead the prediction of the next step.
+/// Puts held and prescribed nodes at the positions given by their signals and, if anything has mass, gives them the velocities of their signals. Without mass
+/// no step keeps a velocity, and a velocity of the prescribed nodes alone would only mislead the prediction of the next step.
 pub(super) fn place_in_motion(system: &System, state: &mut State) {
     place(system, state);
     if !system.has_mass() {

@@ -10,57 +10,58 @@ use crate::scene::record::extreme_rows::{ExtremeRow, ExtremeRows};
 use crate::solve::{AcceptedStep, Failure, SpanStart};
 use crate::system::State;
 
-/// Derivatives of the rows of a [`Run`](crate::scene::Run) by some keys of its scene.
+/// Derivatives of the rows of a [`Run`](crate::scene::Run) with respect to keys of its scene.
 pub struct Sensitivities {
-    /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and those of contacts, rigid bodies, rigid parts, the probes
-    /// `energy`, `stretch` and `moment`, and fibres and membranes
+    /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and the columns of contacts, rigid bodies, rigid parts, the
+    /// probes `energy`, `stretch` and `moment`, fibres and membranes
     pub columns: Vec<String>,
     pub keys: Vec<ParameterKey>,
-    /// \[rows × columns × keys\] in the unit of the column per SI unit of the key; one entry for each of `Run::rows`,
-    /// fewer only where `stopped` says why. NaN where a column has no derivative, like the curvature of a straight line, and in the rows
-    /// that [`SensitivityRecorder::at_extremes`] leaves out
+    /// Derivatives \[rows × columns × keys\] in the unit of the column per SI unit of the key; one entry for each of `Run::rows`, or fewer for the reason in
+    /// `stopped`. NaN where a column has no derivative, such as the curvature of a straight line, and in the rows that [`SensitivityRecorder::at_extremes`]
+    /// leaves out
     pub rows: Vec<Vec<Vec<f64>>>,
-    /// \[columns × keys\] largest estimated error of a derivative over the rows, zero where it is exact
+    /// Largest estimated error of a derivative over the rows \[columns × keys\]; zero for exact derivatives
     pub errors: Vec<Vec<f64>>,
-    /// \[columns × keys\] largest sum over the rows of the sizes of the terms that a derivative is the sum of: of a reaction those of the
-    /// nodes. It is far above the derivative where they cancel
+    /// Largest sum over the rows of the magnitudes of the terms of a derivative \[columns × keys\], for example of the nodal terms of a reaction. It is far
+    /// above the derivative if the terms cancel
     pub terms: Vec<Vec<f64>>,
-    /// \[columns\] largest value over the rows, of all columns of the same unit
+    /// Largest value over the rows of all columns with the same unit \[columns\]
     pub column_sizes: Vec<f64>,
-    /// \[keys\] size of the value of a key \[SI\], 0 where its derivative is exact
+    /// Magnitude of the value of each key \[keys\] \[SI\]; 0 if its derivative is exact
     pub key_sizes: Vec<f64>,
-    /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point. Of the derivatives at extremes, the first one without
+    /// Time \[s\] from which there is no derivative, because of a bifurcation or a limit point, with the reason; for derivatives at extremes, the first such
+    /// time
     pub stopped: Option<(f64, Failure)>,
-    /// Numeric factorisations and right sides solved for the derivatives, in addition to those of the run
+    /// Number of numeric factorisations, and of right-hand sides solved, for the derivatives, in addition to those of the run
     pub factorisations: usize,
     pub solves: usize,
-    /// Time of the derivatives; the phases of the run do not contain it
+    /// Time spent on the derivatives, which is not included in the phases of the run
     pub spent: Spent,
 }
 
-/// Error of a derivative, relative to its largest value over the rows, from which on it is called doubtful.
+/// Error of a derivative, relative to its largest value over the rows, above which it is called doubtful.
 pub const DOUBTFUL: f64 = 1e-6;
-/// Error below which a derivative does not matter: relative to the terms that it is the sum of, and as a change of the column over a change of the key by
-/// its own size, relative to the largest value.
+/// Relative error below which a derivative counts as exact: relative to its terms, and, multiplied by the magnitude of the key, relative to the largest value
+/// of the column.
 const NEGLIGIBLE: f64 = 1e-9;
 
 impl Sensitivities {
-    /// Derivatives of a column by a key, one per row; none of a column or key that is not there.
+    /// Derivatives of a column with respect to a key, one per row; `None` if there is no such column or key.
     pub fn derivative(&self, column: &str, key: &ParameterKey) -> Option<Vec<f64>> {
         let (c, k) = (self.columns.iter().position(|n| n == column)?, self.keys.iter().position(|n| n == key)?);
         Some(self.rows.iter().map(|row| row[c][k]).collect())
     }
 
-    /// Keys by which every derivative of every row is exactly zero: they change none of the columns. None is known where the derivatives end early,
-    /// before a load or a contact may make them matter.
+    /// Keys for which every derivative of every row is exactly zero: they change none of the columns. Empty if the derivatives end early, before a load or a
+    /// contact might make the keys matter.
     pub fn idle(&self) -> impl Iterator<Item = &ParameterKey> {
         let is_complete = self.stopped.is_none();
         let is_idle = move |k: usize| is_complete && self.rows.iter().flatten().all(|by_keys| by_keys[k] == 0.0);
         self.keys.iter().enumerate().filter(move |(k, _)| is_idle(*k)).map(|(_, key)| key)
     }
 
-    /// Column, key and relative error of the derivatives whose estimated error is above 1e-6 of their largest value, where it is more than rounding:
-    /// more than 1e-9 of the terms of the derivative, and of the column over a change of the key by its own size.
+    /// Column, key and relative error of the derivatives whose estimated error is above 1e-6 of their largest value and exceeds rounding: it is above 1e-9 of
+    /// the terms of the derivative, and, multiplied by the magnitude of the key, above 1e-9 of the column.
     pub fn doubtful(&self) -> Vec<(&str, &ParameterKey, f64)> {
         let largest = |c: usize, k: usize| self.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);
         let matters = |c: usize, k: usize| {
@@ -125,27 +126,27 @@ impl Sensitivities {
 pub struct SensitivityRecorder<'a> {
     sensitivity: Sensitivity<'a>,
     sensitivities: Sensitivities,
-    /// The rows of which derivatives are computed, at the end of the run; none where they are computed step by step
+    /// Rows whose derivatives are computed at the end of the run; `None` if derivatives are computed step by step
     extremes: Option<ExtremeRows>,
 }
 
 impl<'a> SensitivityRecorder<'a> {
-    /// A recorder of derivatives by keys of the scene, exact by constants of laws whose derivative is known and by differences of its equations by others, as are
-    /// those of contacts and rigid bodies that follow a law; an error where there are none.
+    /// A recorder of derivatives with respect to keys of the scene. They are exact for constants of laws with a known derivative, and finite differences of
+    /// the equations for all other keys, including the parts of contacts and rigid bodies that depend on a law.
     ///
     /// # Errors
     ///
-    /// Where a key names no number of the scene, or one by which it has no derivative.
+    /// Where a key does not lead to a number of the scene, or the scene has no derivative with respect to it.
     pub fn new(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, false)
     }
 
-    /// The same at the [extremes](crate::scene::extreme) of the columns and at the first row only, where the steps do not need each other: in statics without history.
-    /// This saves a factorisation for every other row.
+    /// A recorder of derivatives only at the first row and at the [extremes](crate::scene::extreme) of the columns, if steps do not depend on each other: in
+    /// statics without history. This saves a factorisation for every other row. In all other cases it is the recorder of [`SensitivityRecorder::new`].
     ///
     /// # Errors
     ///
-    /// Those of [`SensitivityRecorder::new`].
+    /// Fails as [`SensitivityRecorder::new`] does.
     pub fn at_extremes(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         let mut recorder = Self::of(scene, keys, false)?;
         let rest = scene.system.rest();
@@ -157,11 +158,11 @@ impl<'a> SensitivityRecorder<'a> {
         Ok(recorder)
     }
 
-    /// The same by differences for constants of laws, too.
+    /// A recorder of derivatives that uses finite differences for constants of laws too.
     ///
     /// # Errors
     ///
-    /// Those of [`SensitivityRecorder::new`].
+    /// Fails as [`SensitivityRecorder::new`] does.
     pub fn by_differences(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, true)
     }
@@ -191,14 +192,14 @@ impl<'a> SensitivityRecorder<'a> {
         Ok(Self { sensitivity, sensitivities, extremes: None })
     }
 
-    /// A stage begins at `state`.
+    /// Starts a stage at `state`.
     pub(in crate::scene) fn begin(&mut self, start: &SpanStart, state: &State) {
         if self.sensitivities.stopped.is_none() {
             self.timed(state.t, |sensitivity| sensitivity.solver.begin(start, state).map(|()| None));
         }
     }
 
-    /// A step was accepted, which the recorders have taken over into their memory.
+    /// Takes an accepted step, with which the memory of the recorders has been updated.
     pub(in crate::scene) fn step(&mut self, step: &AcceptedStep, memory: &[f64], recorded: bool) {
         if self.extremes.is_some() || self.sensitivities.stopped.is_some() {
             return;
@@ -209,12 +210,12 @@ impl<'a> SensitivityRecorder<'a> {
         row.into_iter().for_each(|row| self.sensitivities.add(row));
     }
 
-    /// A row was added to `rows` at the end of a step.
+    /// Takes the row that was added to `rows` at the end of a step.
     pub(in crate::scene) fn recorded(&mut self, rows: &[Vec<f64>], step: &AcceptedStep, memory: &[f64]) {
         self.extremes.iter_mut().for_each(|extremes| extremes.add(rows, step, memory));
     }
 
-    /// The derivatives, of the rows so far where the run ended early.
+    /// The derivatives; if the run ended early, those of its rows so far.
     pub(in crate::scene) fn finish(mut self, columns: &[String], rows: &[Vec<f64>]) -> Sensitivities {
         if let Some(extremes) = self.extremes.take() {
             self.compute(extremes, rows.len());
@@ -226,7 +227,7 @@ impl<'a> SensitivityRecorder<'a> {
         Sensitivities { factorisations, solves, column_sizes, ..self.sensitivities }
     }
 
-    /// Computes the derivatives at the extremes of a run of so many rows.
+    /// Computes the derivatives at the extremes of a run with this number of rows.
     fn compute(&mut self, extremes: ExtremeRows, rows: usize) {
         let Sensitivities { columns, keys, .. } = &self.sensitivities;
         let none = vec![vec![f64::NAN; keys.len()]; columns.len()];
@@ -260,11 +261,11 @@ impl Sensitivities {
         self.rows.push(row.values);
     }
 
-    /// Takes the errors and the terms at one row into account.
+    /// Updates the largest errors and terms with those of one row.
     fn note_quality(&mut self, row: &RowDerivatives) {
         for (most, of_row) in [(&mut self.errors, &row.errors), (&mut self.terms, &row.terms)] {
             for (most, value) in most.iter_mut().flatten().zip(of_row.iter().flatten()) {
-                // A value that is not a number is no derivative, and has neither
+                // NaN is not a derivative, and has neither error nor terms
                 *most = most.max(*value);
             }
         }

@@ -1,9 +1,9 @@
-//! Scenes at several values θ + kh of one of their keys, with the same unknowns and equations: what they compute at one state gives the derivative by
-//! the key, whatever it is ([`crate::math::difference`]).
+//! Scenes at several values θ + kh of one of their keys, with the same unknowns and equations. Their values at one state give the derivative with respect to
+//! the key, whatever the key is ([`crate::math::difference`]).
 //!
-//! The scenes are built from the text of the scene, on the mesh of the scene where the key is not one of `[mesh]`. Kept of each are the
-//! effects and constraints that the key can change, and the recorders. They are built for a step when a state asks for it, which takes the one that leaves
-//! the least error there: a guide that moves into another cell, a contact that opens, a Poisson's ratio next to ½ allow small ones only.
+//! The scenes are built from the text of the scene, on its mesh unless the key belongs to `[mesh]`. Of each scene only the recorders, and the effects and
+//! constraints that the key can change, are kept. The scenes of a step size are built when a state needs them; each state uses the step size with the smallest
+//! error there: a guide that moves into another cell, a contact that opens, or a Poisson's ratio close to ½ allow only small steps.
 
 use super::error::SensitivityError;
 use super::parameter_key::{KeyValue, ParameterKey};
@@ -22,37 +22,37 @@ use std::convert::Infallible;
 use std::sync::{Arc, OnceLock};
 use toml::Table;
 
-/// Least size of a length whose derivative is taken, as a share of the body.
+/// Smallest scale of a length whose derivative is computed, relative to the size of the body.
 const LEAST_LENGTH: f64 = 0.1;
 
-/// Which part of a scene a difference follows.
+/// The parts of a scene that a difference includes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum Followed {
-    /// All that depends on the key
+    /// Everything that depends on the key
     All,
-    /// The parts that the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of a law unless it is given
+    /// The parts that the derivatives of laws leave out: contacts and rigid bodies, whose stiffness comes from a law unless it is given
     FollowingLaws,
 }
 
 /// The scenes at other values of a key.
 pub(in crate::scene) struct SceneDifference<'a> {
     family: Arc<Family<'a>>,
-    /// Derivatives of the first state
+    /// Derivatives of the initial state
     pub start: [State; 2],
 }
 
-/// The recorders of a scene, and their body.
+/// The recorders of a scene, with their body.
 struct Recorders {
     body: Arc<Body>,
     all: Vec<Box<dyn Recorder>>,
 }
 
 impl<'a> SceneDifference<'a> {
-    /// The scenes at other values of a key of a scene.
+    /// Builds the scenes at other values of a key of a scene.
     ///
     /// # Errors
     ///
-    /// Where the scene has no number of this key, or none by which its equations have a derivative.
+    /// Where the scene has no number at this key, or its equations have no derivative with respect to it.
     pub fn new(scene: &'a Scene, key: &ParameterKey, followed: Followed) -> Result<Self, SensitivityError> {
         let family = Arc::new(Family::new(scene, key, followed)?);
         let start = family.start();
@@ -64,16 +64,16 @@ impl<'a> SceneDifference<'a> {
         SystemDifference::new(&self.family.scene.system, self.family.clone())
     }
 
-    /// Size of the value of the key \[SI\].
+    /// Magnitude of the value of the key \[SI\].
     pub fn size(&self) -> f64 {
         self.family.size
     }
 
-    /// Derivatives by the key of the columns that have one, at a fixed moment: those of recorders that depend on it.
+    /// Derivatives, with respect to the key at a fixed state, of the columns that have one: those of recorders that depend on the key.
     pub fn columns(&self, now: &Moment) -> [Vec<f64>; 2] {
         let size = self.family.size;
         let values = columns(&self.family.first().recorders[0], now);
-        // The effect of a change of the key by its size, over the value and that change
+        // The effect of a change of the key by its magnitude, compared with the value and that change
         let error = |[a, b]: &[Vec<f64>; 2]| {
             let of = |(c, value): (usize, &f64)| disagreement(&[a[c] * size, *value], &[b[c] * size, *value]);
             values.iter().enumerate().filter(|(_, value)| !value.is_nan()).map(of).fold(0.0, f64::max)
@@ -90,7 +90,7 @@ fn columns(of: &Recorders, now: &Moment) -> Vec<f64> {
         let (own, rest) = memory.split_at(recorder.memory().len());
         memory = rest;
         if recorder.is_differentiable() {
-            // An angle is kept with its whole rotations, and has to be seen again by the other recorder
+            // An angle is kept with its whole rotations, and must be computed again by the other recorder
             let mut own = own.to_vec();
             recorder.remember(&of.body, now.state, &mut own);
             values.extend(recorder.record(&Moment { body: &of.body, memory: &own, ..*now }));
@@ -99,9 +99,9 @@ fn columns(of: &Recorders, now: &Moment) -> Vec<f64> {
     values
 }
 
-/// Scenes at the places of [`PLACES`].
+/// Scenes at the offsets [`PLACES`].
 struct Built {
-    /// The step of the key \[SI\]
+    /// Step size of the key \[SI\]
     h: f64,
     systems: Vec<System>,
     recorders: Vec<Recorders>,
@@ -114,11 +114,11 @@ struct Family<'a> {
     key: ParameterKey,
     table: Table,
     value: KeyValue,
-    /// Size of the value by which steps are chosen \[SI\]
+    /// Magnitude of the value by which step sizes are chosen \[SI\]
     size: f64,
     /// Whether each effect of the system can depend on the key
     vary: Vec<bool>,
-    /// For each of the [`STEPS`], when it was asked for; none where there is no such scene
+    /// The scenes of each of the [`STEPS`], built on demand; `None` if they cannot be built
     built: [OnceLock<Option<Built>>; STEPS.len()],
 }
 
@@ -151,7 +151,7 @@ impl<'a> Family<'a> {
         Ok(family)
     }
 
-    /// Refuses a number that the reader takes in whole steps only, or that moves the mesher.
+    /// Refuses a number that can only change in whole steps, and one that would change the mesh of the mesher.
     fn check_mesh(&self) -> Result<(), SensitivityError> {
         let (_, spec) = first_step(|step| self.spec(0.5 * 2f64.powi(STEPS[step])))?;
         let (key, scene) = (&self.key, self.scene);
@@ -162,7 +162,7 @@ impl<'a> Family<'a> {
         Ok(())
     }
 
-    /// Builds the scenes of the largest step for which there are some.
+    /// Builds the scenes of the largest step size for which this succeeds.
     fn build_first(&self) -> Result<(), SensitivityError> {
         let (step, built) = first_step(|step| self.build(step))?;
         self.built[..step].iter().for_each(|refused| _ = refused.set(None));
@@ -170,17 +170,17 @@ impl<'a> Family<'a> {
         Ok(())
     }
 
-    /// The scenes of the largest step.
+    /// The scenes of the largest step size.
     fn first(&self) -> &Built {
         self.built.iter().find_map(|built| built.get()?.as_ref()).expect("built at the start")
     }
 
-    /// The scenes of a step, if there are some.
+    /// The scenes of a step size; `None` if they cannot be built.
     fn at_step(&self, step: usize) -> Option<&Built> {
         self.built[step].get_or_init(|| self.build(step).ok()).as_ref()
     }
 
-    /// The derivative by the key of some values of the scene at a place, and its companion.
+    /// The derivative with respect to the key of values of the scenes at the offsets, and its companion.
     fn by_best_step(
         &self,
         values: impl Fn(&Built, usize) -> Vec<f64>,
@@ -194,7 +194,7 @@ impl<'a> Family<'a> {
         found
     }
 
-    /// Derivatives of the first state.
+    /// Derivatives of the initial state.
     fn start(&self) -> [State; 2] {
         let State { x, v, a, lambda, history, .. } = &self.first().starts[0];
         let ends = [x.len(), x.len() + v.len(), x.len() + v.len() + a.len()];
@@ -219,7 +219,7 @@ impl<'a> Family<'a> {
         })
     }
 
-    /// The specification at a step of so many sizes of the value.
+    /// The specification at an offset of `steps` times the magnitude of the value.
     fn spec(&self, steps: f64) -> Result<SceneSpec, SensitivityError> {
         let mut table = self.table.clone();
         if steps != 0.0 {
@@ -233,7 +233,7 @@ impl<'a> Family<'a> {
         Ok(SceneSpec { known_laws: self.scene.spec.known_laws.clone(), ..read })
     }
 
-    /// Builds the scenes of a step.
+    /// Builds the scenes of a step size.
     fn build(&self, step: usize) -> Result<Built, SensitivityError> {
         let h = self.size * 2f64.powi(STEPS[step]);
         let mut built = Built { h, systems: Vec::new(), recorders: Vec::new(), starts: Vec::new() };
@@ -247,7 +247,7 @@ impl<'a> Family<'a> {
         Ok(built)
     }
 
-    /// The scene at θ + `step`, with the equations of the scene.
+    /// The scene at θ + `step`, with the equations of the original scene.
     fn at(&self, step: f64) -> Result<Scene, SensitivityError> {
         let scene = self.scene;
         let differs = |source| SensitivityError::Differs { key: self.key.clone(), source: Box::new(source) };
@@ -290,19 +290,20 @@ impl<'a> Family<'a> {
     }
 }
 
-/// Whether a scene was built, but with other equations.
+/// Whether a scene could be built, but with different equations.
 fn is_other_system(error: &SceneError) -> bool {
     matches!(error, SceneError::Part { source, .. } if source.is::<SystemError>())
 }
 
-/// The first of the [`STEPS`] at which something succeeds, with the outcome, or else why the largest fails.
+/// The first of the [`STEPS`] at which `at` succeeds, with its result; otherwise the error at the largest step.
 fn first_step<T>(mut at: impl FnMut(usize) -> Result<T, SensitivityError>) -> Result<(usize, T), SensitivityError> {
     let largest = at(0);
     let smaller = |step| at(step).ok().map(|found| (step, found));
     largest.map(|found| (0, found)).or_else(|why| (1..STEPS.len()).find_map(smaller).ok_or(why))
 }
 
-/// Size of a value by which steps are chosen \[SI\]: its own, but of a coordinate near zero a share of the body, and the unit of what is zero.
+/// Magnitude of a value by which step sizes are chosen \[SI\]: its own; for a coordinate near zero a share of the size of the body, and for other zeros the
+/// unit.
 fn size(value: &KeyValue, scene: &Scene) -> f64 {
     let own = value.si().abs();
     match value.dimension {
@@ -312,13 +313,13 @@ fn size(value: &KeyValue, scene: &Scene) -> f64 {
     }
 }
 
-/// Which effects of the system can depend on a key.
+/// Whether each effect of the system can depend on a key.
 fn varied(scene: &Scene, key: &ParameterKey, table: &Table) -> Vec<bool> {
     let own = &scene.spec.effects;
     let is_of_file = |e: usize| e < own.len();
     let of_effects = overrides::entries_of(table, key.path());
     let varies = |e: usize| match key.root() {
-        // Damping by stiffness takes that of another effect
+        // Stiffness-proportional damping uses the stiffness of another effect
         "effect" => is_of_file(e) && (of_effects.contains(&e) || matches!(own[e], EffectSpec::StiffnessDamping(_))),
         "constraint" | "contact" | "rigid" | "start" | "skin" | "probe" | "stage" | "output" => {
             !is_of_file(e) || !scene.system.ties.is_empty()

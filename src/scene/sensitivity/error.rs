@@ -6,7 +6,7 @@ use crate::scene::error::SceneError;
 use crate::scene::text::overrides::OverrideError;
 use crate::solve::Failure;
 
-/// Reason why a scene has no derivatives by a key.
+/// Reason why a scene has no derivatives with respect to a key.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
     #[error(transparent)]

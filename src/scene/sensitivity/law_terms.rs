@@ -1,4 +1,4 @@
-//! ∂r/∂θ by a constant of a law: from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic,
+//! ∂r/∂θ with respect to a constant of a law, from the derivative of the law ([`crate::material::derivative`]) in every effect that uses it: elastic,
 //! membrane, viscoelastic, mullins, stiffness damping.
 
 use super::error::SensitivityError;
@@ -11,19 +11,18 @@ use crate::scene::spec::EffectSpec;
 use crate::system::{Effect, ParameterDerivative};
 use std::sync::Arc;
 
-/// Whether the derivative of its law by a constant has a closed form. Of a law that is not there it has: [`law_terms`] says what is wrong.
+/// Whether the derivative of a law with respect to a constant has a closed form. Also true for a law that does not exist: [`law_terms`] reports the mistake.
 pub(in crate::scene) fn is_exact(scene: &Scene, constant: &LawConstant) -> bool {
     let law = scene.spec.laws.get(constant.law).map(|table| scene.spec.known_laws.law(table));
     !matches!(law, Some(Ok(law)) if !law.is_differentiated_exactly())
 }
 
-/// Whether more than the effects of [`law_terms`] depends on laws: contacts without a modulus of their own and rigid bodies take that of a
-/// law.
+/// Whether more than the effects of [`law_terms`] depends on laws: contacts without a modulus of their own, and rigid bodies, use that of a law.
 pub(super) fn others_follow_laws(scene: &Scene) -> bool {
     !scene.spec.rigids.is_empty() || scene.spec.contacts.iter().any(|contact| contact.modulus.is_none())
 }
 
-/// ∂/∂θ of every effect that takes the law of a constant.
+/// ∂/∂θ of every effect that uses the law of a constant.
 pub(in crate::scene) fn law_terms(
     scene: &Scene,
     constant: &LawConstant,
@@ -42,7 +41,7 @@ pub(in crate::scene) fn law_terms(
     let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
     let (mut membranes, mut softening) = (scene.membranes.iter(), scene.softening.iter());
     let mut found = Vec::new();
-    // For stiffness damping: region, and ∂/∂θ of the elastic effect there
+    // For stiffness damping: the region, and ∂/∂θ of the elastic effect there
     let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
     for (of, spec) in scene.spec.effects.iter().enumerate() {
         match spec {

@@ -1,10 +1,11 @@
-//! Derivatives of recorded columns by keys of the scene.
+//! Derivatives of recorded columns with respect to keys of the scene.
 //!
-//! By a constant of a law they are exact (`law_terms`), by any other key whose value is a number they come from scenes with other values of it
-//! (`scene_difference`); so does the part of contacts and rigid bodies whose stiffness follows a law. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
-//! recorders ([`super::Recorder::gradients`]).
+//! They are exact for constants of laws (`law_terms`). For every other key whose value is a number they are differences of scenes with other values of it
+//! (`difference`), as are the parts of contacts and rigid bodies whose stiffness depends on a law. The derivatives of the states come from
+//! [`crate::solve::Differentiator`]; this module passes them through the recorders ([`super::Recorder::gradients`]).
 //!
-//! Limits: only the columns of recorders with a derivative, which not all have ([`columns::Sensitivities::columns`]); what else is not covered is a [`SensitivityError`].
+//! Limits: only columns of differentiable recorders have derivatives ([`columns::Sensitivities::columns`]); any other unsupported case is a
+//! [`SensitivityError`].
 
 pub(super) mod columns;
 pub(super) mod difference;
@@ -26,7 +27,7 @@ use parameter_key::ParameterKey;
 pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     pub(super) solver: Differentiator<'a>,
-    /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
+    /// For each key, the scenes for its differences; `None` if the derivative is exact
     differences: Vec<Option<SceneDifference<'a>>>,
 }
 
@@ -35,13 +36,13 @@ pub(super) struct StepEnd<'a> {
     pub integrator: Integrator,
     pub past: &'a State,
     pub now: &'a State,
-    /// \[unknowns\] residual at `now`
+    /// Residual at `now` \[unknowns\]
     pub residual: &'a [f64],
-    /// Numbers that the recorders keep, at `now`
+    /// Memory of the recorders at `now`
     pub memory: &'a [f64],
 }
 
-/// Derivatives of the columns at one row, estimates of their errors, and the sizes of the terms that they are sums of, all \[columns × keys\].
+/// Derivatives of the columns at one row, estimates of their errors, and the magnitudes of their terms, all \[columns × keys\].
 pub(super) struct RowDerivatives {
     pub values: Vec<Vec<f64>>,
     pub errors: Vec<Vec<f64>>,
@@ -49,7 +50,7 @@ pub(super) struct RowDerivatives {
 }
 
 impl<'a> Sensitivity<'a> {
-    /// Differentiates by these keys; by differences even where an exact derivative is known, if `by_differences`.
+    /// Differentiates with respect to these keys; with `by_differences` by differences even if an exact derivative is known.
     pub(super) fn new(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
         check(scene)?;
         let Parameters { parameters, differences } = parameters(scene, keys, by_differences)?;
@@ -59,7 +60,7 @@ impl<'a> Sensitivity<'a> {
         };
         let start = differences.iter().flat_map(start).collect();
         let mut solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
-        // Without pressures and memory where a law is not defined, which stops the first step
+        // Without pressures and memory if a law is not defined there, which stops the first step
         let start = scene.start();
         _ = solver.set_second_field(&start);
         if has_begun(&start) {
@@ -73,7 +74,7 @@ impl<'a> Sensitivity<'a> {
         self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
     }
 
-    /// Sizes of the values of the keys \[SI\]; 0 where the derivative is exact.
+    /// Magnitudes of the values of the keys \[SI\]; 0 if the derivative is exact.
     pub(super) fn key_sizes(&self) -> Vec<f64> {
         self.differences.iter().map(|scenes| scenes.as_ref().map_or(0.0, SceneDifference::size)).collect()
     }
@@ -89,12 +90,12 @@ impl<'a> Sensitivity<'a> {
         self.row(&moment, &vec![none.clone(); self.solver.changes.len()])
     }
 
-    /// Whether a step needs the derivatives at the end of the one before.
+    /// Whether a step needs the derivatives at the end of the previous step.
     pub(super) fn needs_past(integrator: Integrator, state: &State) -> bool {
         !integrator.is_static() || !state.history.is_empty()
     }
 
-    /// Derivatives at the end of a step, where it is recorded, in the unit of the column per SI unit of the key; NaN of a column that has none there.
+    /// Derivatives at the end of a step, if it is recorded, in the unit of the column per SI unit of the key; NaN for a column that has none there.
     pub(super) fn step(&mut self, end: &StepEnd, recorded: bool) -> Result<Option<RowDerivatives>, Failure> {
         let StepEnd { integrator, past, now, residual, memory } = *end;
         if !recorded && !Self::needs_past(integrator, now) {
@@ -140,11 +141,11 @@ impl<'a> Sensitivity<'a> {
 /// Parameters of a system, one for each key.
 pub(super) struct Parameters<'a> {
     pub parameters: Vec<SystemParameter<'a>>,
-    /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
+    /// For each key, the scenes for its differences; `None` if the derivative is exact
     pub differences: Vec<Option<SceneDifference<'a>>>,
 }
 
-/// The parameters that these keys are, by differences even where an exact derivative is known, if `by_differences`.
+/// The parameters for these keys; with `by_differences` by differences even if an exact derivative is known.
 pub(super) fn parameters<'a>(
     scene: &'a Scene,
     keys: &[ParameterKey],
@@ -155,7 +156,7 @@ pub(super) fn parameters<'a>(
     Ok(Parameters { parameters, differences })
 }
 
-/// The parameter that one key is, with its scenes where it has a part by differences.
+/// The parameter for one key, with its scenes if a part of it uses differences.
 pub(super) fn parameter<'a>(
     scene: &'a Scene,
     key: &ParameterKey,
@@ -175,12 +176,12 @@ pub(super) fn parameter<'a>(
     Ok((parameter, difference))
 }
 
-/// Whether an effect begins with a memory, away from rest.
+/// Whether an effect starts with a memory, away from rest.
 fn has_begun(start: &State) -> bool {
     start.history.iter().any(|value| *value != 0.0)
 }
 
-/// Refuses what the derivatives of states do not follow, whatever the key.
+/// Refuses scenes whose states cannot be differentiated, whatever the key.
 pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
     if scene.controls.has_inputs() {
         return Err(SensitivityError::Decided);

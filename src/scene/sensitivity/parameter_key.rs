@@ -1,4 +1,4 @@
-//! Keys of a scene whose value is a number, by which a run can be differentiated: `laws.rubber.mu`, `effect.gravity.direction.1`.
+//! Keys of a scene whose value is a number, with respect to which a run can be differentiated: `laws.rubber.mu`, `effect.gravity.direction.1`.
 
 use crate::math::units::{self, Dimension, UnitError};
 use crate::scene::text::overrides;
@@ -8,7 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 use toml::{Table, Value};
 
-/// Reason why a path leads to no number of a scene.
+/// Reason why a path does not lead to a number of a scene.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyError {
     #[error("\"{text}\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density")]
@@ -21,7 +21,7 @@ pub enum KeyError {
     Unit { key: ParameterKey, source: UnitError },
 }
 
-/// A key of a scene by its path, as [`overrides`] goes it.
+/// A key of a scene, given by a path as in [`overrides`].
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ParameterKey(String);
@@ -43,25 +43,25 @@ impl FromStr for ParameterKey {
     }
 }
 
-/// A constant of a law by the name of its table below `laws`.
+/// A constant of a law, given by the name of its table below `laws` and its key.
 pub struct LawConstant<'a> {
     pub law: &'a str,
     pub key: &'a str,
 }
 
 impl ParameterKey {
-    /// The constant of a law by the name of its table below `laws`.
+    /// The key of a constant of a law, from the name of the law's table below `laws`.
     pub fn of_law(law: &str, key: &str) -> Self {
         Self(format!("laws.{law}.{key}"))
     }
 
-    /// Law and key of a constant of a law.
+    /// The law and the constant, if the key is a constant of a law.
     pub fn law_constant(&self) -> Option<LawConstant<'_>> {
         let (law, key) = self.0.strip_prefix("laws.")?.split_once('.')?;
         Some(LawConstant { law, key })
     }
 
-    /// Whether it is a number of the mesh itself, not of its regions.
+    /// Whether the key is a number of the mesh itself, not of its regions.
     pub fn makes_mesh(&self) -> bool {
         self.0.starts_with("mesh.") && !self.0.starts_with("mesh.regions.")
     }
@@ -76,11 +76,11 @@ impl ParameterKey {
         &self.0
     }
 
-    /// The number that a scene has there; an error where it has none.
+    /// The number that a scene has at this key.
     ///
     /// # Errors
     ///
-    /// Where there is no value, or one that is no number.
+    /// Where there is no value, or the value is not a number.
     pub fn value(&self, scene: &Table) -> Result<KeyValue, KeyError> {
         let found = overrides::find(scene, &self.0)?;
         let value = KeyValue::of(found).map_err(|is| KeyError::NoNumber { key: self.clone(), is })?;
@@ -90,7 +90,7 @@ impl ParameterKey {
         Ok(KeyValue { factor, dimension, ..value })
     }
 
-    /// Unit of a value among the points of a signal, which another key of its table names.
+    /// Unit of a value among the points of a signal, which a different key of its table states.
     fn unit_of_point<'a>(&self, scene: &'a Table) -> Option<&'a str> {
         let (signal, place) = self.0.rsplit_once(".of.")?;
         let is_value = place.split_once('.').is_some_and(|(_, column)| column == "1");
@@ -102,11 +102,11 @@ impl ParameterKey {
 /// The number of a key with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyValue {
-    /// As the file gives it
+    /// The number as in the file
     pub number: f64,
-    /// None of a number without quotes, which another key may give a unit
+    /// Unit; `None` for a number without quotes, whose unit another key may state
     pub unit: Option<String>,
-    /// Of the unit, to SI
+    /// Factor from the unit to SI
     pub factor: f64,
     pub dimension: Dimension,
 }
@@ -116,7 +116,7 @@ impl KeyValue {
     ///
     /// # Errors
     ///
-    /// The value in words, where it is no number.
+    /// Where the value is not a number; the error describes the value.
     pub fn of(value: &Value) -> Result<Self, String> {
         match value {
             Value::Float(number) => Ok(Self::plain(*number)),
@@ -145,7 +145,7 @@ impl KeyValue {
         self.number * self.factor
     }
 
-    /// Another number in the same unit, as a file gives it.
+    /// Another number in the same unit, as it is written in a file.
     pub fn written(&self, number: f64) -> Value {
         match self.unit.as_deref() {
             None => Value::Float(number),
@@ -153,7 +153,7 @@ impl KeyValue {
         }
     }
 
-    /// A value in SI, in the unit of the file.
+    /// A value in SI, written in the unit of the file.
     pub fn written_si(&self, value: f64) -> Value {
         self.written(value / self.factor)
     }

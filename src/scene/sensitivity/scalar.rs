@@ -1,9 +1,10 @@
-//! Derivatives of one scalar by many keys of a scene: a weighted sum of recorded columns at the end of a static run, by one adjoint solution.
+//! Derivatives of one scalar with respect to many keys of a scene, by one adjoint solution; the scalar is a weighted sum of recorded columns at the end of a
+//! static run.
 //!
 //! One factorisation and one solution at the last state serve all keys, where [`SensitivityRecorder`](crate::scene::SensitivityRecorder) factorises at every
 //! recorded row and solves for every key. Source: see [`crate::solve::adjoints`].
 //!
-//! Limits: stages without inertia or damping, no effect that remembers, no arc length, no open cavity, no rigid part.
+//! Limits: stages without inertia or damping, no effect with memory, no arc length, no open cavity, no rigid part.
 
 use super::error::SensitivityError;
 use super::parameter_key::ParameterKey;
@@ -18,17 +19,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Derivatives of a scalar, in its unit per SI unit of the key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScalarSensitivity {
-    /// \[keys\]
+    /// Derivatives \[keys\]
     pub values: Vec<f64>,
-    /// \[keys\] estimated errors, zero where the derivative is exact
+    /// Estimated errors \[keys\]; zero for exact derivatives
     pub errors: Vec<f64>,
 }
 
-/// Refuses a scene whose derivatives an adjoint solution at the last state does not give.
+/// Refuses a scene whose derivatives do not follow from an adjoint solution at the last state.
 ///
 /// # Errors
 ///
-/// The part of the scene because of which the adjoint solution is not the derivative.
+/// Where a part of the scene rules out an adjoint solution; the error names the part.
 pub fn check_scalar(scene: &Scene) -> Result<(), SensitivityError> {
     check(scene)?;
     let refused = |part: String, why| Err(SensitivityError::NotScalar { part, why });
@@ -47,12 +48,12 @@ pub fn check_scalar(scene: &Scene) -> Result<(), SensitivityError> {
     Ok(())
 }
 
-/// Derivatives of Σ w J over the columns of a run, of weights w \[columns\], by keys; `last` is the last state and `memory` that of the recorders there. Ended by `stop`, which
-/// is looked at between the keys.
+/// Derivatives of Σ w J over the columns of a run with weights w \[columns\], with respect to keys; `last` is the last state and `memory` the memory of the
+/// recorders there. `stop`, which is checked between the keys, ends the computation.
 ///
 /// # Errors
 ///
-/// Where a key is none of a number, the scene is refused by [`check_scalar`], or `stop` was set.
+/// Where a key does not lead to a number, the scene is refused by [`check_scalar`], or `stop` was set.
 pub fn scalar_sensitivity(
     scene: &Scene,
     (last, memory): (&State, &[f64]),
@@ -77,7 +78,7 @@ pub fn scalar_sensitivity(
     evaluated.map_err(|why| stopped(Failure::Eval(why)))?;
     let energies = Energies::default();
     let now = Moment { body: &scene.body, state: last, step: Some(&at), residual: &sums.r, energies, memory };
-    // Weights of the columns that have a derivative, as the scenes of a difference list them
+    // Weights of the columns that have a derivative, in the order of the scenes of a difference
     let differentiable: Vec<f64> = scene
         .recorders()
         .scan(1, |first, r| {
@@ -105,7 +106,7 @@ pub fn scalar_sensitivity(
     Ok(found)
 }
 
-/// Σ w ∂J of the columns with a weight.
+/// Gradient Σ w ∂J over the columns with a weight.
 fn functional(scene: &Scene, last: &State, memory: &[f64], weights: &[f64]) -> Result<Gradient, SensitivityError> {
     let columns = scene.columns();
     let of = |(r, memory): (&dyn crate::scene::Recorder, &[f64])| {
@@ -113,7 +114,7 @@ fn functional(scene: &Scene, last: &State, memory: &[f64], weights: &[f64]) -> R
         own.resize(r.columns().len(), None);
         own
     };
-    // Neither the time nor the count of iterations, the first column and the last one, has a derivative
+    // The time and the number of iterations, the first and the last column, have no derivative
     let all = std::iter::once(None).chain(scene.with_memories(memory).flat_map(of)).chain([None]);
     let mut sum = Gradient::default();
     for (c, (gradient, &weight)) in all.zip(weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0) {

@@ -1,8 +1,8 @@
-//! Times that are asked for, on a time grid whose points carry rounding.
+//! Requested times compared with points of a time grid, which carry rounding errors.
 
 use crate::math::signal::PLACES;
 
-/// Share of a step by which a point of the grid may lie before a time and still be the one that reaches it \[–\].
+/// Share of a step by which a grid point may lie before a time and still count as reaching it \[–\].
 const SHARE: f64 = 1e-6;
 
 /// Largest rounding of the time `t`, the end of a step of length `step` \[s\].

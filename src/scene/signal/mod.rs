@@ -21,7 +21,7 @@ use table::read_signal;
 #[derive(Clone, Debug, JsonSchema)]
 #[schemars(untagged)]
 pub enum SignalSpec {
-    /// The same value at every time
+    /// A value that does not change over time
     Constant(Quantity),
     /// A function of time
     Function(Box<FunctionSpec>),
@@ -33,37 +33,37 @@ impl SignalSpec {
         Self::Function(Box::new(function))
     }
 
-    /// A straight line between two values and times, constant before and after (SI).
+    /// A straight line between two values and times, constant before and after; all values in SI.
     pub fn ramp(from: f64, to: f64, start: f64, end: f64) -> Self {
         let start = Some(start.into());
         Self::function(FunctionSpec::Ramp { from: from.into(), to: to.into(), start, end: end.into() })
     }
 
-    /// A signal from 0 to the amplitude and back, `frequency` times a second (SI).
+    /// A signal from 0 to the amplitude and back, with `frequency` cycles per second; all values in SI.
     pub fn raised_cosine(amplitude: f64, frequency: f64) -> Self {
         Self::function(FunctionSpec::RaisedCosine { amplitude: amplitude.into(), frequency: frequency.into() })
     }
 
-    /// A sine from 0 on (SI).
+    /// A sine that starts at 0; all values in SI.
     pub fn sine(amplitude: f64, frequency: f64) -> Self {
         Self::function(FunctionSpec::Sine { amplitude: amplitude.into(), frequency: frequency.into(), phase: None })
     }
 
-    /// A signal that a controller sets, with its value before the first decision (SI).
+    /// A signal that a controller sets, with its value before the first decision in SI.
     pub fn controlled(initial: f64) -> Self {
         Self::function(FunctionSpec::Controlled { initial: initial.into(), range: None })
     }
 }
 
 impl From<f64> for SignalSpec {
-    /// A constant (SI).
+    /// Converts a constant in SI.
     fn from(value: f64) -> Self {
         Self::Constant(value.into())
     }
 }
 
 impl From<&str> for SignalSpec {
-    /// A constant with its unit: `"15 mm"`.
+    /// Converts a constant with its unit, such as `"15 mm"`.
     fn from(text: &str) -> Self {
         Self::Constant(text.into())
     }
@@ -75,7 +75,7 @@ impl<'de> Deserialize<'de> for SignalSpec {
     }
 }
 
-/// Decides by the type of the value, so that errors inside a table keep their place.
+/// Chooses by the type of the value, so that errors inside a table keep their place.
 struct TextOrTable;
 
 impl<'de> Visitor<'de> for TextOrTable {
@@ -137,21 +137,21 @@ pub enum FunctionSpec {
         /// Time of the end, such as `"1 s"`
         end: Quantity,
     },
-    /// Another signal that keeps its value from a time on
+    /// Another signal that keeps the value it has at a time
     Hold {
         /// The signal that is held
         signal: SignalSpec,
-        /// Time from which on it is held, such as `"1 s"`
+        /// Time from which it is held, such as `"1 s"`
         at: Quantity,
     },
-    /// Another signal later
+    /// Another signal, delayed
     Delay {
         /// The signal that is delayed
         signal: SignalSpec,
         /// Time by which it is delayed, such as `"1 s"`
         by: Quantity,
     },
-    /// Two columns with a header line: time \[s\], then the value in `unit`. Names that contradict are refused
+    /// A CSV file of two columns with a header line: time \[s\], then the value in `unit`. Contradictory column names are refused
     Table {
         /// Path of the CSV file, relative to the scene
         file: PathBuf,
@@ -160,12 +160,12 @@ pub enum FunctionSpec {
     },
     /// Straight lines between points, constant before the first and after the last
     Points {
-        /// Points: time \[s\], which increases, and value in `unit`
+        /// Points: increasing time \[s\], and value in `unit`
         of: Vec<[f64; 2]>,
         /// Unit of the values
         unit: String,
     },
-    /// The first factor carries the unit, the others are plain numbers
+    /// A product of signals; the first factor carries the unit, the others are plain numbers
     Product {
         /// Factors
         of: Vec<SignalSpec>,
@@ -175,35 +175,35 @@ pub enum FunctionSpec {
         /// Terms of the sum
         of: Vec<SignalSpec>,
     },
-    /// A formula in t and recorded columns whose value is in `unit`
+    /// A formula in t and recorded columns, whose value is in `unit`
     Expression {
         /// Formula, such as `"2 * sin(PI * t)"` with t in seconds
         formula: String,
-        /// Unit of its value
+        /// Unit of the value
         unit: String,
     },
     /// Set by a controller
     Controlled {
         /// Value before the first decision, with its unit
         initial: Quantity,
-        /// Least and largest value that it may be set to
+        /// Smallest and largest value to which it may be set
         #[serde(default)]
         range: Option<[Quantity; 2]>,
     },
 }
 
-/// Where a signal is built, and where its inputs go.
+/// Context in which a signal is built, and the list that collects its inputs.
 pub(super) struct Site<'a> {
-    /// Files are relative to this folder
+    /// Folder for relative paths of files
     pub base: &'a Path,
     /// Name of the whole signal
     pub name: &'a str,
     pub inputs: &'a mut Vec<Input>,
-    /// The event that switches to it
+    /// Event that switches to the signal
     pub event: Option<usize>,
-    /// 0 for the whole signal
+    /// Depth of nesting; 0 for the whole signal
     pub depth: usize,
-    /// Within a hold or delay
+    /// Whether it is inside a hold or delay
     pub delayed: bool,
 }
 
@@ -219,7 +219,7 @@ impl Site<'_> {
     }
 }
 
-/// Why a signal cannot be used.
+/// Reason why a signal cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SignalError {
     #[error(transparent)]
@@ -247,7 +247,7 @@ pub enum SignalError {
 }
 
 impl SignalSpec {
-    /// Value at the start \[SI\]; none where it depends on what is recorded, or the signal is not one of this dimension.
+    /// Value at the start \[SI\]; `None` if it depends on recorded columns, or the signal does not have this dimension.
     pub(crate) fn at_start(&self, dimension: Dimension, base: &Path) -> Option<f64> {
         let mut inputs = vec![];
         let mut site = Site { base, name: "", inputs: &mut inputs, event: None, depth: 0, delayed: false };
@@ -259,7 +259,7 @@ impl SignalSpec {
         }
     }
 
-    /// The signal of this dimension.
+    /// Builds the signal with this dimension.
     pub(super) fn build(&self, dimension: Dimension, site: &mut Site) -> Result<Signal, SignalError> {
         let parse = |q: &Quantity, d| q.value(d);
         let time = |q: &Quantity| parse(q, Dimension::TIME);

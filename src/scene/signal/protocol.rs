@@ -10,7 +10,7 @@ pub struct NamedSignal {
     pub signal: Signal,
 }
 
-/// Samples per step, for extremes between the points of the time grid.
+/// Number of samples per step, to find extremes between the points of the time grid.
 const SAMPLES: usize = 4;
 
 /// Smallest and largest value over the stages, each with its time: ((t, s), (t, s)).
@@ -33,23 +33,23 @@ pub fn extremes(signal: &Signal, spans: &[TimeSpan]) -> ((f64, f64), (f64, f64))
     found
 }
 
-/// Share of its range by which a signal goes beyond the points of the time grid by the rounding of its values \[–\].
+/// Share of its range by which a signal exceeds its values at the points of the time grid due to rounding \[–\].
 const ROUNDING: f64 = 1e-9;
-/// Samples between two points of the time grid, at places that no period repeats.
+/// Number of samples between two points of the time grid, at positions that no period repeats.
 const INSIDE: usize = 5;
 
-/// A value of a signal between two points of the time grid, beyond those at the points.
+/// A value of a signal between two points of the time grid that exceeds those at the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Between {
-    /// Its time \[s\]
+    /// Time of the value \[s\]
     pub t: f64,
-    /// The value, in the unit of the signal
+    /// Value in the unit of the signal
     pub value: f64,
-    /// Its distance from the values at the points, as a share of the range of the signal \[–\]
+    /// Distance from the values at the points, relative to the range of the signal \[–\]
     pub share: f64,
 }
 
-/// The value between two points of the time grid that is farthest from those at the points; none where no value is beyond these.
+/// The value between two points of the time grid that exceeds the values at the points most; `None` if no value exceeds them.
 pub fn between(signal: &Signal, spans: &[TimeSpan]) -> Option<Between> {
     let widen = |(low, high): (f64, f64), s: f64| (low.min(s), high.max(s));
     let (mut on_grid, mut inside) = ((f64::INFINITY, f64::NEG_INFINITY), Vec::new());
@@ -75,8 +75,8 @@ pub fn between(signal: &Signal, spans: &[TimeSpan]) -> Option<Between> {
 mod tests {
     use super::*;
 
-    /// Points at 0.2 s and 0.4 s miss the top of a sine of 1 Hz by 4.9 % of its range over 0.4 s, and one at 0.25 s meets it. Samples in a step lie up to a tenth
-    /// of it away from the top, which lowers what is found by (0.04π)²/2.
+    /// Points at 0.2 s and 0.4 s miss the maximum of a sine of 1 Hz by 4.9 % of its range over 0.4 s, and a point at 0.25 s hits it. Samples in a step lie up
+    /// to a tenth of it away from the maximum, which lowers the result by (0.04π)²/2.
     #[test]
     fn the_share_that_steps_miss_is_found() {
         let sine = Signal::Sine { amplitude: 2.0, frequency: 1.0, phase: 0.0 };
@@ -97,7 +97,7 @@ mod tests {
             between(signal, &[span]).filter(|b| b.share > 0.1).map(|b| b.value.abs())
         };
         let sine = |frequency: f64| Signal::Sine { amplitude: 2.0, frequency, phase: 0.0 };
-        // Multiples of the rate of the grid, and of that of samples at equal parts of its steps
+        // Multiples of the frequency of the grid, and of that of equally spaced samples in its steps
         for frequency in [100.0, 200.0, 400.0, 500.0, 2000.0] {
             assert!(seen(&sine(frequency), 0.01).is_some_and(|s| s > 1.9), "{frequency} Hz");
         }

@@ -4,12 +4,12 @@ use crate::math::units::{self, Dimension};
 use crate::storage::{self, DATA_LIMIT};
 use std::path::Path;
 
-/// Difference of two factors below which they are the same unit \[–\]
+/// Relative difference of two factors below which they belong to the same unit \[–\]
 const SAME: f64 = 1e-12;
-/// Units that are words or symbols as well: at the end of a name they count only where their dimension is that of the column.
+/// Units that are also words or symbols: at the end of a name they count only if their dimension is that of the column.
 const AMBIGUOUS: [&str; 7] = ["m", "s", "g", "l", "in", "min", "bar"];
 
-/// Times \[s\] and values \[SI\] of a file whose values are in `unit`; else the fact and the remedy.
+/// Reads times \[s\] and values \[SI\] from a file whose values are in `unit`; the error is the fact and the remedy.
 pub(super) fn read_signal(
     path: &Path,
     (unit, factor): (&str, f64),
@@ -22,7 +22,7 @@ pub(super) fn read_signal(
     let mut records = reader.from_reader(bytes.as_slice()).into_records().peekable();
     let text = String::from_utf8_lossy(&bytes);
     let lines: Vec<&str> = text.trim_start_matches('\u{feff}').lines().collect();
-    // Names behind a # are a header where no other line has one
+    // Names after a # are the header if no other line is one
     let noted = names_in_comment(&lines).filter(|_| matches!(records.peek(), Some(Ok(first)) if is_row(first)));
     let (header, line) = match noted {
         Some(noted) => noted,
@@ -54,19 +54,19 @@ pub(super) fn read_signal(
     if rows.is_empty() { Err("the table has no row".into()) } else { Ok(rows) }
 }
 
-/// The number of the line of a record, whose position is that of the empty lines and comments above it.
+/// The line number of a record; the position that the reader gives is that of the empty lines and comments above it.
 fn line_of(record: &csv::StringRecord, lines: &[&str]) -> usize {
     let above = record.position().map_or(0, |position| position.line() as usize - 1);
     let counts = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
     1 + lines.iter().skip(above).position(counts).map_or(above, |k| above + k)
 }
 
-/// Whether a line has two numbers.
+/// Whether a line consists of two numbers.
 fn is_row(record: &csv::StringRecord) -> bool {
     record.len() == 2 && record.iter().all(|cell| cell.parse::<f64>().is_ok())
 }
 
-/// The last line of comment above the rows, where it has two cells, as numpy writes the names, and its number.
+/// The last comment line above the rows, if it has two cells, as numpy writes the names, and its line number.
 fn names_in_comment(lines: &[&str]) -> Option<(csv::StringRecord, usize)> {
     let above = lines.iter().enumerate().take_while(|(_, line)| line.trim().is_empty() || line.starts_with('#'));
     let (number, names) = above.filter_map(|(k, line)| Some((k + 1, line.strip_prefix('#')?))).last()?;
@@ -74,7 +74,7 @@ fn names_in_comment(lines: &[&str]) -> Option<(csv::StringRecord, usize)> {
     (record.len() == 2).then_some((record, number))
 }
 
-/// The names of the two columns that a table has.
+/// The names of the two columns of a table; refuses any other number of columns.
 fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
     let names: Vec<&str> = header.iter().map(str::trim).collect();
     match names[..] {
@@ -92,7 +92,7 @@ fn two_columns(header: &csv::StringRecord) -> Result<[&str; 2], String> {
     }
 }
 
-/// Refuses a first line that is no header, and names that contradict the order or the units of the columns.
+/// Refuses a first line that is not a header, and names that contradict the order or the units of the columns.
 fn check_header([first, second]: [&str; 2], (unit, factor): (&str, f64), dimension: Dimension) -> Result<(), String> {
     if first.parse::<f64>().is_ok() {
         let fact = "it has numbers, and the first line is the header, from which no point is taken";
@@ -126,7 +126,7 @@ impl NamedUnit<'_> {
     }
 }
 
-/// The unit in brackets, or else after the last underscore or space, of a column that is expected to have this dimension.
+/// The unit in brackets, or otherwise after the last underscore or space, in the name of a column that is expected to have this dimension.
 fn named_unit(name: &str, expected: Dimension) -> Option<NamedUnit<'_>> {
     let read = |name| {
         units::parts(&format!("1 {}", units::spelled(name))).ok().map(|(_, _, factor, dimension)| (factor, dimension))
@@ -144,7 +144,7 @@ fn named_unit(name: &str, expected: Dimension) -> Option<NamedUnit<'_>> {
     unit(last).filter(|own| own.dimension == expected || !AMBIGUOUS.contains(&word.as_str()))
 }
 
-/// Whether a column is called time, or has a unit of it in brackets.
+/// Whether a column is called time, or has a unit of time in brackets.
 fn is_time(name: &str) -> bool {
     let title = name.split(['[', '(', '_', ' ']).next().unwrap_or_default().to_lowercase();
     let in_time = || named_unit(name, Dimension::NONE).is_some_and(|own| own.dimension == Dimension::TIME);
@@ -194,7 +194,7 @@ mod tests {
         assert_eq!(two_columns(&of(&["t_s ", " u_mm"])), Ok(["t_s", "u_mm"]));
     }
 
-    /// Blanks after commas and lines of comment are taken, and lines are counted as the file has them.
+    /// Blanks after commas and comment lines are accepted, and lines are counted as in the file.
     #[test]
     fn tables_are_read_as_they_are_written() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,5 +1,5 @@
-//! Changes of a scene as a study writes them: `set = { "mesh.element" = "tet10" }`. A dotted key is a path with quotation marks or without them,
-//! `mesh.element = "tet10"`; a value that is written as a table, `mesh = { … }`, takes the place of the table that the scene has.
+//! Changes of a scene as a study writes them: `set = { "mesh.element" = "tet10" }`. A dotted key is a path with or without quotation marks, `mesh.element =
+//! "tet10"`; a value that is written as a table, `mesh = { … }`, replaces the table of the scene.
 
 use serde::de::{Deserialize, Deserializer, Visitor};
 use std::fmt;
@@ -7,14 +7,14 @@ use std::marker::PhantomData;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-/// Names by which the [`Reader`](super::reader::Reader) knows a table of changes, one of labels with changes, and one of names with such tables.
+/// Names by which the [`Reader`](super::reader::Reader) recognises a table of changes, a table of labels with changes, and a table of names with such tables.
 const TABLES: [&str; 3] = ["changes by path", "members with changes", "series of members"];
 
 /// Reads changes by path.
 ///
 /// # Errors
 ///
-/// Where the type cannot be read, or a path comes twice.
+/// Where the type cannot be read, or a path occurs twice.
 pub fn by_path<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
     deserializer.deserialize_newtype_struct(TABLES[0], Inner(PhantomData))
 }
@@ -23,16 +23,16 @@ pub fn by_path<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) 
 ///
 /// # Errors
 ///
-/// Where the type cannot be read, or a path comes twice.
+/// Where the type cannot be read, or a path occurs twice.
 pub fn of_members<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
     deserializer.deserialize_newtype_struct(TABLES[1], Inner(PhantomData))
 }
 
-/// Reads names with labels that have changes.
+/// Reads names, each with labels and their changes.
 ///
 /// # Errors
 ///
-/// Where the type cannot be read, or a path comes twice.
+/// Where the type cannot be read, or a path occurs twice.
 pub fn of_series<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
     deserializer.deserialize_newtype_struct(TABLES[2], Inner(PhantomData))
 }
@@ -51,12 +51,12 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for Inner<T> {
     }
 }
 
-/// How many tables lie around the changes in a value of this name; none if it has no changes.
+/// The number of tables around the changes in a value of this name; `None` if it has no changes.
 pub(super) fn depth(name: &str) -> Option<usize> {
     TABLES.iter().position(|table| *table == name)
 }
 
-/// The value with each path of its changes as one key, or the key that comes to a path for the second time.
+/// The value with each path of its changes as one key; the error is a key that leads to a path for the second time.
 pub(super) fn joined(value: DeValue<'_>, depth: usize) -> Result<DeValue<'_>, Spanned<DeString<'_>>> {
     let DeValue::Table(table) = value else { return Ok(value) };
     let mut all = DeTable::new();
@@ -71,7 +71,8 @@ pub(super) fn joined(value: DeValue<'_>, depth: usize) -> Result<DeValue<'_>, Sp
     Ok(DeValue::Table(all))
 }
 
-/// A table that dotted keys make, or headers of tables below it, has the place of its key; one that is written has a place of its own.
+/// Joins dotted keys to paths. A table that consists of dotted keys, or of headers of tables below it, has the position of its key; a table that is written as
+/// one has its own position.
 fn join<'de>(
     key: Spanned<DeString<'de>>,
     value: Spanned<DeValue<'de>>,

@@ -1,8 +1,7 @@
-//! Choices in files: `{ kind = "…", … }`, or the name of the kind alone where none of its keys is required.
+//! Choices in files: `{ kind = "…", … }`, or only the name of the kind if none of its keys is required.
 //!
-//! An enum whose variants are the kinds derives `Deserialize` without a tag; [`registry!`] declares one whose kinds have a file each. Serde's own
-//! tag buffers the table and so loses the line of every mistake in it; the [reader](super::reader) reads the table in place, with `kind` before
-//! its other keys.
+//! An enum whose variants are the kinds derives `Deserialize` without a tag; [`registry!`] declares one whose kinds have a file each. Serde's own tag buffers
+//! the table, which loses the line of every mistake in it; the [reader](super::reader) reads the table in place, with `kind` before its other keys.
 
 use crate::scene::error::hint;
 use serde::de::value::{MapAccessDeserializer, StrDeserializer};
@@ -12,7 +11,7 @@ use serde::de::{
 };
 use std::fmt;
 
-/// Declares a registry: an enum with a line for each kind, which names its specification and the name of the kind in files.
+/// Declares a registry: an enum with a line for each kind, which gives its specification and its name in files.
 macro_rules! registry {
     ($part:ident; $(#[$attribute:meta])* pub enum $registry:ident { $($kind:ident($spec:ident) = $name:literal,)* }) => {
         $(#[$attribute])*
@@ -27,7 +26,7 @@ macro_rules! registry {
         }
 
         impl $registry {
-            /// Every kind, as in files.
+            /// Names of all kinds, as in files.
             pub const KINDS: &[&str] = &[$($name),*];
 
             /// Name of the kind, as in files.
@@ -56,7 +55,7 @@ macro_rules! registry {
 }
 pub(crate) use registry;
 
-/// Reads an enum from the keys of a table, of which `kind` is the first.
+/// Reads an enum from the keys of a table, the first of which is `kind`.
 pub(in crate::scene) struct ByKind<A>(pub(in crate::scene) A);
 
 impl<'de, A: MapAccess<'de>> Deserializer<'de> for ByKind<A> {
@@ -81,7 +80,7 @@ impl<'de, A: MapAccess<'de>> Deserializer<'de> for ByKind<A> {
     }
 }
 
-/// The expectation of one of these kinds.
+/// The serde expectation of a name or table of one of these kinds.
 pub(in crate::scene) struct ExpectedKind(pub(super) &'static [&'static str]);
 
 impl Expected for ExpectedKind {
@@ -121,7 +120,7 @@ pub(super) struct Chosen<A> {
 }
 
 impl<'de, A: MapAccess<'de>> Chosen<A> {
-    /// The kind that these keys name before all others.
+    /// The kind that these keys name before all other keys.
     pub(in crate::scene) fn of(mut keys: A, kinds: &'static [&'static str]) -> Result<Self, A::Error> {
         if keys.next_key::<String>()?.is_none_or(|key| key != "kind") {
             let missing = format!("it has no `kind`; add kind = \"…\" with one of {}", kinds.join(", "));

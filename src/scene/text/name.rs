@@ -1,15 +1,15 @@
-//! Names that a scene gives to its parts: they begin the names of columns, and are in those of files.
+//! Names that a scene gives to its parts: they begin the names of columns, and occur in names of files.
 
-/// The remedy of a name that is refused.
+/// The remedy for a name that is refused.
 pub(crate) const REMEDY: &str = "use letters, digits, \"-\", \"_\" and \".\", with a letter, a digit or \"_\" first";
 
-/// Whether a name can begin the name of a column, which takes one cell of a table and is no formula there, and be part of a file name.
+/// Whether a name can begin the name of a column, which must fit one cell of a table and not be taken for a formula, and can be part of a file name.
 pub(crate) fn is_name(name: &str) -> bool {
     let first = |c: char| c.is_alphanumeric() || c == '_';
     name.starts_with(first) && name.chars().all(|c| first(c) || "-.".contains(c))
 }
 
-/// Whether a column can have this name, which may begin with that of a region of a mesh file: a cell of one line that is no formula.
+/// Whether a column can have this name, which may begin with the name of a region of a mesh file: it must be a single line that is not taken for a formula.
 pub(in crate::scene) fn is_column(name: &str) -> bool {
     !name.starts_with(['=', '+', '-', '@']) && !name.chars().any(char::is_control)
 }

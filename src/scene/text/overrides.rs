@@ -5,7 +5,7 @@ use crate::scene::error::hint;
 use crate::wording::first;
 use toml::{Table, Value};
 
-/// A path that leads nowhere.
+/// Reason why a change by path cannot be applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OverrideError {
     #[error("\"{text}\" is not of the form key=value; write for example --set mesh.cells=9300")]
@@ -26,33 +26,33 @@ fn listed(numbers: &[usize]) -> String {
     first(&numbers.iter().map(usize::to_string).collect::<Vec<_>>())
 }
 
-/// Splits `key=value`; the value is TOML, or else a plain string.
+/// Splits `key=value`; the value is TOML, or otherwise a plain string.
 ///
 /// # Errors
 ///
-/// [`OverrideError::Form`] of a text without `=`.
+/// [`OverrideError::Form`] for a text without `=`.
 pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     let (path, value) = text.split_once('=').ok_or_else(|| OverrideError::Form { text: text.into() })?;
     let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
     Ok((path.trim().into(), parsed.unwrap_or_else(|| Value::String(value.trim().into()))))
 }
 
-/// Most steps of a path.
+/// Largest number of steps of a path.
 const DEEPEST: usize = 16;
 
 /// Lists of a scene, to which entries can be added.
 const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "contact", "rigid"];
 
-/// Tables of a scene that may be absent from it: a change may make them.
+/// Tables that may be absent from a scene and can be created by a change.
 const OPTIONAL: [&str; 3] = ["mesh", "numerics", "output"];
 
-/// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. A kind that several
-/// entries have means all of them, which must have the same value there. Only the last key may be new; at and below `mesh`, `numerics` and `output` also the tables in between, whose keys the reader checks. The step `+`
-/// of a list adds an entry, or a list of them, at its end.
+/// Sets the value at a dotted path. A step into a list is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. A kind that several
+/// entries have refers to all of them, which must have the same value there. Only the last key may be new; at and below `mesh`, `numerics` and `output` also
+/// the tables in between, whose keys the reader checks. The step `+` of a list adds an entry, or a list of entries, at its end.
 ///
 /// # Errors
 ///
-/// Where the path leads nowhere, means entries with other values, or has too many steps.
+/// Where the path leads nowhere, refers to entries with different values, or has too many steps.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps = steps(path)?;
     if let [list, "+"] = steps[..]
@@ -60,7 +60,7 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
     {
         let entries = table.entry(list).or_insert_with(|| Value::Array(vec![]));
         let more = if let Value::Array(more) = value { more } else { vec![value] };
-        // A value that is no list is refused by the reader of the scene
+        // A value that is not a list is refused by the reader of the scene
         entries.as_array_mut().into_iter().for_each(|entries| entries.extend(more.iter().cloned()));
         return Ok(());
     }
@@ -73,7 +73,7 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
     set
 }
 
-/// Where a value is to be set.
+/// The place at which a value is set.
 struct Place<'a> {
     path: &'a str,
     may_be_new: bool,
@@ -114,11 +114,11 @@ impl Place<'_> {
     }
 }
 
-/// The value at a dotted path, as [`apply`] goes it.
+/// The value at a dotted path, which is interpreted as by [`apply`].
 ///
 /// # Errors
 ///
-/// Where the path leads nowhere, means entries with other values, or has too many steps.
+/// Where the path leads nowhere, refers to entries with different values, or has too many steps.
 pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError> {
     let steps = steps(path)?;
     let (first, rest) = steps.split_first().expect("split yields at least one part");
@@ -137,10 +137,10 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
     Ok(current)
 }
 
-/// Whether a change at the path `later` undoes an earlier one at `path`, however both are written: it takes the place of the value, or of all around it.
+/// Whether a change at the path `later` undoes an earlier one at `path`, however both are written, because it replaces the value or a table around it.
 pub fn undoes(table: &Table, later: &str, path: &str) -> bool {
     let (mut changed, mark) = (table.clone(), Value::Integer(1));
-    // Several entries of which one has another value now keep the others
+    // If only one of several entries gets another value, the change remains in the others
     let is_there = |changed: &Table| match find(changed, path) {
         Ok(value) => *value == mark,
         Err(e) => matches!(e, OverrideError::Ambiguous { .. }),
@@ -149,7 +149,7 @@ pub fn undoes(table: &Table, later: &str, path: &str) -> bool {
     made && apply(&mut changed, later, Value::Integer(2)).is_ok() && !is_there(&changed)
 }
 
-/// The indices of the entries of a top-level list to which a path leads; none if it leads elsewhere.
+/// The indices of the entries of a top-level list to which a path leads; empty if it leads elsewhere.
 pub fn entries_of(table: &Table, path: &str) -> Vec<usize> {
     let mut steps = path.split('.');
     let list = steps.next().and_then(|list| table.get(list)?.as_array());
@@ -173,7 +173,7 @@ fn called(entries: &[Value], step: &str) -> Vec<usize> {
     }
 }
 
-/// The entries of a list that a step means; several where they have the same at the `rest` of the path, or none of them has something there.
+/// The entries of a list to which a step refers; several if they have the same value at the `rest` of the path, or none of them has a value there.
 fn fitting(entries: &[Value], step: &str, rest: &[&str], path: &str) -> Result<Vec<usize>, OverrideError> {
     let found = called(entries, step);
     let there = |k: &usize| at(&entries[*k], rest);
@@ -183,7 +183,7 @@ fn fitting(entries: &[Value], step: &str, rest: &[&str], path: &str) -> Result<V
     }
 }
 
-/// The value at a path below another one.
+/// The value at a path below another value.
 fn at<'a>(value: &'a Value, steps: &[&str]) -> Option<&'a Value> {
     let Some((step, rest)) = steps.split_first() else { return Some(value) };
     let next = match value {
@@ -200,7 +200,7 @@ fn labels(entries: &[Value]) -> Vec<String> {
     entries.iter().enumerate().map(name).collect()
 }
 
-/// A cable of a file of guides has its name from there.
+/// The name or kind of an entry; a cable of a file of guides has its name from the file.
 fn label(entry: &Value) -> Option<&str> {
     let get = |key: &str| entry.get(key).and_then(Value::as_str);
     let in_file = entry.get("guides").and_then(|guides| guides.get("cable")).and_then(Value::as_str);
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(apply(&mut table, &path, value.clone()).expect_err("two").to_string(), several);
         assert_eq!(find(&table, &path).expect_err("two").to_string(), several);
         assert_eq!(find(&table, "constraint.0.region").expect("one").as_str(), Some("root"));
-        // All that have the same there, or nothing
+        // All entries that have the same value there, or none
         apply(&mut table, "constraint.fixed.components", "x".into()).expect("none has components");
         apply(&mut table, "constraint.fixed.components", "yz".into()).expect("both have the same");
         assert_eq!([0, 2].map(|k| table["constraint"][k]["components"].as_str()), [Some("yz"); 2]);
@@ -274,7 +274,7 @@ mod tests {
         );
     }
 
-    /// The same place in any spelling, and a table around it, undo a change; places next to it, below it and new entries do not.
+    /// The same path in any spelling, and a table around it, undo a change; paths next to it or below it and new entries do not.
     #[test]
     fn a_change_is_undone_at_its_place_or_around_it() {
         let text = "[laws.rubber]\nE = 1\nnu = 2\n[[effect]]\nkind = \"elastic\"\n[[effect]]\nkind = \"gravity\"\ndensity = 1\n";
@@ -298,7 +298,7 @@ mod tests {
         }
     }
 
-    /// A cable that is taken from a file of guides has its name there; a list of guides has none.
+    /// A cable that is taken from a file of guides has its name from the file; a list of guides has none.
     #[test]
     fn a_cable_of_a_file_is_known_by_its_name_there() {
         let entry = |more: &str| format!("[[constraint]]\nkind = \"cable\"\n{more}\n");

@@ -1,4 +1,4 @@
-//! Quantities as typed values: in files with their unit, in Rust in SI ([`Length::metres`] or `0.01.into()`).
+//! Quantities as typed values: with their unit in files, and in SI in Rust ([`Length::metres`] or `0.01.into()`).
 
 use crate::math::units::{self, Dimension, UnitError};
 use crate::schema::any_of;
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-/// A value in SI whose dimension is part of its type.
+/// Declares a value in SI whose dimension is part of its type.
 macro_rules! quantity {
     ($($name:ident = $dimension:ident by $unit:ident: $what:literal),* $(,)?) => {$(
         #[doc = $what]
@@ -16,7 +16,7 @@ macro_rules! quantity {
         pub struct $name(pub f64);
 
         impl $name {
-            /// The quantity of this value in SI.
+            /// The quantity with this value in SI.
             pub const fn $unit(value: f64) -> Self {
                 Self(value)
             }
@@ -28,7 +28,7 @@ macro_rules! quantity {
             }
         }
 
-        /// The number in SI, as it is shown.
+        /// Displays the number in SI.
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 units::shown(self.0).fmt(f)
@@ -76,18 +76,18 @@ quantity! {
     Spin = ANGULAR_VELOCITY by radians_per_second: "A component of an angular velocity (rad/s).",
 }
 
-/// The schema of a text with a number and a unit.
+/// The schema of a string with a number and a unit.
 fn text_schema(what: &str, dimension: Dimension) -> Schema {
     let example = format!("1 {}", dimension.example());
     json_schema!({ "type": "string", "pattern": units::pattern(), "description": what, "examples": [example] })
 }
 
-/// A quantity whose dimension follows from where it is used.
+/// A quantity whose dimension follows from its context.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Quantity {
-    /// As in files, `"15 mm"`; a bare number is refused where a unit is needed
+    /// A text as in files, such as `"15 mm"`; a bare number is refused if a unit is needed
     Text(String),
-    /// In SI, from Rust
+    /// A value in SI, from Rust
     Si(f64),
 }
 
@@ -96,7 +96,7 @@ impl Quantity {
     ///
     /// # Errors
     ///
-    /// Where the text is no number with a unit of this dimension.
+    /// Where the text is not a number with a unit of this dimension.
     pub fn value(&self, dimension: Dimension) -> Result<f64, UnitError> {
         match self {
             Self::Text(text) => units::parse(text, dimension),
@@ -182,7 +182,7 @@ impl Visitor<'_> for Text {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GuideRadius {
     Point,
-    /// Radius (m)
+    /// Radius in m
     Ball(f64),
 }
 

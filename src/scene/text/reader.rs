@@ -5,7 +5,7 @@
 //! - enums are choices by [`kind`](super::kind),
 //! - dates are texts,
 //! - numbers are finite; TOML has `inf` and `nan` too,
-//! - a list has no more values than its type takes,
+//! - a list has no more values than its type accepts,
 //! - [changes by path](super::changes) have whole paths as keys,
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
@@ -18,7 +18,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeString, DeTable, DeValue};
 
-/// A mistake of a value, and the bytes of the text where it is.
+/// A mistake in a value, and the bytes of the text in which it occurs.
 #[derive(Debug)]
 pub(in crate::scene) struct ReadError {
     pub(in crate::scene) message: String,
@@ -26,7 +26,7 @@ pub(in crate::scene) struct ReadError {
 }
 
 impl ReadError {
-    /// At this place, unless a place within it is known.
+    /// The error at this position, unless a more precise one is known.
     fn at(mut self, span: Range<usize>) -> Self {
         self.span.get_or_insert(span);
         self
@@ -49,7 +49,7 @@ impl Error for ReadError {
 
 type Result<T> = std::result::Result<T, ReadError>;
 
-/// A value and its place in the text.
+/// A value with its position in the text.
 pub(in crate::scene) struct Reader<'de> {
     value: DeValue<'de>,
     span: Range<usize>,
@@ -170,13 +170,13 @@ fn wrong_type(value: &DeValue, expected: &dyn Expected) -> ReadError {
     ReadError::invalid_type(found, expected)
 }
 
-/// A mistake that a type finds in what it has read is at the place of the value.
+/// Reads a value; a mistake that a type finds in what it has read is reported at the position of the value.
 fn read<'de, S: DeserializeSeed<'de>>(seed: S, value: Spanned<DeValue<'de>>) -> Result<S::Value> {
     let span = value.span();
     seed.deserialize(Reader::from(value)).map_err(|e| e.at(span))
 }
 
-/// The value that a visitor makes of a list whose elements it takes all.
+/// The value that a visitor makes of a list; refuses a list of which the visitor does not take all elements.
 fn whole_list<'de, V: Visitor<'de>>(list: DeArray<'de>, visitor: V) -> Result<V::Value> {
     let given = list.len();
     let mut elements = Elements(list.into_iter());
@@ -204,7 +204,7 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
 
 type Entry<'de> = (Spanned<DeString<'de>>, Spanned<DeValue<'de>>);
 
-/// The keys of a table with their values, `kind` before all others.
+/// The keys of a table with their values, `kind` before all other keys.
 struct Entries<'de> {
     kind: Option<Entry<'de>>,
     rest: <DeTable<'de> as IntoIterator>::IntoIter,
@@ -305,7 +305,7 @@ mod tests {
         assert_eq!(&twice[e.span.expect("a place")], "\"mesh.element\"");
     }
 
-    /// With the place of the value, of the key, or of the table that lacks one.
+    /// A mistake has the position of the value, of the key, or of the table that lacks a key.
     #[test]
     fn a_mistake_has_its_place() {
         let rest = "seed = 1\nmade = \"\"\nrest = {}\n";

@@ -28,20 +28,20 @@ use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Air or liquid behind the facets of a region, or within a skin; exactly one of the two.
+/// Air or liquid behind the facets of a region, or within a skin; exactly one of `region` and `skin` is given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CavitySpec {
-    /// Prefix of its columns; `cavity` if absent
+    /// Prefix of the columns; `cavity` if absent
     #[serde(default = "cavity")]
     pub name: String,
     /// Facets of the mesh
     pub region: Option<String>,
-    /// A closed surface instead
+    /// A closed surface, in place of a region
     pub skin: Option<String>,
     /// How the cavity is driven
     pub drive: CavityDriveSpec,
-    /// The surface is open and its rim free
+    /// Whether the surface is open and its rim free
     #[serde(default)]
     pub open: bool,
 }
@@ -55,20 +55,20 @@ fn cavity() -> String {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum CavityDriveSpec {
-    /// Pressure above that of the surroundings
+    /// Pressure relative to the surroundings
     Pressure {
         /// Pressure \[Pa\]
         signal: SignalSpec,
     },
-    /// Growth of the volume
+    /// Increase of the volume
     Volume {
-        /// Growth of the volume \[m³\]
+        /// Increase of the volume \[m³\]
         signal: SignalSpec,
     },
 }
 
 impl CavityDriveSpec {
-    /// Whether the volume is prescribed, and the pressure follows.
+    /// Whether the volume is prescribed, so that the pressure follows.
     fn is_by_volume(&self) -> bool {
         matches!(self, Self::Volume { .. })
     }
@@ -90,17 +90,17 @@ pub struct NamedCavity {
     pub name: String,
     pub cavity: Arc<Cavity>,
     pub drive: Drive,
-    /// Facets of its wall, or next to a skin that lies on none, ascending
+    /// Facets of its wall, or facets next to a skin that does not lie on facets, ascending
     facets: Vec<u32>,
-    /// Whether its wall is a skin that lies on no facets
+    /// Whether its wall is a skin that does not lie on facets
     follows: bool,
-    /// Volume between the cones that it counts from and caps across what is held of its rim \[m³\]
+    /// Volume between the cones from which the volume counts and the caps across the held parts of its rim \[m³\]
     caps: f64,
-    /// Whether its volume is that of a space with walls all round: the wall is closed, or cut by planes of symmetry
+    /// Whether its volume is enclosed on all sides: the wall is closed, or cut by planes of symmetry
     pub(in crate::scene) encloses: bool,
 }
 
-/// A cavity with its load or its row, next to those before it. To be called when everything that is held is known.
+/// Builds a cavity with its load or its constraint; `before`: the cavities built so far. To be called when everything that is held is known.
 pub(in crate::scene) fn build_cavity(
     builder: &mut Builder,
     place: &str,
@@ -154,7 +154,7 @@ pub(in crate::scene) fn build_cavity(
             if rim.is_empty() {
                 check_growth(builder, place, &growth, rest)?;
             }
-            // The sphere of this area holds more than any other surface
+            // No other surface of this area holds as much as the sphere
             let scale = wall.area(mesh).powf(1.5) / (6.0 * PI.sqrt());
             builder.constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
             Drive::Multiplier(builder.constraints.len() - 1)
@@ -169,10 +169,10 @@ pub(in crate::scene) fn build_cavity(
     Ok(NamedCavity { name: name.clone(), cavity, drive, facets, follows, caps, encloses })
 }
 
-/// Share of the facets next to a skin that may be next to another wall too \[–\]: at a thin wall between two hollows some are nearest to both.
+/// Share of the facets next to a skin that may also be next to another wall \[–\]: at a thin wall between two hollows some facets are nearest to both.
 const FEW: f64 = 0.1;
 
-/// Refuses a wall that an earlier cavity has too: the two pressures would add up there.
+/// Refuses a wall that an earlier cavity already has, because the two pressures would add up there.
 fn check_shared(builder: &Builder, place: &str, wall: &Wall, before: &[NamedCavity]) -> Result<(), SceneError> {
     let (facets, follows) = (wall.facets(), wall.follows());
     let shared = |other: &NamedCavity| {
@@ -190,7 +190,7 @@ fn check_shared(builder: &Builder, place: &str, wall: &Wall, before: &[NamedCavi
     Err(builder.content(place, fact, "give each cavity a wall of its own, or keep one with the sum"))
 }
 
-/// Notes a vacuum: nothing but a contact keeps the walls of a cavity apart.
+/// Adds a note on a vacuum: only a contact keeps the walls of a cavity apart.
 pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavity], contacts: &[NamedContact]) {
     for NamedCavity { name, drive, facets, .. } in cavities {
         let Drive::Prescribed(pressure) = drive else { continue };
@@ -210,13 +210,13 @@ pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavi
     }
 }
 
-/// Refuses a closed cavity that is emptied of more than it holds. A signal that is decided during the run is not checked here.
+/// Refuses to take more out of a closed cavity than it holds. A signal that is decided during the run is not checked here.
 fn check_growth(builder: &Builder, place: &str, growth: &Signal, rest: f64) -> Result<(), SceneError> {
     if growth.has_inputs() {
         return Ok(());
     }
     let ((t, least), _) = extremes(growth, &builder.spans);
-    // A signal without a value is refused with its formula.
+    // A signal without a finite value is refused with its formula.
     if -least < rest || !least.is_finite() {
         return Ok(());
     }
@@ -229,7 +229,7 @@ fn check_growth(builder: &Builder, place: &str, growth: &Signal, rest: f64) -> R
     Err(builder.content(place, fact, "take out less: its walls would pass through each other"))
 }
 
-/// May this surface be driven so? The planes of its rim, none where the rim is free.
+/// Checks whether a cavity with this surface can be driven in this way. Returns the planes in which its rim slides; `None` if the rim is free.
 fn check_rim(
     builder: &Builder,
     place: &str,
@@ -266,8 +266,8 @@ fn check_rim(
     }
 }
 
-/// The middle of the rim where it is held: behind a flat one V is the volume up to its plane, whatever nodes the mesh has. Where the wall is closed, or all of
-/// its rim slides in planes, V is the same from everywhere, and the middle has short cones, and small rounding.
+/// The centroid of the held part of the rim: behind a flat rim V is then the volume up to its plane, whatever nodes the mesh has. If the wall is closed, or
+/// all of its rim slides in planes, V does not depend on this point, and the centroid keeps the cones short and the rounding small.
 fn apex(builder: &Builder, mesh: &TetMesh, wall: &Wall, rim: &[Vec<u32>]) -> Vec3 {
     let is_held = |edge: &&Vec<u32>| edge.iter().all(|&node| builder.is_held(node));
     let held: Vec<&Vec<u32>> = rim.iter().filter(is_held).collect();
@@ -275,14 +275,14 @@ fn apex(builder: &Builder, mesh: &TetMesh, wall: &Wall, rim: &[Vec<u32>]) -> Vec
     middle_of_edges(mesh, &edges).unwrap_or_else(|| wall.middle(mesh))
 }
 
-/// The field that measures the volume. It starts in a plane, and in `middle` where that is free.
-/// Nothing of it flows through parallel planes; none where there are such planes along every axis.
+/// The vector field whose flux measures the volume. Its origin lies in the planes, and at `middle` in the directions without a single plane. It has no flux
+/// through parallel planes; `None` if there are parallel planes along every axis.
 fn volume_field(middle: Vec3, planes: &Planes) -> Option<VolumeField> {
     let origin = Vec3::from_fn(|k, _| if let [level] = planes[k][..] { level } else { middle[k] });
     VolumeField::across(origin, std::array::from_fn(|k| planes[k].len() > 1))
 }
 
-/// From where the volume of an open cavity counts, for a note.
+/// The origin of the volume of an open cavity, for a note.
 fn counted(field: &VolumeField) -> String {
     let [x, y, z] = [field.origin.x, field.origin.y, field.origin.z].map(|v| 1e3 * v);
     let closed: Vec<&str> =
@@ -295,7 +295,7 @@ fn counted(field: &VolumeField) -> String {
     }
 }
 
-/// The share of caps in the volume of an open cavity \[m³\], for a note.
+/// The contribution of caps to the volume of an open cavity \[m³\], for a note.
 fn capped(caps: f64) -> String {
     if caps == 0.0 {
         String::new()
@@ -305,14 +305,14 @@ fn capped(caps: f64) -> String {
 }
 
 impl NamedCavity {
-    /// Its volume \[m³\] at displacement x, with the caps.
+    /// The volume \[m³\] at displacement x, including the caps.
     pub fn volume(&self, x: &[f64]) -> f64 {
         self.cavity.volume(x) + self.caps
     }
 }
 
 impl Recorder for NamedCavity {
-    /// Columns: pressure and volume.
+    /// The columns: pressure and volume.
     fn columns(&self) -> Vec<String> {
         vec![format!("{}_pressure_Pa", self.name), format!("{}_volume_m3", self.name)]
     }

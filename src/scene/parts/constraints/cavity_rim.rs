@@ -1,4 +1,4 @@
-//! The rim of an open cavity: planes of symmetry in which it slides, and caps across what is held of it.
+//! The rim of an open cavity: planes of symmetry in which it slides, and caps across the parts of it that are held.
 
 use crate::effect::{VolumeField, flux_through_cones, middle_of_edges};
 use crate::math::disjoint_sets::DisjointSets;
@@ -8,16 +8,16 @@ use crate::mesh::TetMesh;
 use crate::scene::build::builder::Builder;
 use std::collections::BTreeMap;
 
-/// Levels of the planes x, y, z = const in which a rim slides \[m\].
+/// Coordinates of the planes x, y, z = const in which a rim slides \[m\].
 pub(super) type Planes = [Vec<f64>; 3];
 
-/// Share of the size of the body that is rounding of a place \[–\].
+/// Rounding of positions relative to the size of the body \[–\].
 const ROUNDING: f64 = 1e-9;
-/// Share of the sphere of the area of a wall that is rounding of a volume \[–\].
+/// Rounding of a volume relative to that of the sphere with the area of the wall \[–\].
 const NO_VOLUME: f64 = 1e-12;
 
-/// The planes in which a rim slides that is not held; where it is free, or moved along several of them, which no volume is known of. As a plane of symmetry
-/// has, each has all of its piece of the body on one side.
+/// The planes in which the parts of a rim slide that are not held. As an error, a point at which the rim is free, or is moved although it slides in several
+/// planes, so that its volume is not defined. Like a plane of symmetry, each plane has all of its piece of the body on one side.
 pub(super) fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Planes, Vec3> {
     let held = |node: u32, k: u32| builder.motion(3 * node + k);
     let is_moved = |node: u32| (0..3).any(|k| held(node, k).is_some_and(|motion| *motion != Signal::Constant(0.0)));
@@ -36,7 +36,7 @@ pub(super) fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) ->
             flat && slides() && ends_at(edge[0], *k)
         };
         let is_known = |k: usize| planes[k].iter().any(|level| (level - at[k]).abs() <= rounding);
-        // An edge along two planes needs one of them: a known one, or one that adds no parallel plane.
+        // An edge along two planes needs only one of them: a known one, or one that adds no parallel plane.
         let plane = (0..3).filter(&mut in_plane).min_by_key(|&k| if is_known(k) { 0 } else { 1 + planes[k].len() });
         let k = plane.ok_or(at)?;
         if !is_known(k) {
@@ -49,7 +49,7 @@ pub(super) fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) ->
     }
 }
 
-/// Whether the piece of the body with a node ends at the place of this node along x, y or z.
+/// Whether the piece of the body that contains a node ends at the position of this node along x, y or z.
 fn ends(mesh: &TetMesh, rounding: f64) -> impl FnMut(u32, usize) -> bool + '_ {
     let mut pieces = DisjointSets::new(mesh.points.len());
     (0..mesh.cell_count()).for_each(|c| pieces.join(mesh.cell(c)));
@@ -64,21 +64,21 @@ fn ends(mesh: &TetMesh, rounding: f64) -> impl FnMut(u32, usize) -> bool + '_ {
     }
 }
 
-/// The components of a place by which it lies in these planes, with their levels.
+/// The components in which a point lies in one of these planes, with the coordinates of the planes.
 fn levels_at(planes: &Planes, at: Vec3, rounding: f64) -> impl Iterator<Item = (usize, f64)> {
     let of =
         move |k: usize| planes[k].iter().find(|level| (**level - at[k]).abs() <= rounding).map(|level| (k, *level));
     (0..3).filter_map(of)
 }
 
-/// Whether all of the rim lies in these planes; a closed wall has none.
+/// Whether all of the rim lies in these planes; true for a closed wall, which has no rim.
 pub(super) fn is_in_planes(mesh: &TetMesh, rim: &[Vec<u32>], planes: &Planes) -> bool {
     let rounding = ROUNDING * mesh.diagonal();
     rim.iter().flatten().all(|&node| levels_at(planes, mesh.points[node as usize], rounding).next().is_some())
 }
 
-/// The volume \[m³\] that the cones of a field over caps hold, beyond the one that it measures at a wall of this `area` \[m²\]: a cap across each part of the rim that
-/// is held are the cones from its middle. A part that ends in planes is closed by them, and its cap reaches to them.
+/// The volume \[m³\] that the cones of a field over caps add to the volume that the field measures at a wall of this `area` \[m²\]. The cap across a held part
+/// of the rim consists of the cones from the centroid of the part. A part that ends in planes is closed by them, and its cap extends to them.
 pub(super) fn caps(
     builder: &Builder,
     mesh: &TetMesh,

@@ -21,9 +21,9 @@ use std::collections::BTreeSet;
 
 /// The surface on which the pressure of a cavity acts.
 pub(super) enum Wall {
-    /// Of the boundary
+    /// Facets of the boundary
     Facets(Vec<u32>),
-    /// Closed and turned outward of the volume that it encloses; it follows the body, of which the facets next to it are `nearest`.
+    /// A closed skin, oriented outwards from the volume that it encloses; it follows the body, whose facets next to it are `nearest`.
     Skin { surface: Surface, weights: Vec<Vec<(u32, f64)>>, nearest: Vec<u32> },
 }
 
@@ -36,18 +36,18 @@ impl Wall {
         }
     }
 
-    /// Its facets, or those next to a skin.
+    /// The facets of the wall, or the facets next to a skin.
     pub fn facets(&self) -> &[u32] {
         let (Self::Facets(facets) | Self::Skin { nearest: facets, .. }) = self;
         facets
     }
 
-    /// Whether it is a skin that follows the body.
+    /// Whether the wall is a skin that follows the body.
     pub fn follows(&self) -> bool {
         matches!(self, Self::Skin { .. })
     }
 
-    /// The mean of the nodes or vertices, each as often as it is a corner \[m\].
+    /// The mean position of the nodes or vertices, each weighted by the number of its facets \[m\].
     pub fn middle(&self, mesh: &TetMesh) -> Vec3 {
         let places: Vec<Vec3> = match self {
             Self::Facets(facets) => {
@@ -60,7 +60,7 @@ impl Wall {
         places.iter().sum::<Vec3>() / places.len() as f64
     }
 
-    /// \[m²\]
+    /// Area of the wall \[m²\].
     pub fn area(&self, mesh: &TetMesh) -> f64 {
         match self {
             Self::Facets(facets) => facets.iter().map(|&f| mesh.facet_area(f as usize)).sum(),
@@ -68,7 +68,7 @@ impl Wall {
         }
     }
 
-    /// The cavity behind it.
+    /// The cavity behind the wall.
     pub fn cavity(&self, name: String, mesh: &TetMesh, field: VolumeField) -> Cavity {
         match self {
             Self::Facets(facets) => Cavity::new(name, mesh, facets, field),
@@ -112,7 +112,8 @@ fn of_region(builder: &Builder, place: &str, region: &str) -> Result<Vec<u32>, S
     Ok(facets)
 }
 
-/// Its facets, where every triangle lies on them but those of a cap in a plane in which the body ends and is held; otherwise the skin itself, divided for the mesh.
+/// The facets under a skin, if every triangle lies on them except those of a cap in a plane in which the body ends and is held; otherwise the skin itself,
+/// subdivided for the mesh.
 fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Result<Wall, SceneError> {
     let (body, skin) = (builder.body.clone(), builder.skin(place, name)?);
     let (mesh, sizes) = (&body.mesh, FacetSizes::new(&body.mesh));
@@ -184,7 +185,7 @@ fn of_skin(builder: &mut Builder, place: &str, cavity: &str, name: &str) -> Resu
     Ok(Wall::Skin { surface: skin.surface, weights: skin.weights, nearest })
 }
 
-/// A skin without its triangles in planes in which the body ends and is held, and these in words; none where there are no such triangles, or no others.
+/// A skin without its triangles in planes in which the body ends and is held, and a description of these; `None` if there are no such triangles, or no others.
 fn without_caps(builder: &Builder, name: &str, surface: &Surface) -> Option<(Surface, String)> {
     let planes = HeldPlane::all(builder);
     let is_in = |t: &[u32; 3], plane: &HeldPlane| plane.has(&t.map(|k| surface.points[k as usize]));
@@ -204,20 +205,20 @@ fn without_caps(builder: &Builder, name: &str, surface: &Surface) -> Option<(Sur
     Some((Surface { points: surface.points.clone(), triangles }, words))
 }
 
-/// Share of the volume of a hollow by which that of a skin in it may differ: facets cut less off a round one.
+/// Relative difference allowed between the volume of a skin and that of the hollow in which it lies: facets cut off less of a round hollow.
 const OFF: f64 = 0.1;
 
-/// How a skin off the facets lies on a body.
+/// How well a skin that does not lie on facets follows a body.
 struct Mapping {
-    /// Distances from the surface of the body, and volumes
+    /// Distances from the surface of the body, and volumes, in words
     words: String,
-    /// Whether the volumes are far from each other
+    /// Whether the volumes differ too much
     is_off: bool,
     /// Facets next to it, ascending
     nearest: Vec<u32>,
 }
 
-/// The error of the mapping. Fails with a place where most of the skin looks out of the body.
+/// The quality of the mapping of a skin. The error is a point of the skin, if most of it faces out of the body.
 fn mapping(mesh: &TetMesh, skin: &NamedSkin) -> Result<Mapping, Vec3> {
     let surface = &skin.surface;
     let facets = boundary_facets(mesh);

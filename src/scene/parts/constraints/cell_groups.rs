@@ -1,11 +1,12 @@
-//! Groups of cells by what deforms them: the unknowns, or the motions of constraints alone.
+//! Groups of cells by the cause of their deformation: the unknowns, or only the motions of constraints.
 
 use super::part::{Motion, Moved};
 use crate::mesh::{Region, TetMesh};
 use std::collections::{BTreeMap, HashMap};
 
-/// \[cells\] 0 for cells that the unknowns deform. Cells whose nodes are all held, moved or of one rigid part are in other groups: those that the same constraints
-/// move, and whose volumetric strain is thus the same, in one; a cell between different motions alone.
+/// The group of each cell \[cells\]. Group 0 holds the cells that the unknowns deform. Cells whose nodes are all held, prescribed or in one rigid part are in
+/// further groups: one group for all cells that the same constraints move, which therefore share their volumetric strain, and one for each cell between
+/// different motions.
 pub(super) fn cell_groups<'a>(
     mesh: &TetMesh,
     regions: &BTreeMap<String, Region>,
@@ -13,9 +14,9 @@ pub(super) fn cell_groups<'a>(
 ) -> Vec<u32> {
     let mut motions = vec![[Motion::Free; 3]; mesh.points.len()];
     for moved in moved {
-        // One that there is not is refused where the constraint is built
+        // A region that does not exist is refused where the constraint is built
         let Some(region) = regions.get(moved.region) else { continue };
-        // A rigid part is one of cells, whatever nodes its region has of its own
+        // A rigid part consists of cells, whatever nodes of its own its region has
         let of_cells = Region { cells: region.cells.clone(), ..Region::default() };
         let region = if matches!(moved.motion, Motion::Rigid(_)) { &of_cells } else { region };
         let components: Vec<usize> = moved.components.chars().filter_map(|c| "xyz".find(c)).collect();
@@ -57,7 +58,7 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::structured::block;
 
-    /// Three boxes in a row, of which the nodes of the first and of the last are moved by constraints as given: (region, components, motion).
+    /// The groups in three boxes in a row, of which constraints move the nodes of the first and of the last as given: (region, components, motion).
     fn groups(order: Order, moved: &[(&'static str, &'static str, Motion)]) -> [Vec<u32>; 3] {
         let mesh = block(3, 1, 1, 3.0, 1.0, 1.0, order);
         let nodes = |is_in: fn(f64) -> bool| {
@@ -75,7 +76,7 @@ mod tests {
         })
     }
 
-    /// A node set of the name of a rigid part takes nothing from its cells.
+    /// A node set with the name of a rigid part does not change its cells.
     #[test]
     fn a_rigid_part_is_one_of_cells() {
         let mesh = block(2, 1, 1, 2.0, 1.0, 1.0, Order::Linear);
@@ -90,7 +91,7 @@ mod tests {
         assert_eq!(of(Region { cells, nodes: vec![0], is_node_set: true, ..Region::default() }), plain);
     }
 
-    /// Cells of a part that is held or moved as a whole are one group, cells between two such parts of one each, and all others of group 0.
+    /// Cells of a part that is held or moved as a whole are one group, cells between two such parts are one group each, and all others are in group 0.
     #[test]
     fn cells_that_constraints_move_are_grouped_by_their_motion() {
         for order in [Order::Linear, Order::Quadratic] {

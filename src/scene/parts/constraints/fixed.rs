@@ -1,4 +1,4 @@
-//! Constraint `fixed`: components of the displacement of a region that are held.
+//! Constraint `fixed`: holds components of the displacement of a region.
 
 use super::part::{ConstraintPart, Motion, Moved};
 use crate::math::signal::Signal;

@@ -1,5 +1,4 @@
-//! Constraints of a scene. One file or folder per kind, a line in each of the three lists below, and its place in
-//! `build_constraints`.
+//! Constraints of a scene. Each kind has one file or folder, a line in each of the three lists below, and its place in `build_constraints`.
 
 mod cable;
 mod cavity;
@@ -45,36 +44,36 @@ pub enum ConstraintSpec {
 }
 
 impl ConstraintSpec {
-    /// The quantity by which runs are compared, if it has one.
+    /// The quantity by which runs are compared, if the constraint has one.
     pub(in crate::scene) fn headline(&self) -> Option<Headline> {
         self.part().headline()
     }
 
-    /// The constraint in words, if it is kept exactly, so that an undamped integrator rings.
+    /// A name for the constraint if it is enforced exactly, so that an undamped integrator rings.
     pub(in crate::scene) fn exact(&self) -> Option<&'static str> {
         self.part().exact()
     }
 
-    /// Whether it has friction, so that its forces depend on the path.
+    /// Whether the constraint has friction, so that its forces depend on the path.
     pub(in crate::scene) fn has_friction(&self) -> bool {
         self.part().has_friction()
     }
 
-    /// The region whose displacements it prescribes, and the components of them.
+    /// The region whose displacements the constraint prescribes, and the prescribed components.
     pub(in crate::scene) fn held(&self) -> Option<(&str, &str)> {
         let Moved { region, components, motion } = self.part().moves(0)?;
         (!matches!(motion, Motion::Rigid(_))).then_some((region, components))
     }
 }
 
-/// Groups the cells of a scene by what deforms them.
+/// Groups the cells of a scene by the cause of their deformation.
 pub(in crate::scene) fn group_cells(builder: &mut Builder, specs: &[ConstraintSpec]) {
     let moved = specs.iter().enumerate().filter_map(|(number, spec)| spec.part().moves(number));
     builder.gathered.cell_groups = cell_groups(&builder.body.mesh, &builder.regions, moved);
 }
 
-/// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` bodies and obstacles have four nodes each before
-/// those of rigid parts.
+/// Builds all constraints of a scene; returns the cables and cavities among them. `carriers` is the number of bodies and obstacles whose four nodes each
+/// precede those of rigid parts.
 pub(in crate::scene) fn build_constraints(
     builder: &mut Builder,
     specs: &[ConstraintSpec],
@@ -91,7 +90,7 @@ pub(in crate::scene) fn build_constraints(
                 cables.extend(built);
                 places.resize(cables.len(), place);
             }
-            // Built below: the held dofs decide whether a cavity may be open
+            // Built below, because the held dofs decide whether a cavity may be open
             ConstraintSpec::Cavity(_) | ConstraintSpec::Rigid(_) => {}
         }
     }
@@ -128,8 +127,8 @@ pub(in crate::scene) fn build_constraints(
     Ok((cables, cavities))
 }
 
-/// Notes a law whose stress does not turn with the body under forces that do: the stiffness of the forces lacks that of the stress which they cause, and with
-/// which it is in balance.
+/// Adds a note on a law whose stress does not rotate with the body under forces that do: the tangent then has the stiffness of the forces, but lacks that of
+/// the stress with which they are in balance.
 fn note_law(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity]) {
     let law =
         builder.gathered.laws.iter().find(|l| !l.law.info().objective).map(|l| (l.name.clone(), l.law.info().name));
@@ -142,7 +141,7 @@ fn note_law(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavit
     }
 }
 
-/// Notes on the constraints of a scene; returns a reason why the answer has no limit as h → 0, if there is one.
+/// Adds notes on the constraints of a scene; returns a reason why the solution has no limit as h → 0, if there is one.
 pub(in crate::scene) fn note_constraints(builder: &mut Builder, specs: &[ConstraintSpec]) -> Option<String> {
     specs.iter().fold(None, |why, spec| spec.part().note(builder).or(why))
 }

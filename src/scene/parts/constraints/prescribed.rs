@@ -1,4 +1,4 @@
-//! Constraint `prescribed`: components of the displacement of a region that follow a signal, or its whole motion by rotation and translation.
+//! Constraint `prescribed`: components of the displacement of a region follow a signal, or the whole region moves by a rotation and a translation.
 
 use super::part::{ConstraintPart, Motion, Moved};
 use crate::math::signal::Signal;
@@ -18,12 +18,12 @@ use serde::Deserialize;
 pub struct PrescribedSpec {
     /// Region that is moved
     pub region: String,
-    /// Components prescribed: "x", "yz", …; all of a rotation if absent
+    /// Components prescribed: "x", "yz", …; with a rotation all of them if absent
     #[serde(default)]
     pub components: String,
-    /// The same for each of the components
+    /// Displacement of each of the components
     pub displacement: Option<SignalSpec>,
-    /// A finite rotation: every node is on its circle at every time
+    /// A finite rotation: every node is on its circle at all times
     pub rotation: Option<RotationSpec>,
     /// Components of a translation, after the rotation if there is one
     pub translation: Option<[SignalSpec; 3]>,
@@ -54,7 +54,7 @@ impl PrescribedSpec {
         }
     }
 
-    /// Components of its motion.
+    /// The components that are prescribed.
     fn components(&self) -> &str {
         if self.components.is_empty() { "xyz" } else { &self.components }
     }
@@ -85,7 +85,7 @@ impl PrescribedSpec {
         Ok(())
     }
 
-    /// Refuses a motion that its `components` leave out: a component of the translation, or all of the rotation.
+    /// Refuses a motion in a component that `components` leaves out: a component of the translation, or any part of a rotation.
     fn check_components(&self, builder: &Builder, place: &str, shifts: &[Signal]) -> Result<(), SceneError> {
         let components = self.components();
         let is_left_out = |letter: &str, shift: &Signal| !components.contains(letter) && !is_zero(builder, shift);

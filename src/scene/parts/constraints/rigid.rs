@@ -20,10 +20,10 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidInsertSpec {
-    /// Prefix of its columns; `rigid` if absent
+    /// Prefix of the columns; `rigid` if absent
     #[serde(default = "insert")]
     pub name: String,
-    /// Cells, which need no elastic effect
+    /// Region of cells, which need no elastic effect
     pub region: String,
 }
 
@@ -42,7 +42,7 @@ impl ConstraintPart for RigidInsertSpec {
 }
 
 impl RigidInsertSpec {
-    /// Ties the nodes of the region to the four nodes from `first` on.
+    /// Ties the nodes of the region to the four nodes that start at `first`.
     pub(super) fn build(&self, builder: &mut Builder, place: &str, first: u32) -> Result<(), SceneError> {
         builder.check_name(place, &self.name)?;
         let body = builder.body.clone();
@@ -116,7 +116,7 @@ impl Recorder for Recorded {
     }
 }
 
-/// Refuses what does not follow the nodes of rigid parts: starts, and effects that select their blocks.
+/// Refuses features that cannot follow the nodes of rigid parts: initial states, and effects that select their blocks.
 pub(in crate::scene) fn check_tied(builder: &Builder, has_start: bool) -> Result<(), SceneError> {
     if builder.tied.is_empty() {
         return Ok(());

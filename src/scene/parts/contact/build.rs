@@ -1,4 +1,4 @@
-//! Contact of a scene: which points, which obstacle, which response, and the effects that follow.
+//! Contact of a scene: its points, its obstacle, its response, and the resulting effects.
 
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::friction::{ContactFriction, Coulomb};
@@ -25,7 +25,7 @@ use crate::scene::rotation::check_in_contact;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-/// All rigid bodies and contacts, with their effects.
+/// Builds all rigid bodies and contacts, with their effects.
 pub(in crate::scene) fn build_contacts(
     builder: &mut Builder,
     rigids: &[RigidSpec],
@@ -60,8 +60,8 @@ pub(in crate::scene) fn build_contacts(
     Ok((bodies, contacts))
 }
 
-/// Refuses a contact of two surfaces that have facets in common with those of an earlier one, whichever of them is the obstacle: both would press there, each
-/// with the force of one.
+/// Refuses a contact of two surfaces that share facets with those of an earlier contact, whichever of them is the obstacle: both contacts would act there,
+/// each with its full force.
 fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[ContactSpec]) -> Result<(), SceneError> {
     let sides = |spec: &ContactSpec| {
         let ShapeSpec::Region { region } = &spec.obstacle else { return None };
@@ -83,7 +83,7 @@ fn check_pair(builder: &Builder, place: &str, spec: &ContactSpec, earlier: &[Con
     Err(builder.content(place, fact, remedy))
 }
 
-/// A contact with its effects, the pressing one first.
+/// Builds a contact with its effects; the normal one comes first.
 fn build_contact(
     builder: &mut Builder,
     place: &str,
@@ -101,7 +101,7 @@ fn build_contact(
     let cell = cell_size(builder, &sides);
     let at_sides = || sides.iter().filter_map(|facets| modulus_at(builder, facets)).reduce(f64::max);
     let by_default = || at_sides().unwrap_or_else(|| stiffest(builder));
-    // Not looked for where it is given: all faces of the mesh are gone through
+    // The default is computed only if it is needed, since it visits all faces of the mesh
     let stiffness = spec.modulus.as_ref().map_or_else(by_default, |modulus| modulus.0);
     let scales = ContactScales::new(builder, place, spec, (cell, stiffness))?;
     let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
@@ -162,7 +162,7 @@ fn build_contact(
     Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction, facets }))
 }
 
-/// Refuses a rigid body in the place of facets, where the obstacle is a region.
+/// Refuses a rigid body in place of facets if the obstacle is a region.
 fn check_sides(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[RigidBody]) -> Result<(), SceneError> {
     let ShapeSpec::Region { region } = &spec.obstacle else { return Ok(()) };
     let is_rigid = |name: &String| bodies.iter().any(|b| b.name == *name) && !builder.regions.contains_key(name);
@@ -184,7 +184,7 @@ fn check_sides(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[Rig
     Ok(())
 }
 
-/// The facets of each deformable side of a contact: of its region, and of a region that is its obstacle.
+/// The facets of each deformable side of a contact: those of its region, and those of its obstacle if it is a region.
 fn deformable_sides(
     builder: &Builder,
     place: &str,
@@ -199,7 +199,7 @@ fn deformable_sides(
     own.into_iter().chain(other).map(|name| Ok(builder.contact_facets(place, name)?.to_vec())).collect()
 }
 
-/// Refuses facets in contact all of whose nodes turn too far in a step.
+/// Refuses facets in contact all of whose nodes rotate too far in one step.
 fn check_turned(builder: &Builder, sides: &[Vec<u32>]) -> Result<(), SceneError> {
     let mesh = &builder.body.mesh;
     for turned in &builder.gathered.turned {
@@ -211,7 +211,8 @@ fn check_turned(builder: &Builder, sides: &[Vec<u32>]) -> Result<(), SceneError>
     Ok(())
 }
 
-/// Mean size of the cells where a contact acts \[m\]: of those at its facets, on the finer side of two, of all cells where rigid bodies meet obstacles.
+/// Mean size of the cells where a contact acts \[m\]: of those at its facets, on the finer of two sides, or of all cells for contacts between rigid bodies and
+/// obstacles.
 fn cell_size(builder: &Builder, sides: &[Vec<u32>]) -> f64 {
     let mesh = &builder.body.mesh;
     sides.iter().map(|facets| size_at(mesh, facets)).reduce(f64::min).unwrap_or_else(|| mesh.h())
@@ -280,7 +281,7 @@ fn build_obstacle(
     Ok(Obstacle { shape, origin, axes, body })
 }
 
-/// Refuses bodies that are inside of each other at the start, or touch where a barrier keeps them apart.
+/// Refuses bodies that overlap at the start, or that have no gap although a barrier keeps them apart.
 fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: ResponseSpec) -> Result<(), SceneError> {
     let Some((b, gap)) = contact.deepest(&start(builder)) else { return Ok(()) };
     let is_static = builder.spans.first().is_some_and(|first| first.integrator.is_static());

@@ -1,4 +1,4 @@
-//! Bodies and obstacles that begin inside of each other between the contact points, which alone feel an obstacle.
+//! Bodies and obstacles that overlap at the start between the contact points, at which alone contact acts.
 
 use super::sunk::PressingFacets;
 use crate::effect::contact::Contact;
@@ -14,12 +14,12 @@ use crate::scene::error::SceneError;
 use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::RigidBody;
 
-/// Share of the diagonal of the mesh by which surfaces in contact are inside of each other by rounding \[–\].
+/// Overlap of surfaces in contact, relative to the diagonal of the mesh, that counts as rounding \[–\].
 const ROUNDING: f64 = 1e-9;
-/// Share of the distance of the vertices of a rigid surface by which a ball is inside of it where it fits a hollow of this surface \[–\].
+/// Overlap of a ball with a rigid surface that it fits, relative to the distance of the vertices of the surface \[–\].
 const HOLLOW: f64 = 0.125;
 
-/// Refuses an obstacle that begins inside of the rigid body whose points meet it.
+/// Refuses an obstacle that starts inside the rigid body whose points are in contact with it.
 pub(super) fn check_rigid(
     builder: &Builder,
     place: &str,
@@ -36,7 +36,7 @@ pub(super) fn check_rigid(
     refuse(builder, place, inside, &format!("of \"{}\"", body.name))
 }
 
-/// Refuses an obstacle that begins inside of the deformable body, deeper than its contact points may let it be, and facets that begin inside of the obstacle.
+/// Refuses an obstacle that starts inside the deformable body, deeper than its contact points allow, and facets that start inside the obstacle.
 pub(super) fn check_deformable(
     builder: &Builder,
     place: &str,
@@ -59,13 +59,13 @@ pub(super) fn check_deformable(
         return Ok(());
     }
     let boundary = Surface { points: mesh.points.clone(), triangles: flat_triangles(mesh, &boundary_facets(mesh)) };
-    // Where more than two facets have an edge in common, no inside is known.
+    // If more than two facets share an edge, the inside is not defined.
     let Ok(boundary) = Shape::surface(&boundary) else { return Ok(()) };
     let inside = deepest(places, |at| boundary.gap(at)).filter(|(_, depth)| *depth > facets.most());
     refuse(builder, place, inside, "of the body")
 }
 
-/// The place with the least distance, and how deep it is \[m\].
+/// The point with the smallest distance, and its depth \[m\].
 fn deepest(places: Vec<Vec3>, gap: impl Fn(&Vec3) -> f64) -> Option<(Vec3, f64)> {
     places.into_iter().map(|at| (at, -gap(&at))).max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -1,8 +1,8 @@
 //! Motion of obstacles: a translation along a direction and a rotation about an axis, by signals.
 //!
-//! A point X goes to P + R(θ)(X − P) + s e, with R(θ) of [`rotation`](crate::scene::rotation). The four nodes that carry the
-//! obstacle are prescribed so at the end of each step. Within a step they go straight, and the obstacle is a little smaller in
-//! between: cos(Δθ/2) of its size. The angle of a step is therefore limited.
+//! A point X moves to P + R(θ)(X − P) + s e, with R(θ) of [`rotation`](crate::scene::rotation). The four nodes that carry the obstacle are prescribed
+//! accordingly at the end of each step. Within a step they move along straight lines, so that the obstacle is slightly smaller in between: cos(Δθ/2) of its
+//! size. The rotation of a step is therefore limited.
 
 use crate::effect::contact::placement::AffineFrame;
 use crate::math::signal::{Clock, Signal};
@@ -14,7 +14,7 @@ use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::parts::contact::spec::MotionSpec;
 use crate::scene::rotation::{check_in_contact, unit_vector};
 
-/// The four nodes that carry an obstacle along its motion.
+/// Prescribes the four nodes that carry an obstacle along its motion.
 pub(in crate::scene) fn carry(
     builder: &mut Builder,
     place: &str,
@@ -59,8 +59,8 @@ pub(in crate::scene) fn carry(
     Ok(frame)
 }
 
-/// The displacement \[dofs\] at the start, of a body at rest: a dynamic run starts with obstacles where their motions have them, a static one with those at
-/// their given places.
+/// The initial displacement \[dofs\] with the body at rest: a dynamic run starts with obstacles where their motions put them, a static run with obstacles at
+/// their given positions.
 pub(super) fn start(builder: &Builder) -> Vec<f64> {
     let mut x = vec![0.0; 3 * builder.nodes];
     if builder.spans.first().is_some_and(|first| !first.integrator.is_static()) {

@@ -1,4 +1,4 @@
-//! Notes on the start of a contact, and on what the points of a rigid body do not see.
+//! Notes on the start of a contact, and on obstacles that the points of a rigid body do not resolve.
 
 use crate::effect::contact::NormalForces;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
@@ -10,7 +10,7 @@ use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::{RIM, RigidBody};
 use crate::system::Caches;
 
-/// Notes that the points of a contact with a barrier begin under pressure.
+/// Adds a note if the points of a contact with a barrier start under pressure.
 pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
     let start = start(builder);
     let (contact, reach) = (pressing.contact(), pressing.reach());
@@ -19,7 +19,7 @@ pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
     builder.notes.push(begins_within(&contact.name, [gap, reach], presses.map(|press| press.force).sum()));
 }
 
-/// Notes that deformable surfaces begin under pressure.
+/// Adds a note if deformable surfaces start under pressure.
 pub(super) fn note_start_of_surfaces(builder: &mut Builder, pressing: &PressedSurfaces, reach: f64) {
     let start = start(builder);
     let surfaces = &pressing.surfaces;
@@ -32,7 +32,7 @@ pub(super) fn note_start_of_surfaces(builder: &mut Builder, pressing: &PressedSu
     }
 }
 
-/// That a contact of this name has this gap in the reach of its barrier \[m\], and the force \[N\].
+/// The note that a contact starts with a gap \[m\] that is within the reach of its barrier \[m\], with a force \[N\].
 fn begins_within(name: &str, [gap, reach]: [f64; 2], force: f64) -> String {
     format!(
         "{name}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
@@ -41,14 +41,14 @@ fn begins_within(name: &str, [gap, reach]: [f64; 2], force: f64) -> String {
     )
 }
 
-/// Distances between contact points below which a whole obstacle is seen too roughly: a ball as wide as this is pressed in by an eighth of its
-/// width before three of them feel it.
+/// Smallest ratio of the width of an obstacle to the distance of contact points that resolve it: a ball as wide as this distance is pressed in by an eighth of
+/// its width before it presses on three points.
 const SEEN: f64 = 2.0;
 
-/// Share of the width of an obstacle to which it is pressed in where its facets are judged: those that it reaches then \[–\].
+/// Depth, relative to the width of an obstacle, to which it is pressed in to find the facets that it then reaches \[–\].
 const PRESSED_IN: f64 = 0.125;
 
-/// Notes that an obstacle is narrow against the facets that are nearest to it: between their points it meets nothing.
+/// Adds a note if an obstacle is narrow compared with the nearest facets: between their points there is no contact.
 pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], pressing: &dyn NormalForces) {
     let contact = pressing.contact();
     let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
@@ -73,7 +73,8 @@ pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], p
     }
 }
 
-/// The facets that are at most so much `farther` from an obstacle than the nearest one \[m\], by the distances of their corners and of middles between these.
+/// The facets whose distance from an obstacle exceeds that of the nearest facet by at most `farther` \[m\], measured at their corners and the centroids of
+/// their edges and of the facet.
 fn nearest(mesh: &TetMesh, facets: &[u32], distance: impl Fn(&Vec3) -> f64, farther: f64) -> Vec<u32> {
     let gap = |&f: &u32| {
         let [a, b, c] = corners(mesh, f);
@@ -85,7 +86,7 @@ fn nearest(mesh: &TetMesh, facets: &[u32], distance: impl Fn(&Vec3) -> f64, fart
     facets.iter().zip(gaps).filter(|(_, gap)| *gap <= least + farther).map(|(&f, _)| f).collect()
 }
 
-/// The longest edge of a facet in the mean over their area \[m\]: many small facets do not hide large ones.
+/// The longest edge of a facet, averaged over the area of the facets \[m\]: many small facets do not hide large ones.
 fn mean_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
     let (sum, area) = facets.iter().fold((0.0, 0.0), |(sum, all), &f| {
         let area = mesh.facet_area(f as usize);
@@ -94,7 +95,7 @@ fn mean_edge(mesh: &TetMesh, facets: &[u32]) -> f64 {
     sum / area
 }
 
-/// \[m\]
+/// The longest edge of a facet \[m\].
 fn longest_edge(mesh: &TetMesh, facet: u32) -> f64 {
     let [a, b, c] = corners(mesh, facet);
     (b - a).norm().max((c - b).norm()).max((a - c).norm())
@@ -104,7 +105,7 @@ fn corners(mesh: &TetMesh, facet: u32) -> [Vec3; 3] {
     [0, 1, 2].map(|k| mesh.points[mesh.facet(facet as usize)[k] as usize])
 }
 
-/// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.
+/// Adds a note if an obstacle is so narrow that it can pass between the points of a body, and one if a flat cylinder does not roll as a round one.
 pub(super) fn note_points(builder: &mut Builder, body: &RigidBody, pressing: &dyn NormalForces) {
     let contact = pressing.contact();
     if matches!(body.shape, ShapeSpec::Cylinder { .. }) && !body.has_balls() {
@@ -116,7 +117,7 @@ pub(super) fn note_points(builder: &mut Builder, body: &RigidBody, pressing: &dy
     let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
     let mut widths = high - low;
     widths.as_mut_slice().sort_by(f64::total_cmp);
-    // An obstacle that is wider in two directions has a face for the points.
+    // An obstacle that is wider in two directions offers a face to the points.
     if widths[1] < body.spacing {
         builder.notes.push(format!(
             "{}: the obstacle, {:.4} mm wide, fits between the contact points of {}, which are up to {:.4} mm apart: it may pass through the body",

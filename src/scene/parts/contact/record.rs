@@ -1,4 +1,4 @@
-//! Record of a contact: force on its points, least distance, points that are pressed and their area.
+//! Record of a contact: the force on its points, the smallest distance, the number of points that press, and their area.
 
 use crate::effect::contact::friction::ContactFriction;
 use crate::effect::contact::placement::AffineFrame;
@@ -18,13 +18,13 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A contact of the system, for what is recorded.
+/// A contact of the system, as it is recorded.
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
     pub scales: ContactScales,
     pub(in crate::scene) of: ContactSides,
-    /// Range of its elastic slips in the history of a state; set once the system is built
+    /// Range of its elastic slips in the history of a state; set once the system has been built
     pub(in crate::scene) history: Range<usize>,
 }
 
@@ -41,26 +41,26 @@ pub(in crate::scene) enum ContactSides {
     Surfaces { pressing: Arc<PressedSurfaces>, friction: Option<Arc<SurfaceFriction>> },
 }
 
-/// Share of the largest force of a contact below which a point does not press \[–\].
+/// Force of a point, relative to the largest force of a contact, below which the point does not press \[–\].
 const PRESSES: f64 = 1e-9;
-/// Cosine of the angle between the force on a point and the inward normal of a facet beyond which the facet does not face the other side: 60° \[–\].
+/// Cosine of the largest angle between the force on a point and the inward normal of a facet at which the facet faces the other side: 60° \[–\].
 const FACING: f64 = 0.5;
-/// Share of an area that is rounding of its sum \[–\].
+/// Relative rounding of the sum of an area \[–\].
 const ROUNDING: f64 = 1e-9;
-/// Share of its largest elastic slip from which on a point has 99 % of its friction \[–\].
+/// Elastic slip of a point, relative to the largest one, from which it has 99 % of its friction \[–\].
 const AT_LIMIT: f64 = 0.9;
 
-/// State of a contact at one moment: its inputs of every column.
+/// State of a contact at one time, from which every column follows.
 struct Sums {
     /// Force on the region \[N\]
     force: Vec3,
-    /// Without friction \[N\]
+    /// Force without friction \[N\]
     normal: Vec3,
-    /// Least distance, negative where there is penetration \[m\]: the column `gap_m`
+    /// Smallest distance, negative for penetration \[m\]: the column `gap_m`
     gap: f64,
     /// Number of points that press
     pressed: usize,
-    /// Area at rest of what they have of the facets that face the other side \[m²\]
+    /// Tributary area at rest of the points that press, on facets that face the other side \[m²\]
     area: f64,
 }
 
@@ -68,7 +68,7 @@ struct Sums {
 struct Column {
     end: &'static str,
     value: fn(&Sums) -> f64,
-    /// Contacts that record it
+    /// Contacts that record the column
     of: Of,
 }
 
@@ -76,9 +76,9 @@ struct Column {
 #[derive(PartialEq, Eq)]
 enum Of {
     All,
-    /// Those of facets, which have an area
+    /// Contacts of facets, which have an area
     Facets,
-    /// Those with friction
+    /// Contacts with friction
     Sliding,
 }
 
@@ -86,7 +86,7 @@ const fn column(end: &'static str, of: Of, value: fn(&Sums) -> f64) -> Column {
     Column { end, value, of }
 }
 
-/// Every column of a contact, in its order: one line each.
+/// All columns of a contact, in order.
 const COLUMNS: [Column; 9] = [
     column("force_x_N", Of::All, |s| s.force.x),
     column("force_y_N", Of::All, |s| s.force.y),
@@ -119,12 +119,12 @@ impl NamedContact {
         })
     }
 
-    /// Whether its points are those of a rigid body.
+    /// Whether the points are those of a rigid body.
     fn is_of_rigid_body(&self) -> bool {
         matches!(&self.of, ContactSides::Points { facets, .. } if facets.is_none())
     }
 
-    /// The points of its region.
+    /// The points of the region.
     fn own_points(&self) -> &[SurfacePoint] {
         match &self.of {
             ContactSides::Points { pressing, .. } => &pressing.contact().points,
@@ -140,7 +140,7 @@ impl NamedContact {
         }
     }
 
-    /// Whether it has friction.
+    /// Whether the contact has friction.
     pub fn slides(&self) -> bool {
         match &self.of {
             ContactSides::Points { friction, .. } => friction.is_some(),
@@ -148,7 +148,7 @@ impl NamedContact {
         }
     }
 
-    /// The number of points that press on an obstacle, where friction is at its limit at all of them.
+    /// The number of points that press on an obstacle, if friction is at its limit at all of them.
     pub(in crate::scene) fn at_limit_of_friction(&self, state: &State) -> Option<usize> {
         let ContactSides::Points { pressing, friction: Some(_), .. } = &self.of else { return None };
         let slips = &state.history[self.history.clone()];
@@ -163,8 +163,8 @@ impl NamedContact {
         (!slips.is_empty() && slips.iter().all(|slip| *slip > AT_LIMIT)).then_some(slips.len())
     }
 
-    /// Whether a part of its region presses at displacement x, and another part does not. Corners of tet10 have no area: whether they press may be rounding. The
-    /// points of a rigid body are the same on every mesh.
+    /// Whether a part of the region presses at displacement x and another part does not. Corners of tet10 have no area: whether they press can be due to
+    /// rounding. The points of a rigid body are the same on every mesh.
     pub(in crate::scene) fn ends_within_region(&self, x: &[f64]) -> bool {
         if self.is_of_rigid_body() {
             return false;
@@ -174,7 +174,7 @@ impl NamedContact {
         pressed(&forces).next().is_some() && area < (1.0 - ROUNDING) * points.iter().map(|p| p.area).sum::<f64>()
     }
 
-    /// The points that meet an obstacle; none of deformable surfaces
+    /// The points in contact with an obstacle; `None` for deformable surfaces.
     pub fn points(&self) -> Option<&Contact> {
         match &self.of {
             ContactSides::Points { pressing, .. } => Some(pressing.contact()),
@@ -182,7 +182,8 @@ impl NamedContact {
         }
     }
 
-    /// The deepest place of its facets inside of an obstacle at displacement x, and how deep \[m\], where they are deeper than the points between which they lie.
+    /// The position of the deepest point of the facets inside an obstacle at displacement x, and its depth \[m\]; `None` unless it is too much deeper than the
+    /// contact points.
     pub(in crate::scene) fn sunken(&self, mesh: &TetMesh, x: &[f64]) -> Option<(Vec3, f64)> {
         match &self.of {
             ContactSides::Points { pressing, facets, .. } => facets.deepest(mesh, pressing.contact(), x),
@@ -190,7 +191,7 @@ impl NamedContact {
         }
     }
 
-    /// Whether it keeps the nodes apart, as those of its surfaces
+    /// Whether the contact keeps the nodes apart, because all of them belong to its surfaces.
     pub(in crate::scene) fn keeps_apart(&self, mut nodes: impl Iterator<Item = u32>) -> bool {
         match &self.of {
             ContactSides::Points { .. } => false,
@@ -198,7 +199,7 @@ impl NamedContact {
         }
     }
 
-    /// Number of points
+    /// Number of contact points.
     pub fn point_count(&self) -> usize {
         match &self.of {
             ContactSides::Points { pressing, .. } => pressing.contact().points.len(),
@@ -206,7 +207,7 @@ impl NamedContact {
         }
     }
 
-    /// Counts of the run that these caches belong to.
+    /// Counts of the run to which these caches belong.
     pub fn counts(&self, caches: &Caches) -> Counts {
         match &self.of {
             ContactSides::Points { pressing, .. } => pressing.contact().counts(caches),
@@ -214,12 +215,12 @@ impl NamedContact {
         }
     }
 
-    /// The inputs of its friction from those of the system.
+    /// The inputs of the friction, selected from those of the system.
     fn inputs<'a>(&self, at: &At<'a>) -> At<'a> {
         At { history: &at.history[self.history.clone()], ..*at }
     }
 
-    /// Sums over the points of its region; friction is there where a step led to the state. What a surface does to itself has the sum 0.
+    /// Sums over the points of the region, with friction if a step led to the state. The forces of a surface on itself sum to 0.
     fn moment(&self, mesh: &TetMesh, x: &[f64], step: Option<&At>) -> Sums {
         let (forces, force) = self.sums(x, step);
         let gap = match &self.of {
@@ -242,12 +243,12 @@ impl NamedContact {
         Sums { force, normal, gap, pressed: pressed(&forces).count(), area }
     }
 
-    /// (point, force \[N\]) of the points of its region that are in contact.
+    /// The forces on the points of the region that are in contact, as (point, force \[N\]).
     pub fn forces(&self, x: &[f64], step: Option<&At>) -> Vec<(usize, Vec3)> {
         self.sums(x, step).0
     }
 
-    /// The same, and the whole force on the region.
+    /// The forces on the points of the region, and the resultant force on the region.
     fn sums(&self, x: &[f64], step: Option<&At>) -> (Vec<(usize, Vec3)>, Vec3) {
         let own = step.map(|at| self.inputs(at));
         let step = own.as_ref();
@@ -261,7 +262,7 @@ impl NamedContact {
         }
     }
 
-    /// \[3 × nodes\] forces at the nodes \[N\].
+    /// Adds the forces at the nodes \[N\] to `nodes` \[3 × nodes\].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
         let own = step.map(|at| self.inputs(at));
         let step = own.as_ref();
@@ -288,13 +289,13 @@ impl NamedContact {
     }
 }
 
-/// The points that press, of (point, force \[N\]).
+/// The points that press, from (point, force \[N\]).
 fn pressed(forces: &[(usize, Vec3)]) -> impl Iterator<Item = &(usize, Vec3)> {
     let least = PRESSES * forces.iter().map(|f| f.1.norm()).fold(0.0, f64::max);
     forces.iter().filter(move |f| f.1.norm() > least)
 }
 
-/// (point, force \[N\]) of the points that feel the obstacle.
+/// The forces on the points on which the obstacle acts, as (point, force \[N\]).
 fn forces(
     pressing: &dyn NormalForces,
     friction: Option<&ContactFriction>,
@@ -320,7 +321,7 @@ fn forces(
     near.into_iter().map(|b| force(b as usize)).filter(|(_, f)| *f != Vec3::zeros()).collect()
 }
 
-/// r of every term, with friction where a step led here.
+/// Calls `take` with every term and its residual r, with friction if a step led to this state.
 fn each_term(
     pressing: &PressedSurfaces,
     friction: Option<&SurfaceFriction>,
@@ -338,7 +339,7 @@ fn each_term(
     }
 }
 
-/// (point, force \[N\]) of the points of the first surface, and the whole force on it.
+/// The forces on the points of the first surface, as (point, force \[N\]), and the resultant force on it.
 fn on_surface(
     pressing: &PressedSurfaces,
     friction: Option<&SurfaceFriction>,
@@ -368,8 +369,8 @@ fn on_surface(
 mod tests {
     use crate::scene::parse_scene;
 
-    /// A face of which some nodes press ends a contact within its region, all of them do not; nor do the lower corners of a rigid brick, which are the same on
-    /// every mesh.
+    /// A contact ends within its region if only some nodes of the face press, and not if all of them do; nor do the lower corners of a rigid brick end it,
+    /// which are the same on every mesh.
     #[test]
     fn a_contact_ends_within_facets_of_the_mesh() {
         let floor = "obstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-1 mm\"], normal = [0, 0, 1] }\nresponse = \"penalty\"\nfriction = 0\n";

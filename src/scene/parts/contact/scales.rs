@@ -1,4 +1,4 @@
-//! Lengths, pressure and speed by which a contact acts, as they are given or by default.
+//! Lengths, pressure and velocity that scale a contact, as given or by default.
 
 use crate::effect::contact::friction::Coulomb;
 use crate::math::units::shown;
@@ -10,15 +10,15 @@ use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 /// The scales of one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactScales {
-    /// Length in which a barrier or a penalty acts \[m\]
+    /// Length over which a barrier or a penalty acts \[m\]
     pub distance: f64,
-    /// \[Pa\]
+    /// Pressure of the response \[Pa\]
     pub modulus: f64,
     pub friction: Coulomb,
 }
 
 impl ContactScales {
-    /// Those of a contact at cells of the size `cell` \[m\] and of this modulus \[Pa\], 0 without a law.
+    /// The scales of a contact at cells of size `cell` \[m\] with this modulus \[Pa\], which is 0 without a law.
     pub(in crate::scene) fn new(
         builder: &Builder,
         place: &str,
@@ -39,13 +39,13 @@ impl ContactScales {
         let size = builder.body.mesh.diagonal();
         let stick_velocity = or("stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
         let slip = or("slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
-        // A default knows nothing of the time in which things move
+        // A default does not know the time scale of the motion
         let most = if spec.stick_velocity.is_some() { f64::INFINITY } else { slip };
         let friction = Coulomb { coefficient: spec.friction, stick_velocity, slip, most };
         Ok(Self { distance, modulus, friction })
     }
 
-    /// Those that act with this response: `distance 0.05 mm, modulus 1000000 Pa`.
+    /// The scales that matter for this response, in words: `distance 0.05 mm, modulus 1000000 Pa`.
     pub fn words(&self, response: ResponseSpec) -> String {
         let Self { distance, modulus, friction } = self;
         let mut words = format!("modulus {} Pa", shown(*modulus));
@@ -60,12 +60,13 @@ impl ContactScales {
     }
 }
 
-/// Young's modulus of the stiffest law \[Pa\], 0 without one.
+/// Young's modulus of the stiffest law \[Pa\]; 0 without a law.
 pub(super) fn stiffest(builder: &Builder) -> f64 {
     builder.gathered.laws.iter().map(|l| l.law.small_strain().e).fold(0.0, f64::max)
 }
 
-/// Young's modulus \[Pa\] that half of the area of facets has behind it, or a larger one; none where no law is there.
+/// The largest Young's modulus E \[Pa\] such that cells of modulus E or more are behind at least half of the area of the facets with a law; `None` if there is
+/// no law.
 pub(super) fn modulus_at(builder: &Builder, facets: &[u32]) -> Option<f64> {
     let mesh = &builder.body.mesh;
     let mut of_cell = vec![0.0_f64; mesh.cell_count()];
@@ -79,7 +80,7 @@ pub(super) fn modulus_at(builder: &Builder, facets: &[u32]) -> Option<f64> {
     let own = |&f: &u32| (of_cell[behind[f as usize].0 as usize], mesh.facet_area(f as usize));
     let mut facets: Vec<(f64, f64)> = facets.iter().map(own).filter(|(e, _)| *e > 0.0).collect();
     facets.sort_by(|a, b| b.0.total_cmp(&a.0));
-    // Two halves are equal but for rounding.
+    // Two halves are equal except for rounding.
     let half = (0.5 - 1e-9) * facets.iter().map(|(_, area)| area).sum::<f64>();
     let mut so_far = 0.0;
     let reaches_half = |(_, area): &(f64, f64)| {

@@ -11,26 +11,27 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
-    /// Prefix of its columns; `contact` if absent
+    /// Prefix of the columns; `contact` if absent
     #[serde(default = "contact")]
     pub name: String,
     /// Facets of the body, or the name of a rigid body
     pub region: String,
     /// Shape against which the region presses
     pub obstacle: ShapeSpec,
-    /// How the obstacle moves; it stays where it is if absent
+    /// Motion of the obstacle; it does not move if absent
     pub motion: Option<MotionSpec>,
-    /// How the contact pressure follows from the distance
+    /// Relation between distance and contact pressure
     pub response: ResponseSpec,
-    /// Coulomb's coefficient, 0 without friction
+    /// Coulomb's coefficient of friction, 0 without friction
     pub friction: f64,
-    /// Length in which the response acts; a hundredth of the mean size of the cells at the region if absent
+    /// Length over which the response acts; a hundredth of the mean size of the cells at the region if absent
     pub distance: Option<Length>,
-    /// Pressure that the response is scaled with; Young's modulus of the law at the region if absent
+    /// Pressure that scales the response; Young's modulus of the law at the region if absent
     pub modulus: Option<Modulus>,
-    /// Largest elastic slip of a point that sticks, over the length of a dynamic step; a thousandth of the size of the body per second if absent, and then at most `slip`
+    /// Largest elastic slip of a sticking point in a dynamic step, divided by the length of the step; if absent, a thousandth of the size of the body per
+    /// second, and at most `slip` per step
     pub stick_velocity: Option<Speed>,
-    /// Largest elastic slip of a point that sticks, in statics; a thousandth of the mean size of the cells at the region if absent
+    /// Largest elastic slip of a sticking point in statics; a thousandth of the mean size of the cells at the region if absent
     pub slip: Option<Length>,
 }
 
@@ -38,7 +39,7 @@ fn contact() -> String {
     "contact".into()
 }
 
-/// A translation, a rotation, or both: turned first, then moved.
+/// A translation, a rotation, or both: first the rotation, then the translation.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
@@ -54,7 +55,7 @@ pub struct MotionSpec {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ResponseSpec {
-    /// A logarithmic barrier, which no point crosses
+    /// A logarithmic barrier, which no point can cross
     Barrier,
     /// A quadratic penalty of the penetration
     Penalty,
@@ -63,7 +64,7 @@ pub enum ResponseSpec {
 }
 
 impl ResponseSpec {
-    /// Name as in files.
+    /// Name as in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Barrier => "barrier",

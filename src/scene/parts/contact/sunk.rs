@@ -1,58 +1,60 @@
-//! Facets that lie inside of an obstacle between their contact points, which alone feel it.
+//! Facets that lie inside an obstacle between their contact points, at which alone contact acts.
 
 use crate::effect::contact::Contact;
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::element::facet_shape;
 
-/// Share of the least width of an obstacle by which a facet may lie deeper in it than the contact points: what three points of a ball as wide as their
-/// distance leave between them is less.
+/// Depth to which a facet may lie in an obstacle beyond the contact points, relative to the smallest width of the obstacle: the depth between three points of
+/// a ball as wide as their distance is smaller.
 const MOST: f64 = 0.125;
-/// Share of that depth to which the deepest place is found.
+/// Accuracy of the deepest point, relative to that depth.
 const RESOLVED: f64 = 0.125;
-/// How often a facet is halved at most: one that lies on a thin obstacle is everywhere near to it, and its distances bound no search. Beyond, the deepest place is found to the size of a part.
+/// Largest number of times that a facet is halved: a facet on a thin obstacle is close to it everywhere, so that its distances do not limit the search. The
+/// deepest point is then found to the size of a part.
 const HALVINGS: usize = 6;
 
-/// Facets that press on an obstacle, and how much deeper than the contact points they may lie in it.
+/// Facets that press on an obstacle, and the depth to which they may lie in it beyond the contact points.
 pub(in crate::scene) struct PressingFacets {
     facets: Vec<u32>,
-    /// \[m\]
+    /// Allowed depth beyond the contact points \[m\]
     most: f64,
 }
 
-/// A part of a facet, by its corners in the coordinates ξ of the facet.
+/// A part of a facet, given by its corners in the coordinates ξ of the facet.
 type Part = [[f64; 2]; 3];
 
 impl PressingFacets {
-    /// Facets with cells of the size `cell` \[m\]: a sharp edge of an obstacle enters a facet by about as much.
+    /// The facets, with the allowed depth. `cell` is the size of the cells \[m\]: a sharp edge of an obstacle enters a facet by about as much.
     pub(super) fn new(facets: Vec<u32>, cell: f64, contact: &Contact) -> Self {
         let widths = contact.obstacle.shape.bounds().map(|[low, high]| high - low);
         Self { facets, most: widths.map_or(cell, |widths| cell.min(MOST * widths.min())) }
     }
 
-    /// None of a rigid body, which is seen by its points.
+    /// No facets, for a rigid body, which has only points.
     pub(super) fn none() -> Self {
         Self { facets: vec![], most: 0.0 }
     }
 
-    /// How much deeper than the contact points a facet may lie \[m\].
+    /// Depth to which a facet may lie in the obstacle beyond the contact points \[m\].
     pub(super) fn most(&self) -> f64 {
         self.most
     }
 
-    /// Whether there are none, as of a rigid body.
+    /// Whether there are no facets, as for a rigid body.
     pub(super) fn is_none(&self) -> bool {
         self.facets.is_empty()
     }
 
-    /// The deepest place of the facets at displacement x where it is in space, and how deep \[m\], if that is too deep. A distance changes no faster than the
-    /// place: parts of a facet that are too far from the obstacle for their size are not split, nor those that are halved [`HALVINGS`] times.
+    /// The position in space of the deepest point of the facets at displacement x, and its depth \[m\]; `None` if it is not too deep. A distance changes no
+    /// faster than the position: parts of a facet that are too far from the obstacle for their size are not split, nor are those that have been halved
+    /// [`HALVINGS`] times.
     pub(in crate::scene) fn deepest(&self, mesh: &TetMesh, contact: &Contact, x: &[f64]) -> Option<(Vec3, f64)> {
         let (_, seen) = contact.deepest(x).filter(|_| !self.is_none())?;
         self.search(mesh, x, seen, contact.distance(x))
     }
 
-    /// The same by the `distance` of a place from the obstacle, whose deepest contact point has the distance `seen` \[m\].
+    /// Searches for the deepest point, given the `distance` of a point from the obstacle; `seen` is the distance of the deepest contact point \[m\].
     fn search(&self, mesh: &TetMesh, x: &[f64], seen: f64, distance: impl Fn(&Vec3) -> f64) -> Option<(Vec3, f64)> {
         let enough = RESOLVED * self.most;
         let (mut least, mut found) = (seen.min(0.0) - self.most, None);
@@ -80,7 +82,7 @@ impl PressingFacets {
     }
 }
 
-/// The four parts of a part between its corners and the middles of its edges.
+/// The four parts of a part between its corners and the centres of its edges.
 fn quarters(part: &Part) -> [Part; 4] {
     let [a, b, c] = *part;
     let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|d| (p[d] + q[d]) / 2.0);
@@ -96,7 +98,8 @@ mod tests {
     use crate::mesh::structured::block;
     use std::cell::Cell;
 
-    /// The two facets of 5 mm under a cube, and a plate with its middle at the height `z` \[m\]: the depth that is found, and how often a distance was computed.
+    /// The depth that is found for the two facets of 5 mm under a cube and a plate with its centre at the height `z` \[m\], and how many distances were
+    /// computed.
     fn on_plate(half: Vec3, z: f64) -> (Option<f64>, usize) {
         let mesh = block(1, 1, 1, 5e-3, 5e-3, 5e-3, Order::Linear);
         let facets = PressingFacets { facets: mesh.regions["zmin"].facets.clone(), most: MOST * 2.0 * half.min() };

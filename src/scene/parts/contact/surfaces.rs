@@ -1,4 +1,4 @@
-//! Contact of two deformable surfaces of a scene, or of one with itself.
+//! Contact of two deformable surfaces of a scene, or of a surface with itself.
 
 use crate::effect::contact::barrier::Barrier;
 use crate::effect::contact::friction::Coulomb;
@@ -14,7 +14,7 @@ use crate::scene::parts::contact::record::ContactSides;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use std::sync::Arc;
 
-/// The sides of a contact with their effects, the pressing one first.
+/// Builds the sides of a contact with their effects; the normal one comes first.
 pub(in crate::scene) fn build_surfaces(
     builder: &mut Builder,
     place: &str,
@@ -47,7 +47,7 @@ pub(in crate::scene) fn build_surfaces(
     Ok(ContactSides::Surfaces { pressing, friction })
 }
 
-/// Refuses surfaces that cross or touch at rest, and parts of one that are nearer to each other than what the barrier feels.
+/// Refuses surfaces that cross or have no gap at rest, and parts of one surface that are nearer to each other than the reach of the barrier.
 fn check_surfaces(builder: &Builder, place: &str, surfaces: &Surfaces, distance: f64) -> Result<(), SceneError> {
     let rest = vec![0.0; 3 * builder.nodes];
     if let Some(at) = surfaces.crossing(&rest) {

@@ -17,12 +17,12 @@ use std::sync::Arc;
 pub struct EdgeSpringsSpec {
     /// Region of cells on whose edges the springs are
     pub region: String,
-    /// The same on every edge
+    /// Stiffness of the spring on every edge
     pub stiffness: Option<SpringStiffness>,
-    /// Young's modulus that the springs are to imitate
+    /// Young's modulus that the springs imitate
     #[serde(rename = "E")]
     pub modulus: Option<Modulus>,
-    /// In cells of another elastic effect; refused if absent
+    /// Permission to act in cells of another elastic effect, which is refused if absent
     pub overlap: Option<OverlapSpec>,
 }
 
@@ -68,7 +68,7 @@ impl EffectPart for EdgeSpringsSpec {
     }
 }
 
-/// Cells of a region whose edges have no mid-node.
+/// The cells of a region; refuses quadratic cells, whose edges have mid-nodes.
 pub(super) fn linear_cells<'b>(builder: &'b Builder, place: &str, region: &str) -> Result<&'b [u32], SceneError> {
     if builder.body.mesh.order == Order::Quadratic {
         let fact = "springs on the halves of a straight edge do not hold its mid-node";

@@ -1,4 +1,4 @@
-//! Effect `elastic`: a law on the cells of a region, in one of the formulations.
+//! Effect `elastic`: a law in the cells of a region, in one of the formulations.
 
 use super::part::{EffectPart, OverlapSpec};
 use crate::effect::{Elastic, MeanDilatation, MixedElastic, PressureHosts};
@@ -22,7 +22,7 @@ pub struct ElasticSpec {
     /// Formulation of the law in the elements
     #[serde(default)]
     pub formulation: FormulationSpec,
-    /// In cells of another elastic effect; refused if absent
+    /// Permission to act in cells of another elastic effect, which is refused if absent
     pub overlap: Option<OverlapSpec>,
 }
 
@@ -30,17 +30,17 @@ pub struct ElasticSpec {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum FormulationSpec {
-    /// Displacements only; locks as ν → ½, on tet4 first
+    /// Displacements only; locks as ν → ½, tet4 before tet10
     #[default]
     Displacement,
     /// Displacement and continuous pressure: stabilised on tet4, Taylor–Hood on tet10
     Mixed,
-    /// tet10 with one pressure a cell, condensed
+    /// tet10 with one pressure per cell, statically condensed
     MeanDilatation,
 }
 
 impl FormulationSpec {
-    /// Name as in files.
+    /// Name as in scene files.
     fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
@@ -49,7 +49,7 @@ impl FormulationSpec {
         }
     }
 
-    /// End of the name of an element in this formulation: `_up` of `tet10_up`.
+    /// Suffix of the name of an element with this formulation, such as `_up` in `tet10_up`.
     pub(in crate::scene) fn suffix(self) -> &'static str {
         match self {
             Self::Displacement => "",
@@ -58,14 +58,14 @@ impl FormulationSpec {
         }
     }
 
-    /// Whether pressures are unknowns next to the displacements.
+    /// Whether pressures are unknowns in addition to the displacements.
     pub(in crate::scene) fn is_mixed(self) -> bool {
         self == Self::Mixed
     }
 }
 
 impl ElasticSpec {
-    /// Takes pressures as unknowns next to the displacements.
+    /// Makes pressures unknowns in addition to the displacements.
     pub(in crate::scene) fn take_pressure_field(&mut self) {
         self.formulation = FormulationSpec::Mixed;
     }
@@ -123,7 +123,7 @@ impl EffectPart for ElasticSpec {
     }
 }
 
-/// Refuses a law whose volumetric part is zero at every J, and with it every pressure.
+/// Refuses a law whose volumetric part is zero at every J, so that every pressure is zero too.
 fn check_volumetric(builder: &Builder, place: &str, law: &dyn Law) -> Result<(), SceneError> {
     if law.split().is_none_or(|(_, volumetric)| volumetric.kappa != 0.0) {
         return Ok(());

@@ -20,18 +20,18 @@ use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
-/// Points of the message about fibres that leave the body.
+/// Largest number of points in the message about fibres that leave the body.
 const LISTED: usize = 5;
-/// Share of the size of the body by which points on its surface may be outside by rounding \[–\].
+/// Distance, relative to the size of the body, by which points on its surface may lie outside due to rounding \[–\].
 const ROUNDING: f64 = 1e-9;
-/// Most segments of one entry; far more than a mesh of this program could make use of.
+/// Largest number of segments of one entry, far more than a mesh here could make use of.
 const MOST_SEGMENTS: f64 = 1e6;
 
-/// Elastic fibres of one stiffness.
+/// Elastic fibres of equal stiffness.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreSpec {
-    /// Prefix of its columns; `fibre` if absent
+    /// Prefix of the columns; `fibre` if absent
     #[serde(default = "fibre")]
     pub name: String,
     /// Lines of the fibres at rest
@@ -39,11 +39,11 @@ pub struct FibreSpec {
     /// Axial stiffness of one fibre
     #[serde(rename = "EA")]
     pub axial: Force,
-    /// Whether the fibre pushes where it is shorter than at rest
+    /// Whether the fibre resists being shorter than at rest
     pub compression: bool,
-    /// Longest segment; the mean edge of the cells if absent
+    /// Longest segment; the mean edge length of the cells if absent
     pub spacing: Option<Length>,
-    /// Points may be this far outside of the body
+    /// Largest distance of points outside of the body
     #[serde(default)]
     pub reach: Length,
 }
@@ -59,7 +59,7 @@ fn fibre() -> String {
 pub enum FibreAlong {
     /// One fibre through the points of each list
     Polylines {
-        /// Points of each fibre, in their order
+        /// Points of each fibre, in order
         lines: Vec<Vec<[Length; 3]>>,
     },
     /// Fibres wound about an axis
@@ -70,22 +70,22 @@ pub enum FibreAlong {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HelixSpec {
-    /// From the first to the second point
+    /// Start and end of the axis
     pub axis: [[Length; 3]; 2],
     /// Radius of the helices
     pub radius: Length,
-    /// Length along the axis in one turn
+    /// Length along the axis per turn
     pub pitch: Option<Length>,
-    /// Between the fibre and the axis
+    /// Angle between the fibre and the axis
     pub angle: Option<Angle>,
-    /// From one end of the axis to the other
+    /// Number of turns from one end of the axis to the other
     pub turns: Option<f64>,
     /// Hand of the helices
     pub hand: Hand,
-    /// Fibres of each hand, evenly about the axis
+    /// Number of fibres of each hand, evenly spaced about the axis
     #[serde(default = "one")]
     pub count: usize,
-    /// Of the first fibre about the axis, at its start
+    /// Angle of the first fibre about the axis, at its start
     #[serde(default)]
     pub phase: Angle,
 }
@@ -98,16 +98,16 @@ fn one() -> usize {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Hand {
-    /// Right-handed, as a usual screw
+    /// Right-handed, like a common screw
     Right,
     /// Left-handed
     Left,
-    /// As many fibres of each
+    /// Fibres of both hands, in equal numbers
     Both,
 }
 
 impl Hand {
-    /// 1 for right, −1 for left.
+    /// Signs of the hands: 1 for right, −1 for left.
     pub(super) fn signs(self) -> &'static [f64] {
         match self {
             Self::Right => &[1.0],
@@ -162,7 +162,7 @@ impl EffectPart for FibreSpec {
 }
 
 impl FibreSpec {
-    /// The fibres as polylines, cut to the spacing.
+    /// The fibres as polylines, divided according to the spacing.
     fn lines(&self, builder: &Builder, place: &str) -> Result<Vec<Vec<Vec3>>, SceneError> {
         let spacing = self.spacing.as_ref().map_or_else(|| builder.body.mesh.mean_edge(), |spacing| spacing.0);
         match &self.along {
@@ -172,7 +172,7 @@ impl FibreSpec {
     }
 }
 
-/// The lines of the file, cut to the spacing.
+/// The lines of the file, divided according to the spacing.
 fn polylines(
     builder: &Builder,
     place: &str,
@@ -285,7 +285,7 @@ impl HelixSpec {
     }
 }
 
-/// The lines with the weights by which the body carries their points. Those outside of the body, by no more than `reach` \[m\], have a note.
+/// The lines with the weights by which the body carries their points. Points outside of the body, by at most `reach` \[m\], cause a note.
 fn embedded(
     builder: &mut Builder,
     place: &str,
@@ -330,7 +330,7 @@ fn embedded(
     Ok(lines.iter().map(line).collect())
 }
 
-/// Notes fibres that go from one part of the body to another across a gap.
+/// Adds a note on fibres that cross a gap from one part of the body to another.
 fn note_gaps(builder: &mut Builder, name: &str, lines: &[Vec<FibrePoint>]) {
     let mesh = &builder.body.mesh;
     let mut pieces = DisjointSets::new(mesh.points.len());

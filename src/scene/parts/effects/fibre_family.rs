@@ -17,11 +17,11 @@ use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// Families of fibres of the same constants.
+/// Families of fibres with the same constants.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreFamilySpec {
-    /// Prefix of its columns; `fibre_family` if absent
+    /// Prefix of the columns; `fibre_family` if absent
     #[serde(default = "fibre_family")]
     pub name: String,
     /// Region of cells
@@ -30,7 +30,7 @@ pub struct FibreFamilySpec {
     pub k1: Modulus,
     /// Exponential stiffening k₂ of the fibres \[–\]
     pub k2: f64,
-    /// Dispersion, 0 (aligned) to 1/3 (in all directions alike)
+    /// Dispersion, from 0 (aligned) to 1/3 (isotropic)
     pub kappa: f64,
     /// Directions of the families at rest
     pub direction: DirectionSpec,
@@ -45,23 +45,23 @@ fn fibre_family() -> String {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum DirectionSpec {
-    /// The same everywhere; a family for each vector
+    /// The same directions everywhere; one family for each vector
     Constant {
-        /// Direction of each family; its length does not count
+        /// Direction of each family; its length does not matter
         vectors: Vec<[f64; 3]>,
     },
-    /// Along helices about an axis; a family for each hand
+    /// Along helices about an axis; one family for each hand
     Helical {
         /// Two points of the axis
         axis: [[Length; 3]; 2],
-        /// Between the fibres and the axis
+        /// Angle between the fibres and the axis
         angle: Angle,
         /// Hand of the helices
         hand: Hand,
     },
 }
 
-/// A function of the place X \[m\] that gives a unit vector for each family.
+/// A function of the position X \[m\] that returns a unit vector for each family.
 type Directions = Box<dyn Fn(Vec3) -> Vec<Vec3>>;
 
 impl FibreFamilySpec {
@@ -116,7 +116,7 @@ impl FibreFamilySpec {
         }
     }
 
-    /// Refuses cells on the axis, where the direction round it is not defined.
+    /// Refuses cells on the axis, where the circumferential direction is not defined.
     fn check_axis(&self, builder: &Builder, place: &str, cells: &[u32]) -> Result<(), SceneError> {
         let DirectionSpec::Helical { axis, angle, .. } = &self.direction else { return Ok(()) };
         let [start, end] = axis.map(|p| Vec3::from(p.map(|x| x.0)));
@@ -134,7 +134,8 @@ impl FibreFamilySpec {
         }
     }
 
-    /// Notes fibres that are stiff against the bulk modulus K of the material between them: in tension along them 1/E is 1/9K + 1/(3G + 4k₁ (1 − 3κ)²).
+    /// Adds a note on fibres that are stiff compared with the bulk modulus K of the material between them: in tension along the fibres 1/E is 1/(9K) + 1/(3G +
+    /// 4k₁ (1 − 3κ)²).
     fn note_stiff(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
         let cells: BTreeSet<u32> = builder.cells(place, &self.region)?.iter().copied().collect();
         let between = builder.gathered.stressed.iter().filter(|of| of.points().cells.iter().any(|c| cells.contains(c)));

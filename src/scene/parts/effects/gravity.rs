@@ -18,23 +18,23 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GravitySpec {
-    /// Prefix of its signal; the region if absent
+    /// Prefix of the signal; the region if absent
     pub name: Option<String>,
     /// Region of cells that have a weight
     pub region: String,
     /// Mass density at rest
     pub density: Density,
-    /// Direction of the weight; its length does not count
+    /// Direction of the weight; its length does not matter
     pub direction: [f64; 3],
     /// Acceleration of free fall \[m/s²\], such as `"9.81 m/s^2"`
     pub acceleration: SignalSpec,
 }
 
-/// Times of a stage at which accelerations are compared; a prime, which few periods repeat.
+/// Number of times of a stage at which accelerations are compared; a prime, so that few periods coincide with it.
 const SAMPLES: usize = 97;
 
 impl GravitySpec {
-    /// The column of its signal.
+    /// The column of the signal.
     fn column(&self) -> String {
         format!("{}_acceleration_m_s2", self.name.as_ref().unwrap_or(&self.region))
     }
@@ -57,7 +57,7 @@ impl EffectPart for GravitySpec {
         format!("region {}, {} kg/m^3, towards {:?}", self.region, self.density, self.direction)
     }
 
-    /// Weights in two directions, or over time in two ways, are a field of two parts.
+    /// Refuses an effect that repeats another one. Weights with different directions, or with different histories, are parts of one field.
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
         let direction = Vec3::from(self.direction).normalize();
         let column = self.column();
@@ -65,7 +65,7 @@ impl EffectPart for GravitySpec {
         let signal = known.expect("built with the effect");
         let samples = samples(builder, direction, signal);
         let has_weight = samples.iter().flatten().any(|a| *a != 0.0);
-        // Weights that are zero, or set during the run, are told apart by what they are given as
+        // Weights that are zero, or set during the run, are distinguished by their specification
         let which = match has_weight && !signal.has_inputs() {
             true => samples.iter().flatten().map(|a| format!("{a:.8e} ")).collect(),
             false => format!("{direction:?} {signal:?}"),
@@ -74,12 +74,13 @@ impl EffectPart for GravitySpec {
     }
 }
 
-/// Accelerations \[m/s²\] at times of all stages: the same, but for rounding, of equal ones in other units, or with both signs changed.
+/// Accelerations \[m/s²\] at times of all stages. Except for rounding they are the same for equal weights in other units, or with direction and signal both
+/// reversed.
 fn samples(builder: &Builder, direction: Vec3, signal: &Signal) -> Vec<[f64; 3]> {
     let times = builder
         .spans
         .iter()
         .flat_map(|s| (0..=SAMPLES).map(|k| s.start + (s.end - s.start) * k as f64 / SAMPLES as f64));
-    // A zero has no sign
+    // Adding zero removes the sign of −0
     times.map(|t| [0, 1, 2].map(|d| direction[d] * signal.at(t) + 0.0)).collect()
 }

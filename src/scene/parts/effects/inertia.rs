@@ -29,14 +29,14 @@ pub struct InertiaSpec {
 pub enum LumpingSpec {
     /// From the shape functions
     Consistent,
-    /// The mass of each cell at its nodes, diagonal
+    /// The mass of each cell lumped at its nodes; diagonal
     Lumped,
-    /// The same mass at every node, as in mass–spring models
+    /// Equal mass at every node, as in mass–spring models
     Uniform,
 }
 
 impl LumpingSpec {
-    /// Name as in files.
+    /// Name as in scene files.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Consistent => "consistent",

@@ -1,4 +1,4 @@
-//! Effect `membrane`: a thin sheet of a law on facets, in plane stress.
+//! Effect `membrane`: a thin sheet with a law on facets, in plane stress.
 
 use super::part::EffectPart;
 use crate::effect::Membrane;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MembraneSpec {
-    /// Prefix of its columns; `membrane` if absent
+    /// Prefix of the columns; `membrane` if absent
     #[serde(default = "membrane")]
     pub name: String,
     /// Facets of the mesh
@@ -47,7 +47,7 @@ impl EffectPart for MembraneSpec {
             return Err(builder.content(place, fact, "give a positive one"));
         }
         let (mesh, law) = (&builder.body.mesh, builder.law(place, &self.law)?);
-        // A sheet is in plane stress, in which some laws lose their stiffness, or their thickness, in tension.
+        // A sheet is in plane stress, in which some laws lose their stiffness or their thickness in tension.
         let unstable = stability_note(&self.law, law.as_ref());
         let sheet = Arc::new(Membrane::new(self.name.clone(), mesh, &facets, law, self.thickness.0));
         let area = mesh.region_area(&facets);

@@ -1,4 +1,4 @@
-//! Effects of a scene. One file per kind, and a line in each of the three lists below.
+//! Effects of a scene. Each kind has one file, and a line in each of the three lists below.
 
 mod edge_dampers;
 mod edge_springs;
@@ -66,27 +66,27 @@ pub enum EffectSpec {
 }
 
 impl EffectSpec {
-    /// Its keys in words: `region body, law rubber, formulation mixed`.
+    /// The keys of the effect in words: `region body, law rubber, formulation mixed`.
     pub fn words(&self) -> String {
         self.part().words()
     }
 
-    /// The table of the law that it takes.
+    /// The name of the law that the effect uses.
     pub(in crate::scene) fn law(&self) -> Option<&str> {
         self.part().law()
     }
 
-    /// The region whose cells it makes elastic, and whether it adds to another effect there.
+    /// The region whose cells the effect makes elastic, and whether it adds to another effect there.
     pub(in crate::scene) fn resists(&self) -> Option<(&str, bool)> {
         self.part().resists()
     }
 
-    /// The ball on which it acts, by its centre and its radius \[m\].
+    /// The ball on which the effect acts, as its centre and its radius \[m\].
     pub(in crate::scene) fn ball(&self) -> Option<(Vec3, f64)> {
         self.part().ball()
     }
 
-    /// Whether it acts on velocities or accelerations, so that it is at rest in static stages.
+    /// Whether the effect acts on velocities or accelerations, so that it vanishes in static stages.
     pub(in crate::scene) fn needs_rates(&self) -> bool {
         self.part().needs_rates()
     }
@@ -105,7 +105,7 @@ pub(in crate::scene) fn build_effects(builder: &mut Builder, specs: &[EffectSpec
     specs.iter().enumerate().try_for_each(|(k, spec)| spec.part().check(k + 1, builder))
 }
 
-/// Notes on the effects of a scene in its stages.
+/// Adds notes on the effects of a scene in its stages.
 pub(in crate::scene) fn note_effects(builder: &mut Builder, specs: &[EffectSpec]) {
     let stages = builder.spans.iter().filter(|s| s.integrator.is_static()).count();
     let resting: Vec<&str> = specs.iter().filter(|e| e.needs_rates()).map(EffectSpec::kind).collect();
@@ -115,7 +115,7 @@ pub(in crate::scene) fn note_effects(builder: &mut Builder, specs: &[EffectSpec]
     specs.iter().for_each(|spec| spec.part().note(builder));
 }
 
-/// Reason by the effects of a scene why the answer has no limit as h → 0.
+/// The reason, from the effects of a scene, why the solution has no limit as h → 0.
 pub(in crate::scene) fn no_limit(specs: &[EffectSpec]) -> Option<String> {
     specs.iter().find_map(|spec| spec.part().no_limit()).map(String::from)
 }

@@ -1,4 +1,4 @@
-//! Effect `mullins`: softening of a region by the largest energy that it has seen, in addition to an elastic effect of the same law.
+//! Effect `mullins`: softening of a region by the largest energy density reached so far, in addition to an elastic effect with the same law.
 
 use super::of_law::check_elastic_with;
 use super::part::EffectPart;
@@ -20,28 +20,29 @@ use std::sync::Arc;
 pub struct MullinsSpec {
     /// Region of cells that soften
     pub region: String,
-    /// The law of the elastic effect there
+    /// Law of the elastic effect there
     pub law: String,
     /// Constants of the softening, or the file of a fit
     pub softening: SofteningSpec,
 }
 
-/// Constants of softening. In a file also `{ include = "mullins.toml" }`, which is replaced by those of that file before the scene is built; constants next to it take precedence.
+/// Constants of softening. A file may also have `{ include = "mullins.toml" }`, which is replaced by the constants of that file before the scene is built;
+/// constants next to it take precedence.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SofteningSpec {
-    /// Path, relative to the scene
+    /// Path of the included file, relative to the scene
     pub include: Option<String>,
-    /// 1/r is the largest share of the stress that is lost
+    /// Constant r; 1/r is the largest share of the stress that is lost
     pub r: Option<f64>,
-    /// Density of energy
+    /// Constant m, an energy density
     pub m: Option<Modulus>,
-    /// Share of the largest energy
+    /// Constant β, a share of the largest energy density
     pub beta: Option<f64>,
 }
 
 impl SofteningSpec {
-    /// The constants; else the names of those that are missing.
+    /// The constants r, m and β, or otherwise the names of those that are missing.
     fn constants(&self) -> Result<(f64, f64, f64), String> {
         let Self { r, m, beta, .. } = self;
         if let (Some(r), Some(m), Some(beta)) = (r, m, beta) {
@@ -76,7 +77,7 @@ impl EffectPart for MullinsSpec {
         format!("region {}, law {}, {constants}", self.region, self.law)
     }
 
-    /// Each cell is elastic with the same law, softens by one effect only, and keeps a part of its stress if it relaxes too.
+    /// Checks that each cell is elastic with the same law, softens by one effect only, and keeps a part of its stress if it relaxes too.
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
         let Self { region, law, .. } = self;
         let place = format!("effect {number} (mullins)");
@@ -104,7 +105,7 @@ impl EffectPart for MullinsSpec {
         Ok(())
     }
 
-    /// Notes that the result depends on the path.
+    /// Adds the note that the result depends on the path.
     fn note(&self, builder: &mut Builder) {
         let note = format!(
             "mullins: the law {} is that of the first loading; each point remembers the largest energy, in static stages too",

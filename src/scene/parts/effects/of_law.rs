@@ -1,13 +1,13 @@
-//! Rules of effects that act in addition to the elastic effect of a law: the same law in each cell, and one such effect only.
+//! Rules for effects that act in addition to the elastic effect of a law: the same law in each cell, and only one such effect.
 
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 
-/// The cells of the region. Refuses one in which not exactly one elastic effect has this law: the history of an effect is that of one solid.
+/// The cells of the region. Refuses a cell in which not exactly one elastic effect has this law: the history of an effect belongs to one solid.
 ///
 /// # Errors
 ///
-/// The region, if no elastic effect or several have this law there.
+/// Where no elastic effect, or more than one, has this law in a cell of the region.
 pub fn check_elastic_with(builder: &Builder, place: &str, region: &str, law: &str) -> Result<Vec<u32>, SceneError> {
     let mut elastic = vec![0; builder.body.mesh.cell_count()];
     for other in builder.gathered.laws.iter().filter(|other| other.name == law) {

@@ -19,14 +19,14 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointForceSpec {
-    /// Prefix of its columns; `point_force` if absent
+    /// Prefix of the columns; `point_force` if absent
     #[serde(default = "point_force")]
     pub name: String,
     /// Point inside the body at rest
     pub point: [Length; 3],
-    /// Of the patch that takes the force
+    /// Radius of the patch to which the force is applied
     pub radius: GuideRadius,
-    /// Direction of the force, fixed in space; its length does not count
+    /// Direction of the force, fixed in space; its length does not matter
     pub direction: [f64; 3],
     /// Force \[N\]
     pub force: SignalSpec,

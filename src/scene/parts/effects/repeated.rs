@@ -1,14 +1,14 @@
-//! Rule of effects of one kind that act on the same cells, where their values add up.
+//! Rule for effects of one kind that act on the same cells, where their values add up.
 
 use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 
-/// Refuses effect `number` on the very cells of an earlier effect of its kind, and notes where they share a part of their cells. Only those are compared
-/// that are alike in `which`: the other keys that would have to be equal for one to repeat the other.
+/// Refuses effect `number` if it acts on exactly the cells of an earlier effect of its kind, and adds a note if they share some of their cells. Only effects
+/// with equal `which` are compared; it holds the other keys that must be equal for one effect to repeat another.
 ///
 /// # Errors
 ///
-/// The earlier effect, if it is on the same cells.
+/// Where an earlier effect acts on the same cells.
 pub fn check_repeated(
     builder: &mut Builder,
     number: usize,

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// Damping of the elastic effects and springs of the region of this name.
+/// Damping of the elastic effects and springs whose region has this name.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StiffnessDampingSpec {
@@ -19,22 +19,22 @@ pub struct StiffnessDampingSpec {
     pub region: String,
     /// Time β of r = β K v
     pub beta: Time,
-    /// Tangent K that is taken
+    /// Choice of the tangent K
     pub stiffness: StiffnessSpec,
 }
 
-/// Tangent that a stiffness-proportional damping takes.
+/// Tangent that a stiffness-proportional damping uses.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessSpec {
-    /// At rest
+    /// The tangent at rest
     Initial,
-    /// At the start of the step
+    /// The tangent at the start of the step
     Last,
 }
 
 impl StiffnessSpec {
-    /// Name as in files.
+    /// Name as in scene files.
     fn name(self) -> &'static str {
         match self {
             Self::Initial => "initial",

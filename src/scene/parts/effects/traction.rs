@@ -14,14 +14,14 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TractionSpec {
-    /// Prefix of its columns; `traction` if absent
+    /// Prefix of the columns; `traction` if absent
     #[serde(default = "traction")]
     pub name: String,
     /// Facets of the mesh
     pub region: Option<String>,
     /// Name of a skin that carries the load, in place of a region
     pub skin: Option<String>,
-    /// Direction of the load, fixed in space; its length does not count
+    /// Direction of the load, fixed in space; its length does not matter
     pub direction: [f64; 3],
     /// Force per area at rest \[Pa\]
     pub traction: SignalSpec,

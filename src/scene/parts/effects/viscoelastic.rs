@@ -1,4 +1,4 @@
-//! Effect `viscoelastic`: relaxation of a region by a Prony series, in addition to an elastic effect of the same law.
+//! Effect `viscoelastic`: relaxation of a region by a Prony series, in addition to an elastic effect with the same law.
 
 use super::of_law::check_elastic_with;
 use super::part::EffectPart;
@@ -23,15 +23,15 @@ use std::sync::Arc;
 pub struct ViscoelasticSpec {
     /// Region of cells that relax
     pub region: String,
-    /// The law of the elastic effect there
+    /// Law of the elastic effect there
     pub law: String,
-    /// Modulus that the constants of the law give
+    /// Modulus to which the constants of the law refer
     pub moduli: ModuliSpec,
     /// Terms of the Prony series, or the file of a fit
     pub prony: SeriesSpec,
 }
 
-/// The terms of a Prony series. In a file also `{ include = "prony.toml" }`, which is replaced by the terms of that file before the scene is built.
+/// The terms of a Prony series. A file may also have `{ include = "prony.toml" }`, which is replaced by the terms of that file before the scene is built.
 #[derive(Clone, Debug, Default)]
 pub struct SeriesSpec(pub Vec<ArmSpec>);
 
@@ -57,7 +57,7 @@ impl JsonSchema for SeriesSpec {
     }
 }
 
-/// Reads a list of terms, or the name of a file that has one.
+/// Reads a list of terms, or the name of a file that contains one.
 struct Terms;
 
 impl<'de> Visitor<'de> for Terms {
@@ -80,22 +80,22 @@ impl<'de> Visitor<'de> for Terms {
     }
 }
 
-/// A file whose value of the same key takes this place.
+/// A file whose value of the same key replaces this table.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct IncludeSpec {
-    /// Path, relative to the scene
+    /// Path of the included file, relative to the scene
     #[serde(rename = "include")]
     _include: String,
 }
 
-/// Which modulus the constants of a law give.
+/// Modulus to which the constants of a law refer.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ModuliSpec {
-    /// The modulus after a long time
+    /// The long-term modulus
     LongTerm,
-    /// The modulus at once
+    /// The instantaneous modulus
     Instantaneous,
 }
 
@@ -136,7 +136,7 @@ impl EffectPart for ViscoelasticSpec {
         format!("region {}, law {}, moduli {moduli}, {} Prony terms", self.region, self.law, self.prony.0.len())
     }
 
-    /// Each cell is elastic with the same law, and relaxes by one effect only.
+    /// Checks that each cell is elastic with the same law, and relaxes by one effect only.
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
         let Self { region, law, .. } = self;
         let place = format!("effect {number} (viscoelastic)");
@@ -151,7 +151,7 @@ impl EffectPart for ViscoelasticSpec {
         Ok(())
     }
 
-    /// Notes the meaning of the constants, and the stages in which the effect does not act.
+    /// Adds notes on the meaning of the constants, and on stages in which the effect does not act.
     fn note(&self, builder: &mut Builder) {
         let Self { law, moduli, prony, .. } = self;
         let kept = 1.0 - prony.0.iter().map(|arm| arm.g).sum::<f64>();

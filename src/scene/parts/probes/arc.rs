@@ -1,41 +1,40 @@
-//! The circular arc through the two ends of a row of points that is nearest to the points between them.
+//! The circular arc through the two ends of a sequence of points that is nearest to the points between them.
 //!
-//! With half of the chord as the unit of length, a point has the coordinate x along the chord, from −1 to 1, and u across it. The arc is
-//! given by w = tan(θ/4) n, where θ is the angle by which it turns and n the direction in which it bulges: its middle is at (0, w). The point
-//! has from the circle the distance |d|,
+//! With half of the chord as the unit of length, a point has the coordinate x along the chord, from −1 to 1, and u across it. The arc is given by w = tan(θ/4)
+//! n, where θ is its angle and n the direction in which it bulges: its midpoint is at (0, w). The distance of the point from the circle is |d|,
 //!
 //! ```text
 //! d = u + f w,  f = [2 (x² − 1) − 2 s − s (Q − B)/W²]/(Q + W² + 1),  s = u·w,  W = |w|,  B = 1 + 2 s − W²,  Q² = B² + 4 W² x²
 //! ```
 //!
-//! which is smooth where the arc is straight: f = x² − 1 at w = 0. The fit minimises ½ Σ |d|² over w by Newton's method. Its derivatives
-//! by the points are those of the minimum, dw = −H⁻¹ dg with the gradient g and the Hessian H of the sum.
+//! which is smooth where the arc is straight: f = x² − 1 at w = 0. The fit minimises ½ Σ |d|² over w by Newton's method. Its derivatives with respect to the
+//! points are those of the minimum, dw = −H⁻¹ dg with the gradient g and the Hessian H of the sum.
 
 use crate::math::dual::{Dual, Number};
 
 /// A vector in space.
 pub(super) type Point<T> = [T; 3];
 
-/// An arc that turns by less than a whole turn.
+/// An arc with an angle of less than a full circle.
 #[derive(Clone, Copy)]
 pub(super) struct Arc<T> {
     /// Distance of its ends \[m\]
     chord: T,
     /// Unit vector from the first end to the last
     along: Point<T>,
-    /// tan(θ/4) n
+    /// Bulge tan(θ/4) n
     bulge: Point<T>,
     /// Mean square distance of the points between the ends \[m²\]
     pub mean_square: T,
 }
 
 impl<T: Number> Arc<T> {
-    /// Fitted to points, at least three, of which the first and the last are apart.
+    /// Fits the arc to at least three points, of which the first and the last do not coincide.
     pub fn fit(points: &[Point<T>]) -> Self {
         let (first, last) = (points[0], points[points.len() - 1]);
         let chord = length(minus(last, first));
         let along = times(minus(last, first), T::constant(1.0) / chord);
-        // Across the chord, by the axis of space that is farthest from it: a choice without influence on the result.
+        // A direction across the chord, from the axis of space that is farthest from it; the choice does not affect the result.
         let sizes = along.map(|a| a.value().abs());
         let axis = (0..3).min_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0);
         let helper: Point<T> = std::array::from_fn(|i| T::constant(f64::from(i == axis)));
@@ -56,15 +55,15 @@ impl<T: Number> Arc<T> {
         Self { chord, along, bulge, mean_square: T::constant(2.0) * objective(w, &inner) * half * half / count }
     }
 
-    /// tan(θ/4) without a rate, where zero is straight.
+    /// The bend tan(θ/4) without its rate; zero for a straight line.
     pub fn bend(&self) -> f64 {
         dot(self.bulge, self.bulge).value().sqrt()
     }
 
-    /// L (1 + W²) atan(W)/W \[m\].
+    /// Arc length L (1 + W²) atan(W)/W \[m\].
     pub fn length(&self) -> T {
         let square = dot(self.bulge, self.bulge);
-        // The series has an error of 1e-18 here, and a derivative at zero.
+        // The series has an error of 1e-18 here, and is differentiable at zero.
         let ratio = if square.value() < 1e-2 {
             let terms = (0..8).rev().map(|k| [1.0, -1.0][k % 2] / (2 * k + 1) as f64);
             terms.fold(T::constant(0.0), |sum, c| sum * square + T::constant(c))
@@ -75,12 +74,12 @@ impl<T: Number> Arc<T> {
         self.chord * (T::constant(1.0) + square) * ratio
     }
 
-    /// 4 W/(L (1 + W²)) \[1/m\].
+    /// Curvature 4 W/(L (1 + W²)) \[1/m\].
     pub fn curvature(&self) -> T {
         T::constant(4.0) * length(self.bulge) / (self.chord * (T::constant(1.0) + dot(self.bulge, self.bulge)))
     }
 
-    /// Unit tangent at the first end (`sign` 1), or at the last one (−1).
+    /// Unit tangent at the first end (`sign` 1) or at the last end (−1).
     fn tangent(&self, sign: f64) -> Point<T> {
         let square = dot(self.bulge, self.bulge);
         let [one, two] = [1.0, 2.0 * sign].map(T::constant);
@@ -93,7 +92,7 @@ impl<T: Number> Arc<T> {
         self.tangent(1.0)
     }
 
-    /// Carries a frame, given by its tangent and the direction of the plane angle 0, along the arc. Returns the plane angle \[rad\] and the frame at the
+    /// Transports a frame, given by its tangent and the direction of the plane angle 0, along the arc. Returns the plane angle \[rad\] and the frame at the
     /// last end.
     pub fn carry(&self, tangent: Point<T>, zero: Point<T>) -> (T, (Point<T>, Point<T>)) {
         let start = self.start();
@@ -106,12 +105,12 @@ impl<T: Number> Arc<T> {
     }
 }
 
-/// `v`, perpendicular to the unit vector `a`, after the shortest rotation of `a` to the unit vector `b`.
+/// The vector `v`, perpendicular to the unit vector `a`, after the shortest rotation of `a` to the unit vector `b`.
 fn turned<T: Number>(a: Point<T>, b: Point<T>, v: Point<T>) -> Point<T> {
     minus(v, times(plus(a, b), dot(v, b) / (T::constant(1.0) + dot(a, b))))
 }
 
-/// ½ Σ |d|² of points (x, u).
+/// Objective ½ Σ |d|² for points (x, u).
 fn objective<T: Number>(w: [T; 2], points: &[[T; 3]]) -> T {
     let [half, one, two, four] = [0.5, 1.0, 2.0, 4.0].map(T::constant);
     let square = w[0] * w[0] + w[1] * w[1];
@@ -129,7 +128,7 @@ fn objective<T: Number>(w: [T; 2], points: &[[T; 3]]) -> T {
     points.iter().fold(T::constant(0.0), |sum, p| sum + of_point(p))
 }
 
-/// Gradient of the objective by w.
+/// Gradient of the objective with respect to w.
 fn gradient<T: Number>(w: [T; 2], points: &[[T; 3]]) -> [T; 2] {
     let points: Vec<[Dual<T>; 3]> = points.iter().map(|p| p.map(Dual::fixed)).collect();
     let by = |i: usize| {
@@ -139,7 +138,7 @@ fn gradient<T: Number>(w: [T; 2], points: &[[T; 3]]) -> [T; 2] {
     [by(0), by(1)]
 }
 
-/// Hessian of the objective by w: [H₀₀, H₀₁, H₁₁].
+/// Hessian of the objective with respect to w: [H₀₀, H₀₁, H₁₁].
 fn hessian(w: [f64; 2], points: &[[f64; 3]]) -> [f64; 3] {
     let points: Vec<[Dual<f64>; 3]> = points.iter().map(|p| p.map(Dual::fixed)).collect();
     let by = |i: usize| {
@@ -150,7 +149,7 @@ fn hessian(w: [f64; 2], points: &[[f64; 3]]) -> [f64; 3] {
     [a, b, c]
 }
 
-/// The w of least distance.
+/// The w that minimises the objective.
 fn minimum<T: Number>(points: &[[T; 3]]) -> [T; 2] {
     let values: Vec<[f64; 3]> = points.iter().map(|p| p.map(T::value)).collect();
     let mut w = first_guess(&values);
@@ -161,7 +160,7 @@ fn minimum<T: Number>(points: &[[T; 3]]) -> [T; 2] {
         let step = if descends { step } else { slope };
         let at = |share: f64| [w[0] - share * step[0], w[1] - share * step[1]];
         let shares = (0..40).map(|k| 0.5_f64.powi(k));
-        // Where no share descends any more, rounding is reached.
+        // If no step length decreases the objective, the minimum is reached to rounding.
         let Some(share) = shares.into_iter().find(|&share| objective(at(share), &values) < now) else { break };
         w = at(share);
     }
@@ -174,13 +173,13 @@ fn minimum<T: Number>(points: &[[T; 3]]) -> [T; 2] {
     [T::constant(w[0]) - step[0], T::constant(w[1]) - step[1]]
 }
 
-/// H⁻¹ g.
+/// Solves for H⁻¹ g.
 fn solve([a, b, c]: [f64; 3], g: [f64; 2]) -> [f64; 2] {
     let det = a * c - b * b;
     [(c * g[0] - b * g[1]) / det, (a * g[1] - b * g[0]) / det]
 }
 
-/// w of the arc through the point nearest to the middle of the chord: with y = |u|, y W² + (1 − x² − y²) W = y.
+/// The w of the arc through the point nearest to the middle of the chord: with y = |u|, y W² + (1 − x² − y²) W = y.
 fn first_guess(points: &[[f64; 3]]) -> [f64; 2] {
     let middle = points.iter().min_by(|a, b| a[0].abs().total_cmp(&b[0].abs()));
     let Some(&[x, u, v]) = middle else { return [0.0; 2] };
@@ -223,10 +222,10 @@ mod tests {
     use crate::math::tensor::{Mat3, Vec3};
     use nalgebra::Rotation3;
 
-    /// Shares of the length of an arc, unevenly.
+    /// Unevenly spaced positions along an arc, as shares of its length.
     const SHARES: [f64; 6] = [0.0, 0.15, 0.31, 0.6, 0.72, 1.0];
 
-    /// The point of an arc of length 1 that starts along z and bends by θ towards the direction φ from x, moved by a rotation and a shift.
+    /// The point of an arc of length 1 that starts along z and bends by θ towards the direction φ from x, moved by a rotation and a translation.
     fn on_arc(turn: f64, plane: f64, share: f64) -> Vec3 {
         let [along, aside] = if turn == 0.0 {
             [share, 0.0]
@@ -240,8 +239,8 @@ mod tests {
         *Rotation3::from_scaled_axis(Vec3::new(0.4, -1.1, 0.7)).matrix()
     }
 
-    /// Points of an arc of any angle and plane, turned in space: its length, curvature and plane to rounding, which a chord much shorter
-    /// than the arc amplifies, and no residual.
+    /// Points of an arc of any angle and plane, rotated in space: length, curvature and plane are found to rounding, which a chord much shorter than the arc
+    /// amplifies, and the residual is zero.
     #[test]
     fn arcs_of_any_angle_are_found() {
         for degrees in [0.0, 1e-6, 0.1, 30.0, 120.0, 179.0, 181.0, 270.0, 340.0] {
@@ -259,7 +258,7 @@ mod tests {
         }
     }
 
-    /// Root mean square distance of points from the circle of an arc, by its centre and its axis.
+    /// Root mean square distance of points from the circle of an arc, computed from its centre and its axis.
     fn distance(points: &[Vec3], w: [f64; 2]) -> f64 {
         let middle = Vec3::new(0.0, w[0], w[1]);
         let size = middle.norm();
@@ -273,7 +272,7 @@ mod tests {
         (points.iter().map(of_point).sum::<f64>() / points.len() as f64).sqrt()
     }
 
-    /// The formula of the distance against that by centre and axis, and no neighbour of the fit is nearer to the points.
+    /// The formula of the distance agrees with that by centre and axis, and no neighbour of the fit is nearer to the points.
     #[test]
     fn the_fit_is_the_nearest_arc() {
         for (bend, noise) in [(0.05, 0.02), (0.6, 0.1), (1.7, 0.2)] {
@@ -297,7 +296,7 @@ mod tests {
         }
     }
 
-    /// Rates by every coordinate of every point against central differences, whose error is 1e-9 of the largest rate with steps of 1e-5.
+    /// Rates with respect to every coordinate of every point agree with central differences, whose error is 1e-9 of the largest rate with steps of 1e-5.
     #[test]
     fn rates_are_those_of_the_fit() {
         for angle in [0.3_f64, 2.0, 5.0] {

@@ -1,5 +1,5 @@
-//! Probe `bending_angle`. `bending_angle_deg`: angle by which the area-mean normal of `tip` has turned since the start;
-//! `chord_angle_deg`: angle by which the line from the mean position of `root` to the one of `tip` has turned.
+//! Probe `bending_angle`. `bending_angle_deg`: angle by which the area-mean normal of `tip` has rotated since the start; `chord_angle_deg`: angle by which the
+//! line from the mean position of `root` to that of `tip` has rotated.
 
 use super::mean::Mean;
 use super::part::Probe;
@@ -15,20 +15,20 @@ use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Least sine of the angle between the axis and a direction whose rotations about it are counted (5.7°).
+/// Smallest sine of the angle between the axis and a direction whose rotation about it is counted (5.7°).
 const ACROSS: f64 = 0.1;
-/// Least distance between root and tip, over the diagonal of the body.
+/// Smallest distance between root and tip relative to the diagonal of the body.
 const APART: f64 = 1e-9;
 
-/// Angle by which a tip has turned and moved about a root.
+/// Angle by which a tip has rotated and moved about a root.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BendingAngle {
-    /// Region of facets that the angle is taken from
+    /// Region of facets from which the chord to the tip starts
     pub root: String,
     /// Region of facets whose angle is recorded
     pub tip: String,
-    /// About which the angles are counted, with a sign by the right-hand rule
+    /// Axis about which the angles are counted, with a sign by the right-hand rule
     pub axis: Option<[f64; 3]>,
 }
 
@@ -74,7 +74,7 @@ impl Probe for BendingAngle {
 }
 
 impl BendingAngle {
-    /// The axis as a unit vector, across which these directions lie.
+    /// The axis as a unit vector; refuses an axis to which these directions are nearly parallel.
     fn checked_axis(
         &self,
         place: &str,
@@ -99,9 +99,9 @@ impl BendingAngle {
 struct Recorded {
     root: Mean,
     tip: Mean,
-    /// Of the tip; without them there is no bending angle, only the chord
+    /// Facets of the tip; without them there is no bending angle, only a chord angle
     facets: Vec<u32>,
-    /// Of the normal and of the chord
+    /// Windings of the normal and of the chord
     windings: [Winding; 2],
 }
 
@@ -111,7 +111,7 @@ impl Recorded {
         [area_vector(mesh, &self.facets, x), self.tip.at(x) - self.root.at(x)]
     }
 
-    /// Of the normal and of the chord.
+    /// The memories of the normal and of the chord.
     fn memories<'m>(&self, memory: &'m [f64]) -> [&'m [f64]; 2] {
         memory.split_at(Winding::MEMORY).into()
     }
@@ -135,7 +135,7 @@ impl Recorder for Recorded {
         }
     }
 
-    /// The angles are those that were recorded, with the turns of the states before.
+    /// The recorded angles, which include the whole turns of the states before.
     fn memory_at(&self, body: &Body, state: &State, recorded: &[Option<f64>]) -> Vec<f64> {
         let mut memory = self.memory();
         self.remember(body, state, &mut memory);
@@ -199,7 +199,7 @@ fn area_vector(mesh: &TetMesh, facets: &[u32], x: &[f64]) -> Vec3 {
     sum
 }
 
-/// Derivatives of c·∫ n dA by the unknowns \[m\]: c·(da × b + a × db) = da·(b × c) + db·(c × a) with the tangents a and b.
+/// Derivatives of c·∫ n dA with respect to the unknowns \[m\]: c·(da × b + a × db) = da·(b × c) + db·(c × a) with the tangents a and b.
 fn area_gradient(mesh: &TetMesh, facets: &[u32], x: &[f64], c: Vec3) -> Vec<(u32, f64)> {
     let rule = quadrature::tri(2);
     let mut out = Vec::new();

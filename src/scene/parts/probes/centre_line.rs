@@ -1,9 +1,9 @@
 //! Probe `centre_line`: length, curvature and bending plane of the segments of a line through the body, each as a circular arc.
 //!
 //! Stations of the line are points that follow the body. Every segment has the arc through its two ends that is nearest to its other stations
-//! ([`super::arc`]), the parameters of the constant-curvature models of continuum robots (Webster & Jones, *Int. J. Robot. Res.* 29 (2010) 1661–1683,
-//! §2): arc length, curvature, and the angle of the plane in which it bends, in the frame that is carried along the arcs before it without
-//! twist. The residual says how far the line is from that model.
+//! ([`super::arc`]), with the parameters of the constant-curvature models of continuum robots (Webster & Jones, *Int. J. Robot. Res.* 29 (2010) 1661–1683,
+//! §2): arc length, curvature, and the angle of the plane in which it bends, in the frame that is transported without twist along the preceding arcs. The
+//! residual measures how far the line is from that model.
 
 use super::arc::Arc;
 use super::mean::Mean;
@@ -21,19 +21,19 @@ use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Fewest stations of a segment, with both ends: an arc through three of them has no residual.
+/// Smallest number of stations of a segment, including both ends: an arc through three stations has no residual.
 const FEWEST: usize = 4;
 
-/// Most stations of a line.
+/// Largest number of stations of a line.
 const MOST: usize = 10_000;
 
-/// tan(θ/4) below which a segment counts as straight: it turns by less than 0.0003°.
+/// Bend tan(θ/4) below which a segment counts as straight: its angle is less than 0.0003°.
 const STRAIGHT: f64 = 1e-6;
 
-/// Share of the length of a segment below which the residual is rounding.
+/// Residual relative to the length of a segment below which it is rounding.
 const EXACT: f64 = 1e-9;
 
-/// Least sine of the angle between the line and the direction of the plane angle 0 (5.7°).
+/// Smallest sine of the angle between the line and the direction of the plane angle 0 (5.7°).
 const ACROSS: f64 = 0.1;
 
 /// Curvature and length of a line through the body.
@@ -45,13 +45,13 @@ pub struct CentreLine {
     /// Stations inside the body, in order
     #[serde(default)]
     pub points: Vec<[Length; 3]>,
-    /// Regions in whose middles a straight line begins and ends, instead of points
+    /// Region at whose centroid a straight line starts, in place of points
     pub from: Option<String>,
-    /// Region in whose middle the line ends
+    /// Region at whose centroid the line ends
     pub to: Option<String>,
-    /// Number of stations from the one region to the other
+    /// Number of stations from one region to the other
     pub stations: Option<usize>,
-    /// Number of arcs of constant curvature that are fitted
+    /// Number of arcs of constant curvature to fit
     #[serde(default = "one")]
     pub segments: usize,
     /// Direction in which a bend has the plane angle 0
@@ -96,7 +96,7 @@ impl Probe for CentreLine {
 }
 
 impl CentreLine {
-    /// Refuses a number of stations that the segments cannot share.
+    /// Refuses a number of stations that the segments cannot share equally.
     fn check_count(&self, place: &str, builder: &Builder, count: usize) -> Result<(), SceneError> {
         let segments = self.segments;
         if count > MOST {
@@ -165,10 +165,10 @@ impl CentreLine {
     }
 }
 
-/// The line, and the frame in which its plane angles are counted.
+/// The line, and the frame in which its plane angles are measured.
 struct Line {
     stations: Vec<Mean>,
-    /// Parts between two stations of each segment
+    /// Number of intervals between stations in each segment
     each: usize,
     /// Tangent at the first station at rest, and the direction of the plane angle 0
     frame: [Vec3; 2],
@@ -178,11 +178,11 @@ struct Line {
 struct Segment<T> {
     length: T,
     curvature: T,
-    /// \[rad\]
+    /// Plane angle \[rad\]
     plane: T,
-    /// \[m²\]
+    /// Mean square distance from the arc \[m²\]
     mean_square: T,
-    /// tan(θ/4)
+    /// Bend tan(θ/4)
     bend: f64,
 }
 
@@ -268,7 +268,7 @@ impl Recorder for Recorded {
         std::iter::once(whole).chain(segments.iter().zip(now.memory).flat_map(own)).collect()
     }
 
-    /// None of curvature and plane angle where a segment is straight, and of the residual where there is none.
+    /// The gradients. Curvature and plane angle have none where a segment is straight, and the residual has none where it is zero.
     fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
         let now = self.line.segments(&self.line.points(&state.x));
         let rates = self.line.rates(&state.x);

@@ -4,7 +4,8 @@ use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh};
 use crate::system::Gradient;
 
-/// Area mean over facets as weights of nodes; for regions without facets, and node sets apart from them, the plain mean of the nodes.
+/// Mean position of a region as weights of nodes: the area mean over its facets; for regions without facets, and for node sets apart from them, the mean of
+/// the nodes.
 #[derive(Clone, Debug)]
 pub struct Mean {
     weights: Vec<(u32, f64)>,
@@ -26,7 +27,7 @@ impl Mean {
         Self { weights, origin }
     }
 
-    /// A point that moves with weights of nodes.
+    /// A point that moves with the given weights of nodes.
     pub(super) fn of_point(origin: Vec3, weights: Vec<(u32, f64)>) -> Self {
         Self { weights, origin }
     }
@@ -36,12 +37,12 @@ impl Mean {
         std::array::from_fn(|i| Gradient::of_displacements(self.along(Vec3::ith(i, 1.0))))
     }
 
-    /// (unknown, derivative of the position).
+    /// Derivatives of the position, as (unknown, derivative).
     pub(super) fn rates(&self) -> Vec<(u32, Vec3)> {
         self.weights.iter().flat_map(|&(k, w)| (0..3).map(move |i| (3 * k + i, Vec3::ith(i as usize, w)))).collect()
     }
 
-    /// Derivatives of the coordinate along `direction` by the unknowns.
+    /// Derivatives of the coordinate along `direction` with respect to the unknowns.
     pub(super) fn along(&self, direction: Vec3) -> Vec<(u32, f64)> {
         let of_node = |&(k, w): &(u32, f64)| (0..3).map(move |i| (3 * k + i, w * direction[i as usize]));
         self.weights.iter().flat_map(of_node).filter(|(_, w)| *w != 0.0).collect()
@@ -59,7 +60,7 @@ mod tests {
     use crate::mesh::Order;
     use crate::mesh::structured::block;
 
-    /// A node set has the mean of its nodes, though a surface has its name; with the nodes of the surface it has that of the area.
+    /// A node set has the mean of its nodes, even if a surface has its name; with exactly the nodes of the surface it has the mean over the area.
     #[test]
     fn a_node_set_has_the_mean_of_its_own_nodes() {
         let mesh = block(2, 1, 1, 2.0, 1.0, 1.0, Order::Linear);

@@ -1,6 +1,6 @@
-//! Probes: quantities of a run that a scene asks for. One file per kind, and a line in each of the three lists below.
+//! Probes: quantities of a run that a scene requests. Each kind has one file, and a line in each of the three lists below.
 //!
-//! Positions and directions are means over the area of a region, so they do not depend on the mesh.
+//! Positions and directions are means over the area of a region, so that they do not depend on the mesh.
 
 mod arc;
 mod bending_angle;
@@ -33,7 +33,7 @@ use part::Probe;
 
 registry! {
 Probe;
-/// One recorded quantity. Cables record tension and length without a probe, cavities pressure and volume.
+/// One recorded quantity. Cables record tension and length without a probe, and cavities pressure and volume.
 pub enum ProbeSpec {
     BendingAngle(BendingAngle) = "bending_angle",
     Position(Position) = "position",
@@ -48,7 +48,7 @@ pub enum ProbeSpec {
 }
 
 impl ProbeSpec {
-    /// The regions on which it is recorded.
+    /// The regions on which the probe depends.
     pub fn regions(&self) -> Vec<&str> {
         self.part().regions()
     }
@@ -59,7 +59,7 @@ impl ProbeSpec {
     }
 }
 
-/// The recorders of all probes of a scene, in the order of the file.
+/// Builds the recorders of all probes of a scene, in the order of the file.
 pub(in crate::scene) fn build_probes(
     builder: &mut Builder,
     specs: &[ProbeSpec],

@@ -17,7 +17,7 @@ use serde::Deserialize;
 pub struct ReactionMoment {
     /// Region that is held or moved
     pub region: String,
-    /// Point fixed in space about which it is taken; the mean position of the region, which moves, if absent
+    /// Point fixed in space about which the moment is taken; if absent, the mean position of the region, which moves
     pub about: Option<[Length; 3]>,
 }
 
@@ -42,9 +42,9 @@ impl Probe for ReactionMoment {
 
 struct Recorded {
     name: String,
-    /// In ascending order
+    /// Nodes of the region, ascending
     nodes: Vec<u32>,
-    /// \[m\]
+    /// Fixed point about which the moment is taken \[m\]
     about: Option<Vec3>,
     middle: Mean,
     rims: HeldRims,
@@ -55,7 +55,7 @@ impl Recorder for Recorded {
         ["x", "y", "z"].map(|c| format!("{}_moment_{c}_Nm", self.name)).into()
     }
 
-    /// Σ (x − x₀) × r.
+    /// The moment Σ (x − x₀) × r.
     fn record(&self, now: &Moment) -> Vec<f64> {
         let of_node = |values: &[f64], k: u32| Vec3::from_column_slice(&values[3 * k as usize..][..3]);
         let about = self.about.unwrap_or_else(|| self.middle.at(&now.state.x));

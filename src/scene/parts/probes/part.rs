@@ -6,15 +6,15 @@ use crate::scene::record::recorder::{Headline, Recorder};
 
 /// Specification of a probe.
 pub(in crate::scene) trait Probe {
-    /// The recorder on the mesh of the scene.
+    /// Builds the recorder on the mesh of the scene.
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError>;
 
-    /// A note on a column that it leaves out there.
+    /// A note on a column that the probe leaves out on this mesh.
     fn note(&self, _place: &str, _builder: &Builder) -> Option<String> {
         None
     }
 
-    /// The regions on which it is recorded.
+    /// The regions on which the probe depends.
     fn regions(&self) -> Vec<&str> {
         vec![]
     }

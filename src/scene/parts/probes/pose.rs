@@ -1,7 +1,7 @@
-//! Probe `pose`: position and rotation of a region or a skin, in space or in the frame that moves with a region.
+//! Probe `pose`: position and rotation of a region or a skin, in space or in a frame that moves with another region.
 //!
-//! The rotation is that of the rigid motion nearest to the one of the region, which minimises ∫ |x − x̄ − R (X − X̄)|² over its area, or over its
-//! volume if it has cells: R of H = ∫ x ⊗ (X − X̄) by its singular values (Kabsch, *Acta Cryst. A* 32 (1976) 922–923). With S = RᵀH, which is
+//! The rotation is that of the rigid motion nearest to the motion of the region, which minimises ∫ |x − x̄ − R (X − X̄)|² over its area, or over its volume if
+//! it has cells: R follows from the singular value decomposition of H = ∫ x ⊗ (X − X̄) (Kabsch, *Acta Cryst. A* 32 (1976) 922–923). With S = RᵀH, which is
 //! symmetric, the rotation changes by dR = R \[ω\]× with
 //!
 //! ```text
@@ -11,8 +11,9 @@
 //! and the rotation vector r by J(r)⁻¹ R ω, J⁻¹ = I − ½ \[r\]× + (1/|r|² − cot(½|r|)/(2|r|)) \[r\]×² (Solà, Deray & Atchuthan, *A micro Lie theory*,
 //! arXiv:1812.01537 (2018), Eq. 146).
 //!
-//! The rotation vector takes the number of whole rotations that brings it nearest to the state before; the quaternion is that of the rotation vector, so that its sign
-//! is continuous too. Limits: a motion that comes back to a whole rotation about changing axes begins again there, and has no derivative at one.
+//! The rotation vector includes the number of whole rotations that brings it nearest to the state before; the quaternion is computed from the rotation vector,
+//! so that its sign is continuous too. Limits: a motion that returns to a whole rotation about changing axes starts again there, and has no derivative at a
+//! whole rotation.
 
 use super::mean::Mean;
 use super::part::Probe;
@@ -28,13 +29,13 @@ use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Least ratio of the second to the first principal moment of a region whose rotation is known.
+/// Smallest ratio of the second to the first principal moment of a region whose rotation is defined.
 const FLAT: f64 = 1e-8;
 
-/// Least ratio of tr S − S to S with which the rotation has a derivative.
+/// Smallest ratio of tr S − S to S at which the rotation has a derivative.
 const TURNABLE: f64 = 1e-10;
 
-/// Sine of half the angle below which a rotation counts as a whole one.
+/// Sine of half the angle below which a rotation counts as a whole rotation.
 const WHOLE: f64 = 1e-8;
 
 /// Position and rotation of a region or a skin.
@@ -45,11 +46,11 @@ pub struct Pose {
     pub region: Option<String>,
     /// Surface from a file, instead of a region
     pub skin: Option<String>,
-    /// The region whose frame the pose is given in; space if absent
+    /// Region in whose frame the pose is given; space if absent
     pub relative_to: Option<String>,
     /// Prefix of the columns; the region or skin if absent
     pub name: Option<String>,
-    /// Points that move rigidly with the region, inside the body or outside: markers on stalks
+    /// Points that move rigidly with the region, inside or outside of the body, such as markers on stalks
     #[serde(default)]
     pub points: Vec<[Length; 3]>,
 }
@@ -94,7 +95,7 @@ impl Pose {
         self.name.iter().chain(&self.region).chain(&self.skin).next().cloned().unwrap_or_default()
     }
 
-    /// The frame, unless it has no rotation.
+    /// The frame; refuses a region whose rotation is not defined.
     fn checked(
         &self,
         place: &str,
@@ -111,16 +112,16 @@ impl Pose {
     }
 }
 
-/// The rigid motion nearest to that of a region.
+/// The rigid motion nearest to the motion of a region.
 struct Frame {
     mean: Mean,
-    /// (node, ∫ N (X − X̄)) \[m³\], or \[m⁴\] of cells
+    /// First moments (node, ∫ N (X − X̄)) \[m³\], or \[m⁴\] for cells
     moments: Vec<(u32, Vec3)>,
     /// H at rest
     rest: Mat3,
 }
 
-/// Points of a region by their shares of nodes, with the area or volume of each.
+/// Points of a region as weights of nodes, with the area or volume of each.
 fn shares_of_region(mesh: &TetMesh, region: &Region) -> Vec<(Vec<(u32, f64)>, f64)> {
     let mut shares: Vec<(Vec<(u32, f64)>, f64)> = Vec::new();
     let facets = mesh.facets_of(region);
@@ -148,7 +149,7 @@ fn shares_of_region(mesh: &TetMesh, region: &Region) -> Vec<(Vec<(u32, f64)>, f6
 }
 
 impl Frame {
-    /// Of points by their shares of nodes, with a weight each.
+    /// A frame of points, given by their weights of nodes, with a weight for each point.
     fn new(mesh: &TetMesh, shares: Vec<(Vec<(u32, f64)>, f64)>) -> Self {
         let at = |own: &[(u32, f64)]| own.iter().map(|&(k, n)| mesh.points[k as usize] * n).sum::<Vec3>();
         let size: f64 = shares.iter().map(|(_, w)| w).sum();
@@ -164,7 +165,7 @@ impl Frame {
         }
         let weights = (0..).zip(weights).filter(|(_, w)| *w != 0.0).collect();
         let moments: Vec<(u32, Vec3)> = (0..).zip(moments).filter(|(_, m)| *m != Vec3::zeros()).collect();
-        // The moments sum to nothing, but for rounding, which far from the origin would count
+        // The moments sum to zero except for rounding, which would matter far from the origin
         let rest = moments.iter().map(|(k, m)| (mesh.points[*k as usize] - middle) * m.transpose()).sum();
         Self { mean: Mean::of_point(middle, weights), moments, rest }
     }
@@ -175,25 +176,25 @@ impl Frame {
         sizes[1] <= FLAT * sizes[2]
     }
 
-    /// H at displacement x.
+    /// The moment H at displacement x.
     fn moment(&self, x: &[f64]) -> Mat3 {
         let moved =
             self.moments.iter().map(|(k, m)| Vec3::from_column_slice(&x[3 * *k as usize..][..3]) * m.transpose());
         self.rest + moved.sum::<Mat3>()
     }
 
-    /// R at displacement x.
+    /// The rotation R at displacement x.
     fn rotation(&self, x: &[f64]) -> Mat3 {
         let svd = self.moment(x).svd(true, true);
         let (u, v) = (svd.u.expect("asked for"), svd.v_t.expect("asked for"));
-        // Of the third direction, with the least singular value, only a rotation is taken.
+        // The sign of the third direction, with the smallest singular value, is chosen so that R is a rotation.
         let least = svd.singular_values.imin();
         let mut signs = Vec3::repeat(1.0);
         signs[least] = (u.determinant() * v.determinant()).signum();
         u * Mat3::from_diagonal(&signs) * v
     }
 
-    /// Changes of the rotation with the displacements, as vectors R ω of space; none where they are without bounds.
+    /// Derivatives of the rotation with respect to the displacements, as vectors R ω in space; `None` where they are unbounded.
     fn spin(&self, x: &[f64], rotation: &Mat3) -> Option<Vec<(u32, Vec3)>> {
         let stretch = rotation.transpose() * self.moment(x);
         let stretch = 0.5 * (stretch + stretch.transpose());
@@ -217,7 +218,7 @@ struct Recorded {
 }
 
 impl Recorded {
-    /// Position and rotation, in the frame of the reference.
+    /// Position and rotation in the frame of the reference.
     fn pose(&self, x: &[f64]) -> (Vec3, Mat3) {
         let (at, rotation) = (self.of.mean.at(x), self.of.rotation(x));
         match &self.reference {
@@ -229,7 +230,7 @@ impl Recorded {
         }
     }
 
-    /// Changes of the pose with the displacements, in the frame of the reference.
+    /// Derivatives of the pose with respect to the displacements, in the frame of the reference.
     fn rates(&self, x: &[f64]) -> Option<Rates> {
         let (position, spin) = (self.of.mean.rates(), self.of.spin(x, &self.of.rotation(x))?);
         let Some(reference) = &self.reference else { return Some(Rates { position, spin }) };
@@ -244,13 +245,13 @@ impl Recorded {
     }
 }
 
-/// Changes of a pose with the displacements: (unknown, derivative of the position or of the rotation as a vector of the frame).
+/// Derivatives of a pose with respect to the displacements: (unknown, derivative of the position, or of the rotation as a vector in the frame).
 struct Rates {
     position: Vec<(u32, Vec3)>,
     spin: Vec<(u32, Vec3)>,
 }
 
-/// J(r)⁻¹, by which the rotation vector changes with a rotation in space; none at a whole rotation.
+/// The matrix J(r)⁻¹ that maps a rotation in space to the change of the rotation vector; `None` at a whole rotation.
 fn inverse_jacobian(r: Vec3) -> Option<Mat3> {
     let (angle, skew) = (r.norm(), r.cross_matrix());
     let half = 0.5 * angle;
@@ -298,7 +299,8 @@ impl Recorder for Recorded {
         pose.chain(points).collect()
     }
 
-    /// None of the rotation where the region is folded so far that it has none, and of the vector at a whole rotation.
+    /// The gradients. The rotation has none where the region is folded so far that its rotation is not defined, and the rotation vector has none at a whole
+    /// rotation.
     fn gradients(&self, _: &Body, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
         let vector = Vec3::from_column_slice(memory);
         let Some(Rates { position, spin }) = self.rates(&state.x) else {

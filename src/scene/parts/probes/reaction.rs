@@ -36,7 +36,7 @@ impl Probe for Reaction {
 
 struct Recorded {
     name: String,
-    /// In ascending order
+    /// Nodes of the region, ascending
     nodes: Vec<u32>,
     rims: HeldRims,
 }

@@ -7,7 +7,7 @@ use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A box along the axes, its sides included.
+/// A box along the axes, including its sides.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSelector {
@@ -15,10 +15,10 @@ pub struct BoxSelector {
     pub min: [Length; 3],
     /// Corner with the largest coordinates
     pub max: [Length; 3],
-    /// Entities that are picked
+    /// Kind of entities that are selected
     #[serde(default)]
     pub pick: PickSpec,
-    /// Facets or cells at the border that belong to the region; it is required with both
+    /// Rule for facets or cells at the border; it is required for both
     pub rule: Option<RuleSpec>,
 }
 

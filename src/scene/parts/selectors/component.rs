@@ -1,4 +1,4 @@
-//! Selector `component`: a piece of the surface, or a part of the body, that hangs together.
+//! Selector `component`: a connected piece of the surface, or a connected part of the body.
 
 use super::part::{Ground, PickSpec, Refusal, SelectedEntities, SelectorPart};
 use crate::math::units::Decimals;
@@ -14,24 +14,24 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A piece of the surface, or a part of the body.
+/// A connected piece of the surface, or a connected part of the body.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComponentSelector {
-    /// Component that is picked: `"inner"`, `"outer"`, or a number from 1 by size
+    /// Component that is selected: `"inner"`, `"outer"`, or a number from 1 by size
     pub which: Which,
     /// Pieces of the surface (facets) or parts of the body (cells)
     pub pick: PickSpec,
 }
 
-/// Which of the components.
+/// Choice of the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// Surfaces around hollows, all together
+    /// All surfaces around hollows together
     Inner,
     /// Surfaces around the body
     Outer,
-    /// By size, from 1: the largest area, or the largest volume
+    /// Number by size, from 1: the largest area, or the largest volume, comes first
     Number(usize),
 }
 

@@ -1,5 +1,4 @@
-//! Selectors of a scene: regions by place, by connection and by operations on sets. One file per kind, and a line in each of the
-//! lists below.
+//! Selectors of a scene: regions by position, by connection and by operations on sets. Each kind has one file, and a line in each of the lists below.
 
 mod axis_box;
 mod component;
@@ -27,7 +26,7 @@ use part::SelectorPart;
 
 registry! {
 SelectorPart;
-/// A region of a scene: how its nodes, facets or cells are found on the mesh.
+/// A region of a scene: the rule by which its nodes, facets or cells are found on the mesh.
 pub enum SelectorSpec {
     Box(BoxSelector) = "box",
     Sphere(SphereSelector) = "sphere",

@@ -11,20 +11,20 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 
-/// The layer within `tolerance` of a surface, on both of its sides.
+/// The layer within `tolerance` of a surface, on both sides of it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NearSelector {
-    /// STL or OBJ
+    /// Path of the STL or OBJ file
     pub file: PathBuf,
     /// Unit of length of the file
     pub unit: String,
     /// Half the thickness of the layer
     pub tolerance: Length,
-    /// Entities that are picked
+    /// Kind of entities that are selected
     #[serde(default)]
     pub pick: PickSpec,
-    /// Facets or cells at the border that belong to the region; it is required with both
+    /// Rule for facets or cells at the border; it is required for both
     pub rule: Option<RuleSpec>,
 }
 

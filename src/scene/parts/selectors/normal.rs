@@ -1,4 +1,4 @@
-//! Selector `normal`: the facets that look in a direction.
+//! Selector `normal`: the facets that face in a direction.
 
 use super::part::{Ground, Refusal, SelectedEntities, SelectorPart};
 use super::place::direction;
@@ -12,16 +12,16 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::HashMap;
 
-/// Facets that meet at less than this angle are of one smooth surface \[rad\].
+/// Angle between facets below which they belong to one smooth surface \[rad\].
 const SMOOTH: f64 = 0.7;
 
 /// Boundary facets whose outward normal is within `angle` of `direction`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NormalSelector {
-    /// Direction that the normal is compared with; its length does not count
+    /// Direction with which the normal is compared; its length does not matter
     pub direction: [f64; 3],
-    /// Largest angle between them, from 0 to 180 deg
+    /// Largest angle between the two, from 0 to 180 deg
     pub angle: Angle,
 }
 
@@ -34,7 +34,7 @@ impl SelectorPart for NormalSelector {
         }
         let entities = facing(ground.mesh, &direction("direction", &self.direction)?, self.angle.0);
         let (is_smooth, is_flat) = border(ground.mesh, &entities);
-        // Parts of a flat facet look where it does: the border is the same on all levels of one file
+        // The parts of a flat facet face the same way as the facet: the border is the same on all levels of one file
         let is_kept = is_smooth && is_flat && ground.levels.is_some();
         let note = "`levels` keep its border, which runs where facets of the file meet; other files of a round body have another one";
         Ok(SelectedEntities {
@@ -51,7 +51,8 @@ impl SelectorPart for NormalSelector {
     }
 }
 
-/// Whether these facets end where the surface goes on smoothly, so that another mesh has another extent; and whether all facets at such a border are flat.
+/// Whether these facets end where the surface continues smoothly, so that their extent differs on another mesh; and whether all facets at such a border are
+/// flat.
 fn border(mesh: &TetMesh, taken: &[u32]) -> (bool, bool) {
     let normal = |f: u32| mesh.facet_normal(f as usize, [1.0 / 3.0; 2]).normalize();
     let mut first: HashMap<[u32; 2], u32> = HashMap::new();
@@ -71,7 +72,7 @@ fn border(mesh: &TetMesh, taken: &[u32]) -> (bool, bool) {
     (is_smooth, is_flat)
 }
 
-/// Whether a facet looks the same way at its corners, to rounding.
+/// Whether the normals of a facet at its corners are the same, to rounding.
 fn has_one_normal(mesh: &TetMesh, f: u32) -> bool {
     let at = |xi: [f64; 2]| mesh.facet_normal(f as usize, xi).normalize();
     let [a, b, c] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(at);

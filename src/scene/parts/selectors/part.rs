@@ -8,44 +8,44 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Specification of a selector: how a region is found on a mesh.
+/// Specification of a selector: the rule by which a region is found on a mesh.
 pub(in crate::scene) trait SelectorPart {
-    /// Names of the regions that it is made of.
+    /// Names of the regions from which the region is made.
     fn of(&self) -> &[String] {
         &[]
     }
 
-    /// Finds its entities.
+    /// Finds the entities of the region.
     fn find(&self, ground: &Ground) -> Result<SelectedEntities, Refusal>;
 
-    /// Its place in words: `the sphere of radius 3 mm at (0, 0, 0) mm`.
+    /// The position of the region in words: `the sphere of radius 3 mm at (0, 0, 0) mm`.
     fn words(&self) -> String;
 
-    /// Whether it may hold everything that there is, because the file says so.
+    /// Whether the region may contain all entities, because the file says so.
     fn may_be_everything(&self) -> bool {
         false
     }
 }
 
-/// Mesh and regions that a selector looks at.
+/// Mesh and regions on which a selector works.
 pub(in crate::scene) struct Ground<'a> {
     pub mesh: &'a TetMesh,
-    /// How often each cell of a volume mesh from a file was split, which keeps its facets; none of other meshes
+    /// How often each cell of a volume mesh from a file was split, which keeps the facets of the file; `None` for other meshes
     pub levels: Option<u32>,
     /// Folder of the scene, for relative paths
     pub base: &'a Path,
-    /// Regions that are known by now
+    /// Regions that are known so far
     pub regions: &'a BTreeMap<String, Region>,
 }
 
-/// Entities that a selector holds.
+/// Entities that a selector has found.
 pub(in crate::scene) struct SelectedEntities {
     pub pick: Pick,
-    /// Ascending, without repeats
+    /// Indices in ascending order, without repetition
     pub entities: Vec<u32>,
-    /// Another mesh of the same body gives another extent.
+    /// Whether the extent differs on another mesh of the same body.
     pub depends_on_mesh: bool,
-    /// A doubt about how it was found
+    /// A doubt about the result
     pub note: Option<String>,
 }
 
@@ -56,27 +56,27 @@ pub(in crate::scene) struct Refusal {
 }
 
 impl Refusal {
-    /// A refusal of two sentences.
+    /// Builds a refusal from its two sentences.
     pub(in crate::scene) fn new(fact: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { fact: fact.into(), remedy: remedy.into() }
     }
 }
 
-/// Entities that a selector picks.
+/// Kind of entities that a selector picks.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum PickSpec {
     /// Nodes
     #[default]
     Nodes,
-    /// Of the boundary
+    /// Facets of the boundary
     Facets,
     /// Cells
     Cells,
 }
 
 impl PickSpec {
-    /// The same for meshes.
+    /// The corresponding kind of entities of a mesh.
     pub(super) fn pick(self) -> Pick {
         match self {
             Self::Nodes => Pick::Nodes,
@@ -86,7 +86,7 @@ impl PickSpec {
     }
 }
 
-/// The region of a selector, with its note; one that holds nothing, or silently everything, is refused.
+/// The region of a selector, with its note; an empty region is refused, as is one that silently contains everything.
 pub(in crate::scene) fn region_of(
     selector: &dyn SelectorPart,
     ground: &Ground,
@@ -102,7 +102,7 @@ pub(in crate::scene) fn region_of(
         let fact = format!("{} holds all {} {}", selector.words(), every.len(), pick.words());
         let name = if pick == Pick::Facets { "skin" } else { "body" };
         let remedy = "check its lengths and their units";
-        // The mesh may have a part of the surface under this name
+        // The mesh may use this name for a part of the surface
         let is_whole = pick != Pick::Facets || ground.regions.get(name).is_some_and(|skin| skin.facets == every);
         return Err(match is_whole {
             true => Refusal::new(fact, format!("{remedy}, or use the region \"{name}\", which holds them all")),

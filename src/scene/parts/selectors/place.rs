@@ -1,4 +1,4 @@
-//! Picking by place: the entities inside of it, by a rule at its border.
+//! Selection by position: the entities inside a place, by a rule at its border.
 
 use super::part::{Ground, PickSpec, Refusal, SelectedEntities};
 use crate::math::tensor::Vec3;
@@ -9,15 +9,15 @@ use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Which facets or cells at the border of a place belong to it.
+/// Rule that decides which facets or cells at the border of a place belong to it.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum RuleSpec {
-    /// With a corner inside
+    /// Facets or cells with a corner inside
     Any,
-    /// With the mean of the corners inside
+    /// Facets or cells with the mean of their corners inside
     Centroid,
-    /// With all corners inside
+    /// Facets or cells with all corners inside
     All,
 }
 
@@ -31,7 +31,7 @@ impl RuleSpec {
     }
 }
 
-/// The entities at a place. `holds` gets a margin against rounding \[m\]: a node on the side of a box is inside.
+/// The entities at a place. `holds` takes a margin against rounding \[m\]: a node on the side of a box counts as inside.
 pub(super) fn at_place(
     ground: &Ground,
     place: &str,
@@ -63,8 +63,8 @@ pub(super) fn at_place(
     Ok(SelectedEntities { pick, entities: entities(rule), depends_on_mesh, note: None })
 }
 
-/// The entities within a tolerance of a surface, by [`at_place`]. Where the surface itself holds the same ones, its border is theirs, however large the
-/// tolerance is against an edge; where it holds fewer, and its border runs along cells, the note says so.
+/// The entities within a tolerance of a surface, by [`at_place`]. If the same entities lie on the surface itself, its border is theirs, however large the
+/// tolerance is compared with an edge. If fewer entities lie on the surface, and its border runs along cells, the note says so.
 pub(super) fn at_surface(
     ground: &Ground,
     (place, tolerance): (&str, f64),
@@ -91,14 +91,14 @@ pub(super) fn at_surface(
     Ok(found)
 }
 
-/// Entities within this share of the diagonal of the body are at a surface itself.
+/// Distance, relative to the diagonal of the body, within which entities lie on a surface itself.
 const SURFACE: f64 = 1e-6;
 
-/// A border that leaves an edge within this share of its length from the inner end runs along the cells.
+/// Distance from the inner end of an edge, relative to its length, within which a border that crosses the edge counts as running along the cells.
 const ALONG: f64 = 0.05;
 
-/// Whether the border of a place runs through cells, or facets of the boundary, so that another mesh has another extent. With [`Rule::Any`] those
-/// next to the border belong to the region too.
+/// Whether the border of a place cuts through cells, or facets of the boundary, so that the extent differs on another mesh. With [`Rule::Any`] those next to
+/// the border belong to the region too.
 fn is_cut(mesh: &TetMesh, (pick, rule): (Pick, Rule), holds: &dyn Fn(&Vec3) -> bool) -> bool {
     let inside: Vec<bool> = mesh.points.iter().map(holds).collect();
     let leaves = |a: u32, b: u32| {
@@ -118,7 +118,7 @@ pub(super) fn vector(p: &[Length; 3]) -> Vec3 {
     Vec3::new(p[0].0, p[1].0, p[2].0)
 }
 
-/// Refuses a direction without a length.
+/// A direction as a vector; refuses one of zero length.
 pub(super) fn direction(key: &str, v: &[f64; 3]) -> Result<Vec3, Refusal> {
     let v = Vec3::from(*v);
     if v.norm() > 0.0 && v.norm().is_finite() {

@@ -13,14 +13,14 @@ use serde::Deserialize;
 pub struct PlaneSelector {
     /// Point of the plane
     pub point: [Length; 3],
-    /// Normal of the plane; its length does not count
+    /// Normal of the plane; its length does not matter
     pub normal: [f64; 3],
     /// Half the thickness of the layer
     pub tolerance: Length,
-    /// Entities that are picked
+    /// Kind of entities that are selected
     #[serde(default)]
     pub pick: PickSpec,
-    /// Facets or cells at the border that belong to the region; it is required with both
+    /// Rule for facets or cells at the border; it is required for both
     pub rule: Option<RuleSpec>,
 }
 

@@ -13,7 +13,7 @@ use serde::Deserialize;
 pub struct UnionSelector {
     /// Names of the regions
     pub of: Vec<String>,
-    /// Entities that are taken of each region
+    /// Kind of entities that are taken from each region
     pub pick: Option<PickSpec>,
 }
 
@@ -23,7 +23,7 @@ pub struct UnionSelector {
 pub struct IntersectionSelector {
     /// Names of the regions
     pub of: Vec<String>,
-    /// Entities that are taken of each region
+    /// Kind of entities that are taken from each region
     pub pick: Option<PickSpec>,
 }
 
@@ -33,7 +33,7 @@ pub struct IntersectionSelector {
 pub struct DifferenceSelector {
     /// Names of the regions
     pub of: Vec<String>,
-    /// Entities that are taken of each region
+    /// Kind of entities that are taken from each region
     pub pick: Option<PickSpec>,
 }
 
@@ -43,7 +43,7 @@ pub struct DifferenceSelector {
 pub struct ComplementSelector {
     /// Names of the regions
     pub of: [String; 1],
-    /// Entities that are taken of the region
+    /// Kind of entities that are taken from the region
     pub pick: Option<PickSpec>,
 }
 
@@ -119,7 +119,7 @@ fn without(first: &[u32], others: &[Vec<u32>]) -> Vec<u32> {
     first.iter().copied().filter(|k| others.iter().all(|other| other.binary_search(k).is_err())).collect()
 }
 
-/// The result of an operation on everything that there is and on the entities of the regions, which are of one kind.
+/// The result of an operation on the set of all entities and on the entities of the regions, which are of one kind.
 fn combine(
     ground: &Ground,
     names: &[String],
@@ -140,7 +140,7 @@ fn combine(
     Ok(SelectedEntities { pick, entities: operation(&pick.every(ground.mesh), &taken?), depends_on_mesh, note: None })
 }
 
-/// The kind of entity that all of the regions hold.
+/// The kind of entities that all of the regions contain.
 fn common<'a>(regions: impl Iterator<Item = (&'a String, &'a Region)> + Clone) -> Result<Pick, Refusal> {
     let holds = |region: &Region| {
         let counts =
@@ -162,7 +162,7 @@ fn common<'a>(regions: impl Iterator<Item = (&'a String, &'a Region)> + Clone) -
     }
 }
 
-/// The entities of a region of this kind: its own, or the facets and nodes of its cells, or the nodes of its facets.
+/// The entities of a region of the given kind: its own, or the facets and nodes of its cells, or the nodes of its facets.
 fn entities(mesh: &TetMesh, name: &str, region: &Region, pick: Pick) -> Result<Vec<u32>, Refusal> {
     match pick {
         Pick::Nodes => return Ok(mesh.nodes_of(region)),

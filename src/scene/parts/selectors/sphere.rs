@@ -15,10 +15,10 @@ pub struct SphereSelector {
     pub center: [Length; 3],
     /// Radius of the ball
     pub radius: Length,
-    /// Entities that are picked
+    /// Kind of entities that are selected
     #[serde(default)]
     pub pick: PickSpec,
-    /// Facets or cells at the border that belong to the region; it is required with both
+    /// Rule for facets or cells at the border; it is required for both
     pub rule: Option<RuleSpec>,
 }
 

@@ -22,7 +22,7 @@ use crate::scene::text::quantity::{Force, GuideRadius, Length};
 use crate::wording;
 use std::sync::Arc;
 
-/// Rounding of a sum of signals, as a share of the largest value.
+/// Relative rounding of a sum of signals, with respect to the largest value.
 const ROUNDING: f64 = 1e-12;
 
 /// A point on the path of a cable, with its name in messages.
@@ -34,14 +34,14 @@ struct Stop {
 /// Points of one cable in order from the pull point.
 struct Route {
     name: String,
-    /// Before the words for a guide of it in messages, where there are several cables
+    /// Prefix of the name of a guide in messages, if there are several cables
     of: String,
-    /// None if the cable is pulled at its first guide, which moves with the body
+    /// Pull point; `None` if the cable is pulled at its first guide, which moves with the body
     pull: Option<Vec3>,
     points: Vec<Vec3>,
 }
 
-/// The cables of an entry, whose names differ from those of the `known` ones.
+/// The cables of an entry, whose names must differ from those of the `known` ones.
 pub(in crate::scene) fn build_cables(
     builder: &mut Builder,
     place: &str,
@@ -62,7 +62,7 @@ pub(in crate::scene) fn build_cables(
     routes.into_iter().map(|route| build_cable(builder, place, spec, route)).collect()
 }
 
-/// A cable with its rows, or its load.
+/// A cable with its constraint equations, or its load.
 fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Route) -> Result<NamedCable, SceneError> {
     let stops = find_stops(builder, place, spec, &route)?;
     let Route { name, pull: pull_point, .. } = route;
@@ -146,7 +146,7 @@ fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), 
     Ok(())
 }
 
-/// The routes of the cables of an entry: along a path of the body, a list of guides, or those of a file.
+/// The routes of the cables of an entry: along a path of the body, through a list of guides, or through the guides of a file.
 fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<Route>, SceneError> {
     let (guides, pull) = match (&spec.path, &spec.guides, &spec.pull_point) {
         (Some(path), None, None) => {
@@ -194,8 +194,8 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
     Ok(lists.into_iter().enumerate().map(route).collect())
 }
 
-/// Moves guides outside of the body, by no more than `reach`, to its surface; all that are farther out are refused together. A guide in a bore whose ball
-/// meets the body on all sides stays there.
+/// Moves guides that lie outside of the body by at most `reach` to its surface; all guides that are farther out are refused together. A guide in a bore whose
+/// ball overlaps the body on all sides is not moved.
 fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &mut [Route]) -> Result<(), SceneError> {
     let (mesh, reach) = (builder.body.clone(), spec.reach.as_ref().map_or(0.0, |l| l.0));
     let (mut moved, mut between, mut kept, mut largest, mut refused) = (0, 0, 0, 0.0_f64, Vec::new());
@@ -259,14 +259,15 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     Err(builder.content(place, fact, remedy))
 }
 
-/// Whether a place outside of the body lies between two walls at about the same distance: a little farther from the `nearest` point another one is nearest.
+/// Whether a point outside of the body lies between two walls at about the same distance: slightly farther from the `nearest` point, a different point is
+/// nearest.
 fn is_between(mesh: &TetMesh, at: Vec3, nearest: Vec3) -> bool {
     let away = at - nearest;
     let other = nearest_on_surface(mesh, at + 0.25 * away);
     (other - nearest).norm() > away.norm() && (other - at).norm() < 1.5 * away.norm()
 }
 
-/// The places of a cable from the pull point to the end.
+/// The points of a cable from the pull point to the end.
 fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -> Result<Vec<Stop>, SceneError> {
     let (points, of) = (&route.points, &route.of);
     if points.is_empty() {
@@ -312,7 +313,7 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -
     Ok(stops)
 }
 
-/// The weights of a guide in the body or on its surface, which on curved cells is that of flat triangles.
+/// The weights of a guide in the body or on its surface; the surface of curved cells is taken as that of flat triangles.
 fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) -> Result<Guide, SceneError> {
     let mesh = &builder.body.mesh;
     let fail = |e| part(builder.file, place, e);
@@ -323,8 +324,8 @@ fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) ->
     Ok(Guide { point: at, weights })
 }
 
-/// Refuses a shortening by more than what can get shorter, which is not the length between points that are held. To be called when everything that is held is
-/// known. A signal that is decided during the run is not checked here.
+/// Refuses a shortening by more than the part of the cable that can get shorter, which excludes the length between points that are held. To be called when
+/// everything that is held is known. A signal that is decided during the run is not checked here.
 pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: &NamedCable) -> Result<(), SceneError> {
     let NamedCable { name, cable, by_length, softness, most: limit, .. } = named;
     let free = free_length(builder, cable);
@@ -336,7 +337,7 @@ pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: 
         return Ok(());
     };
     let (_, (t, most)) = extremes(&shortening.signal, &builder.spans);
-    // A signal without a value is refused with its formula.
+    // A signal without a finite value is refused with its formula.
     if most < free || most <= 0.0 || !most.is_finite() {
         return Ok(());
     }
@@ -353,7 +354,7 @@ pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: 
     Err(builder.content(place, fact, "give guides where the body moves, or EA, with which the cable stretches"))
 }
 
-/// Length of the segments at rest of which one end or both may move, against the other one where both belong to a rigid part \[m\].
+/// Total length at rest of the segments whose ends can move relative to each other \[m\]: not if both are held, or both belong to one rigid part.
 fn free_length(builder: &Builder, cable: &Cable) -> f64 {
     let nodes = |guide: &u32| cable.means().lists()[*guide as usize].iter().map(|(node, _)| *node);
     let is_held = |guide: &u32| nodes(guide).all(|node| builder.is_held(node));
@@ -364,7 +365,7 @@ fn free_length(builder: &Builder, cable: &Cable) -> f64 {
     };
     let is_fixed = |ends: &[u32]| ends.iter().all(is_held) || <[u32; 2]>::try_from(ends).is_ok_and(is_one_part);
     let lengths = cable.lengths_at_rest();
-    // From +0, which an empty sum is not
+    // The fold starts from +0, because an empty sum is −0
     (0..cable.segments()).filter(|s| !is_fixed(cable.ends(*s))).fold(0.0, |sum, s| sum + lengths[s])
 }
 
@@ -372,7 +373,7 @@ fn vector(p: &[Length; 3]) -> Vec3 {
     Vec3::new(p[0].0, p[1].0, p[2].0)
 }
 
-/// A cable cannot push: T(t) ≥ 0. A signal that is decided during the run is cut at 0.
+/// Refuses a negative tension, because a cable cannot push: T(t) ≥ 0. A signal that is decided during the run is cut off at 0.
 fn check_tension(builder: &Builder, place: &str, tension: &Signal) -> Result<(), SceneError> {
     if tension.has_inputs() {
         return Ok(());
@@ -385,7 +386,7 @@ fn check_tension(builder: &Builder, place: &str, tension: &Signal) -> Result<(),
     Err(builder.content(place, fact, "take a signal that is never negative, such as raised_cosine"))
 }
 
-/// Notes where a cable is let out.
+/// Adds a note if a cable is let out.
 fn note_let_out(builder: &mut Builder, name: &str, shortening: &Signal) {
     if shortening.has_inputs() {
         return;

@@ -1,8 +1,9 @@
 //! Guide points of cables from a CSV or JSON file.
 //!
-//! A CSV file has one point a row, x, y, z, and a name of its cable in a fourth column if it holds several. Columns are separated by commas,
-//! semicolons (decimal commas are then allowed), tabs or blanks; `#` begins a comment at the begin of a line, or after a blank outside of quotes, in a name also before one. A header is optional; with one, the columns `x`, `y`, `z`
-//! and `name` or `cable` may come in any order, among others, and a unit in their brackets is that of the scene. A JSON file is a list of points, a list of such lists, or an object of them by name.
+//! A CSV file has one point per row, x, y, z, and the name of its cable in a fourth column if it holds several cables. Columns are separated by commas,
+//! semicolons (decimal commas are then allowed), tabs or blanks. `#` begins a comment at the start of a line or after a blank outside of quotes; in a name
+//! only if a blank follows it too. A header is optional; with one, the columns `x`, `y`, `z` and `name` or `cable` may come in any order, among others, and a
+//! unit in their brackets must be that of the scene. A JSON file is a list of points, a list of such lists, or an object of such lists by name.
 
 use crate::math::tensor::Vec3;
 use crate::math::units;
@@ -20,7 +21,7 @@ pub(super) struct Listed {
     pub points: Vec<Vec3>,
 }
 
-/// Reason why a file has no guides.
+/// Reason why no guides can be read from a file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(super) enum GuideFileError {
     #[error("{}: cannot be read: {reason}; {}", file.display(), path_remedy(file))]
@@ -42,7 +43,8 @@ fn path_remedy(file: &Path) -> &'static str {
     }
 }
 
-/// Reads a file, whose header has no other unit than that of the scene; all faults of its rows are in one error. With `only`, the cable of this name alone.
+/// Reads a file, whose header must not state a unit different from that of the scene; all faults of its rows are in one error. With `only`, returns only the
+/// cable of this name.
 pub(super) fn read_guides(file: &Path, unit: &str, only: Option<&str>) -> Result<Vec<Listed>, GuideFileError> {
     let unreadable = |e: std::io::Error| GuideFileError::Unreadable { file: file.into(), reason: e.to_string() };
     let text = decoded(&storage::read(file, DATA_LIMIT).map_err(unreadable)?)
@@ -65,7 +67,7 @@ pub(super) fn read_guides(file: &Path, unit: &str, only: Option<&str>) -> Result
     Ok(cables)
 }
 
-/// UTF-8 with or without a byte order mark, or UTF-16 with one; else the number of the first line that is neither.
+/// Decodes UTF-8 with or without a byte order mark, or UTF-16 with one; the error is the number of the first line that is neither.
 fn decoded(bytes: &[u8]) -> Result<String, usize> {
     let wide = |units: fn([u8; 2]) -> u16| {
         let units = bytes[2..].chunks_exact(2).map(|b| units([b[0], b[1]]));
@@ -91,12 +93,12 @@ const ROW: &str = "a row is x, y, z, and a name if there are several cables";
 struct Columns {
     of: [usize; 3],
     name: Option<usize>,
-    /// Cells of a row
+    /// Number of cells of a row
     count: usize,
 }
 
 impl Columns {
-    /// Of a header: its names with their units in brackets, which are that of the scene.
+    /// The columns of a header: its names with their units in brackets, which must be that of the scene.
     fn named(cells: &[String], unit: &str) -> Result<Self, Faults> {
         let title = |cell: &String| cell.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
         let titles: Vec<String> = cells.iter().map(title).collect();
@@ -112,7 +114,7 @@ impl Columns {
         Ok(Self { of: [x, y, z], name: find("name").or_else(|| find("cable")), count: cells.len() })
     }
 
-    /// Of a first row without a header: three numbers, with a name before or after them. Four numbers do not say which of them is the name.
+    /// The columns of a first row without a header: three numbers, with a name before or after them. Four numbers do not show which of them is the name.
     fn of_row(cells: &[String]) -> Result<Self, Faults> {
         if cells.len() == 4 && cells.iter().all(|cell| number(cell).is_some()) {
             let fact = format!("its rows have four numbers ({}) and no header", cells.join(", "));
@@ -124,7 +126,7 @@ impl Columns {
     }
 }
 
-/// A line without its comment, from a `#` on that follows a blank outside of quotes, in the column of names one with a blank behind it.
+/// A line without its comment, which begins with a `#` after a blank outside of quotes; in the column of names a blank must follow the `#` too.
 fn without_comment(line: &str, separator: Option<char>, names: Option<usize>) -> &str {
     let (mut column, mut is_quoted, mut before) = (0, false, ' ');
     for (at, c) in line.char_indices() {
@@ -186,7 +188,7 @@ fn number(cell: &str) -> Option<f64> {
     cell.parse::<f64>().ok().filter(|v| v.is_finite())
 }
 
-/// Adds a point to the cable of this name, which may be new.
+/// Adds a point to the cable of this name, which is created if it is new.
 fn add(cables: &mut Vec<Listed>, name: Option<String>, point: Vec3) {
     match cables.iter_mut().find(|c| c.name == name) {
         Some(cable) => cable.points.push(point),
@@ -281,7 +283,7 @@ mod tests {
         assert_eq!(read("a.json", b"[[[1, 2, 3]], [[4, 5, 6], [7, 8, 9]]]"), Ok(unnamed));
     }
 
-    /// Numbers of points in front of them are not read as the first coordinate, nor heights as names of cables.
+    /// Numbers of points before the coordinates are not read as the first coordinate, nor heights as names of cables.
     #[test]
     fn four_numbers_need_a_header() {
         let rows = b"1, 10, 20, 30\n2, 40, 50, 60\n";
@@ -296,7 +298,7 @@ mod tests {
         assert_eq!(named[0], listed(Some("30"), &[[1.0, 10.0, 20.0]]));
     }
 
-    /// Names may hold a `#`; behind numbers and quotes it begins a comment.
+    /// Names may contain a `#`; after numbers and quotes it begins a comment.
     #[test]
     fn names_may_hold_a_number_sign() {
         let cables = ["cable #1", "cable #2"].map(|name| listed(Some(name), &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]));

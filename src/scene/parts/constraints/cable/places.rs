@@ -1,4 +1,4 @@
-//! Notes on the places of a cable: a pull point inside of the body, and guides whose patches reach across a gap or are cut by a plane of symmetry.
+//! Notes on the positions of a cable: a pull point inside the body, and guides whose patches reach across a gap or are cut by a plane of symmetry.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
@@ -10,10 +10,10 @@ use crate::scene::parts::patch::note_cut;
 use crate::wording::few;
 use std::collections::BTreeSet;
 
-/// Share of a patch below which what lies across a gap is not noted \[–\].
+/// Share of a patch across a gap below which there is no note \[–\].
 const LITTLE: f64 = 0.01;
 
-/// Notes the doubtful places of cables.
+/// Adds notes on doubtful positions of cables.
 pub(in crate::scene) fn note_places(builder: &mut Builder, cables: &[NamedCable]) {
     let notes: Vec<String> =
         cables.iter().flat_map(|cable| inside(builder, cable).into_iter().chain(across(builder, cable))).collect();
@@ -25,13 +25,13 @@ pub(in crate::scene) fn note_places(builder: &mut Builder, cables: &[NamedCable]
     }
 }
 
-/// Guides of a cable: their number from 0, place and weights. Rings have none, and are not counted.
+/// Guides of a cable: number from 0, position and weights. Rings have no weights and are not counted.
 fn guides(NamedCable { cable, .. }: &NamedCable) -> impl Iterator<Item = (usize, &Vec3, &Vec<(u32, f64)>)> {
     let all = cable.path().1.iter().zip(cable.means().lists());
     all.filter(|(_, list)| !list.is_empty()).enumerate().map(|(k, (at, list))| (k, at, list))
 }
 
-/// The note on a pull point that the body surrounds, and does not hold.
+/// The note on a pull point that the body surrounds but does not carry.
 fn inside(builder: &Builder, NamedCable { name, cable, .. }: &NamedCable) -> Option<String> {
     let at = cable.path().0?;
     let found = embed(&builder.body.mesh, at).ok()?;
@@ -46,7 +46,7 @@ fn inside(builder: &Builder, NamedCable { name, cable, .. }: &NamedCable) -> Opt
     ))
 }
 
-/// The note on guides whose patches take parts of the body on both sides of a gap.
+/// The note on guides whose patches cover parts of the body on both sides of a gap.
 fn across(builder: &Builder, named: &NamedCable) -> Option<String> {
     let (mesh, name) = (&builder.body.mesh, &named.name);
     let shares = guides(named).filter_map(|(k, at, list)| {
@@ -63,7 +63,7 @@ fn across(builder: &Builder, named: &NamedCable) -> Option<String> {
     })
 }
 
-/// Share of the weights of a patch on nodes that no cells of it join to the cell of its centre.
+/// Share of the weights of a patch on nodes that no cells of the patch connect to the cell of its centre.
 fn beyond(mesh: &TetMesh, home: u32, list: &[(u32, f64)]) -> f64 {
     let patch: BTreeSet<u32> = list.iter().map(|(node, _)| *node).collect();
     let is_within = |cell: &&[u32]| cell.iter().all(|node| patch.contains(node));

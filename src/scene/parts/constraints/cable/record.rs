@@ -1,4 +1,4 @@
-//! Record of a cable: tensions, lengths and slip, and the moments at which it goes slack or taut.
+//! Record of a cable: tensions, lengths and slip, and the times at which it goes slack or taut.
 
 use crate::effect::Cable;
 use crate::scene::body::Body;
@@ -12,25 +12,25 @@ use std::sync::Arc;
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
-    /// Of the patches of its guides \[m\]; none of a cable through points
+    /// Radius of the patches of its guides \[m\]; `None` for a cable through points
     pub guide_radius: Option<f64>,
-    /// The tension at the pull point; with friction the multipliers of the other segments follow
+    /// Source of the tension at the pull point; with friction the multipliers of the other segments follow
     pub drive: Drive,
     pub by_length: bool,
     pub friction: bool,
-    /// Whether the tension of each segment and the slip through each guide are recorded; they are where the scene gives a coefficient of friction,
-    /// 0 among them, so that the columns do not depend on its value
+    /// Whether the tension of each segment and the slip through each guide are recorded. They are if the scene gives a coefficient of friction, even 0, so
+    /// that the columns do not depend on its value
     pub by_segment: bool,
-    /// 1/EA \[1/N\], 0 if it does not stretch
+    /// 1/EA \[1/N\]; 0 if the cable does not stretch
     pub softness: f64,
-    /// Tension at which the drive yields \[N\], infinite if it never does
+    /// Tension at which the drive yields \[N\]; infinite if it never does
     pub most: f64,
 }
 
-/// A cable that went slack, taut, or to the limit of its drive.
+/// Event in which a cable went slack or taut, or reached the limit of its drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CableEvent {
-    /// Time of the first accepted state after it \[s\]
+    /// Time of the first accepted state after the event \[s\]
     pub t: f64,
     pub cable: String,
     pub what: Condition,
@@ -58,8 +58,8 @@ impl Condition {
 }
 
 impl Recorder for NamedCable {
-    /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with a coefficient of friction
-    /// the tension at the end, of each segment, and the slip through each guide.
+    /// The columns: tension at the pull point and length; the length drawn in, unless it equals the change of length; with a coefficient of friction also the
+    /// tension at the end and of each segment, and the slip through each guide.
     fn columns(&self) -> Vec<String> {
         let name = &self.name;
         let mut out = vec![format!("{name}_tension_N"), format!("{name}_length_m")];
@@ -75,7 +75,7 @@ impl Recorder for NamedCable {
         out
     }
 
-    /// Values of its columns, SI.
+    /// Values of the columns \[SI\].
     fn record(&self, now: &Moment) -> Vec<f64> {
         let state = now.state;
         let tensions = self.tensions(state);
@@ -94,8 +94,8 @@ impl Recorder for NamedCable {
         out
     }
 
-    /// Of tension, length, what was drawn in and what has passed each guide, softness × rest × tension − length from there on, where the tension is the
-    /// same everywhere; not used of a cable with friction.
+    /// Gradients of tension, length, length drawn in and length passed through each guide, which is softness × rest × tension − length from there on, with the
+    /// same tension everywhere; not used for a cable with friction.
     fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
         let (tension, rest) = (self.drive.gradient(), self.cable.lengths_at_rest());
         let passed = |from: usize| {
@@ -109,7 +109,7 @@ impl Recorder for NamedCable {
         let length = Gradient::of_displacements(self.cable.length_gradient(&state.x, 0));
         let mut out = vec![tension.clone(), length, passed(0)];
         if self.by_segment {
-            // The tension at the end and those of the segments
+            // Tension at the end, and tension of each segment
             out.extend(vec![tension.clone(); 1 + rest.len()]);
             out.extend((1..rest.len()).map(passed));
         }
@@ -117,14 +117,14 @@ impl Recorder for NamedCable {
         out.into_iter().map(Some).collect()
     }
 
-    /// Cables with friction are refused before.
+    /// Cables with friction are refused earlier.
     fn is_differentiable(&self) -> bool {
         true
     }
 }
 
 impl NamedCable {
-    /// Columns of its tensions: at the pull point, and with a coefficient of friction of each segment.
+    /// Columns of the tensions: at the pull point, and, with a coefficient of friction, of each segment.
     pub fn tension_columns(&self) -> Vec<String> {
         let segments = if self.by_segment { self.cable.segments() } else { 0 };
         let own = (1..=segments).map(|s| format!("{}_tension_{s}_N", self.name));
@@ -141,7 +141,7 @@ impl NamedCable {
         }
     }
 
-    /// Cable that has passed the start of each segment towards the pull point \[m\]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
+    /// Length of cable that has passed the start of each segment towards the pull point \[m\]: Σ_{s≥k} (l₀_s + T_s l₀_s/EA − l_s).
     fn passed(&self, tensions: &[f64], lengths: &[f64]) -> Vec<f64> {
         let rest = self.cable.lengths_at_rest();
         let mut sum = 0.0;
@@ -156,19 +156,19 @@ impl NamedCable {
         out
     }
 
-    /// Its condition; `None` for a cable driven by tension.
+    /// The condition of the cable; `None` for a cable driven by tension.
     fn condition(&self, state: &State) -> Option<Condition> {
         let tension = self.tensions(state)[0];
         self.by_length.then_some(match tension {
             0.0 => Condition::Slack,
-            // 1e-9: rounding of a tension at its limit.
+            // 1e-9 allows for rounding of a tension at its limit.
             _ if tension >= self.most * (1.0 - 1e-9) => Condition::Yielding,
             _ => Condition::Taut,
         })
     }
 }
 
-/// Follows the cables of a run; a part of every saved state.
+/// Events of the cables of a run; a part of every saved state.
 #[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
 pub(in crate::scene) struct CableLog {
     last: Vec<Option<Condition>>,
@@ -176,7 +176,7 @@ pub(in crate::scene) struct CableLog {
 }
 
 impl CableLog {
-    /// Notes what has changed at an accepted state.
+    /// Records the changes of condition at an accepted state.
     pub(in crate::scene) fn note(&mut self, cables: &[NamedCable], state: &State) {
         let now: Vec<Option<Condition>> = cables.iter().map(|c| c.condition(state)).collect();
         let before = std::mem::replace(&mut self.last, now);
@@ -190,7 +190,7 @@ impl CableLog {
     }
 }
 
-/// Which cables pull at the last good state, for the message of a run that could not go on.
+/// The cables that pull at the last good state, for the message of a run that could not continue.
 pub(in crate::scene) fn pulling(cables: &[NamedCable], state: &State) -> Option<String> {
     let taut = |c: &&NamedCable| matches!(c.condition(state), Some(Condition::Taut | Condition::Yielding));
     let say = |c: &NamedCable| {

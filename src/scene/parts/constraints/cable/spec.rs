@@ -19,16 +19,16 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableSpec {
-    /// Prefix of its columns; `cable` if absent
+    /// Prefix of the columns; `cable` if absent
     #[serde(default = "cable")]
     pub name: String,
-    /// Path of the body, or `guides` with `pull_point`
+    /// Path of the body, in place of `guides` with `pull_point`
     pub path: Option<String>,
     /// Guides in order from the pull point: points, or a file
     pub guides: Option<GuidesSpec>,
     /// Point at which the cable is pulled
     pub pull_point: Option<PullPointSpec>,
-    /// Guides outside of the body by no more than this are moved to its surface
+    /// Distance from the body up to which guides outside of it are moved to its surface
     pub reach: Option<Length>,
     /// Points fixed in space between pull point and guides
     #[serde(default)]
@@ -37,12 +37,12 @@ pub struct CableSpec {
     pub guide_radius: GuideRadius,
     /// How the cable is driven at the pull point
     pub drive: CableDriveSpec,
-    /// Axial stiffness; a cable without one does not stretch
+    /// Axial stiffness EA; a cable without it does not stretch
     #[serde(rename = "EA")]
     pub axial: Option<Force>,
     /// Tension at which a drive by length yields
     pub max_tension: Option<Force>,
-    /// Coefficient of friction at guides and rings; none, like 0, means the same tension everywhere
+    /// Coefficient of friction at guides and rings; if absent or 0, the tension is the same everywhere
     pub friction: Option<f64>,
 }
 
@@ -52,7 +52,7 @@ pub struct CableSpec {
 pub enum GuidesSpec {
     /// Points of one cable.
     List(Vec<[Length; 3]>),
-    /// Of one cable or of several, each of which takes the other keys of the entry
+    /// A file with the guides of one cable or of several, each of which takes the other keys of the entry
     File(GuideFile),
 }
 
@@ -60,18 +60,18 @@ pub enum GuidesSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GuideFile {
-    /// CSV or JSON
+    /// Path of the CSV or JSON file
     pub file: PathBuf,
     /// Unit of length of the file
     pub unit: String,
-    /// Name of the only cable that is taken
+    /// Name of the only cable to be taken from the file
     pub cable: Option<String>,
 }
 
 /// Point at which a cable is pulled.
 #[derive(Clone, Debug)]
 pub enum PullPointSpec {
-    /// Fixed in space
+    /// A point fixed in space
     At([Length; 3]),
     /// The first of the guides, fixed in space
     First,
@@ -165,25 +165,25 @@ fn cable() -> String {
 pub enum CableDriveSpec {
     /// Shortening of the cable
     Length {
-        /// Length \[m\] that is pulled in
+        /// Length that is pulled in \[m\]
         signal: SignalSpec,
     },
     /// Tension at the pull point
     Tension {
-        /// Force \[N\] in the cable
+        /// Force in the cable \[N\]
         signal: SignalSpec,
     },
 }
 
 impl CableDriveSpec {
-    /// Whether the length is prescribed, and the tension follows.
+    /// Whether the length is prescribed, so that the tension follows.
     pub(super) fn is_by_length(&self) -> bool {
         matches!(self, Self::Length { .. })
     }
 }
 
 impl CableSpec {
-    /// Its name, which is that in the file of guides where one cable is taken from it.
+    /// Name of the cable, which is the name in the file of guides if one cable is taken from it.
     fn label(&self) -> &str {
         match &self.guides {
             Some(GuidesSpec::File(GuideFile { cable: Some(name), .. })) => name,
@@ -191,7 +191,7 @@ impl CableSpec {
         }
     }
 
-    /// The coefficient of the capstan law; none of a cable that has the same tension everywhere, as with the coefficient 0.
+    /// The coefficient of the capstan law; `None` for a cable with the same tension everywhere, as with the coefficient 0.
     pub(super) fn capstan(&self) -> Option<f64> {
         self.friction.filter(|mu| *mu != 0.0)
     }
@@ -199,7 +199,7 @@ impl CableSpec {
 
 impl ConstraintPart for CableSpec {
     fn headline(&self) -> Option<Headline> {
-        // The names of several cables are in the file.
+        // If there are several cables, their names are in the file.
         if matches!(&self.guides, Some(GuidesSpec::File(GuideFile { cable: None, .. }))) {
             return None;
         }
@@ -219,7 +219,7 @@ impl ConstraintPart for CableSpec {
         self.capstan().is_some()
     }
 
-    /// Notes a guide radius smaller than h; a cable through points has no limit as h → 0.
+    /// Adds a note if the guide radius is smaller than h; returns the reason why a cable through points has no limit as h → 0.
     fn note(&self, builder: &mut Builder) -> Option<String> {
         match self.guide_radius {
             GuideRadius::Point => Some(format!("the {} acts through points", self.label())),
