@@ -1,5 +1,6 @@
 //! Ranges that are fitted, those that end earlier, and data that are held out: in compression as in tension, and of biaxial states.
 
+use crate::common::Random;
 use crate::common::made::{options, samples, table};
 use durometer::calibrate::{
     FitOptions, FittableLaw, Mode, PredictionKind, Sample, SlackChoice, StretchRange, compare_experiment,
@@ -41,7 +42,8 @@ fn ranges_of_compression_end_at_their_deepest_data_point() {
 fn data_that_begin_late_have_a_hold_out() {
     let law = FittableLaw::new("yeoh", Some(2)).expect("registered");
     let ask = |ends: [f64; 2], count: u32| {
-        let rows = samples(law, &[5e4, 2e3], &[Mode::Uniaxial], ends, count, |p| p);
+        let mut noise = Random::seed(7);
+        let rows = samples(law, &[5e4, 2e3], &[Mode::Uniaxial], ends, count, |p| p + 200.0 * noise.normal());
         let table = compare_experiment(&table(rows.clone()), &options(law, &[Mode::Uniaxial])).expect("compares");
         let found = table.laws.iter().find(|c| c.law == "neo_hookean").expect("listed").hold_out;
         (rows, found, table.to_string())

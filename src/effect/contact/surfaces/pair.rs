@@ -113,7 +113,7 @@ impl Surfaces {
     }
 
     /// Smallest distance \[m\] between the surfaces at displacement x. For self-contact, and for surfaces that share nodes, it is the smallest
-    /// distance between a point and a triangle that face each other, which excludes neighbours on one face, and at most [`NEAR`] edge lengths.
+    /// distance between a point and a triangle that face each other, which excludes neighbours on one face, and at most ten edge lengths.
     pub fn gap_between(&self, x: &[f64]) -> f64 {
         if !self.is_joined() {
             return self.gap(x);
