@@ -31,10 +31,10 @@ impl Calibration {
     ///
     /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and bounds (lower, upper), each a text with its unit or a number in SI units;
     /// None as bounds for the whole admissible range. Results are in the order of the keys.
-    /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `threads` and `progress` as in `Scene.run`, the latter for each forward solve, which ends with the last data point, and at the end of the search. `check`: raise `RunError` where the search does not settle. Where it ends
-    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys `[SI]`; None where none were
-    /// better than the first.
+    /// `weight`: "absolute", "relative" or "noise". `accuracy`: relative accuracy to which the scenes can reproduce the curves. `profile`: also compute
+    /// intervals by profile likelihood. `threads` and `progress` as in `Scene.run`; `progress` follows each forward solve, which ends with the last data
+    /// point, and the end of the search. `check`: raise `RunError` if the search does not converge. If the search is ended early, by an incomplete run or
+    /// by Ctrl-C, `result` of the exception has the best values so far, by key `[SI]`, or None if none were better than the first.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, threads = None, progress = None, check = true))]
     fn from_curves(

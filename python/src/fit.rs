@@ -39,11 +39,12 @@ impl Fit {
     /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or a list of files of specimens of the same test; `data/…` names a
     /// file that comes with the program.
     ///
-    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable, nu, kappa,
-    /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
-    /// lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive, stress_positive, strain_from, cycle, zero,
-    /// toe; of a test piece whose displacement and force were measured gauge_length, width, thickness, diameter, area, compliance. Quantities are texts
-    /// with a unit or numbers in SI units; None is an option that is not given. `threads` and `progress` as in `Scene.run`.
+    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range (two stretches, from and to), weight, noise, loss, stable,
+    /// nu, kappa, volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); those of the table card: strain_column, stress_column,
+    /// strain_column_2, stress_column_2, lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive,
+    /// stress_positive, strain_from, cycle, zero, toe; for displacements and forces, those of the test piece: gauge_length, width, thickness, diameter,
+    /// area, compliance. Quantities are texts with a unit or numbers in SI units; None means that an option is not given. `threads` and `progress` as in
+    /// `Scene.run`.
     #[staticmethod]
     #[pyo3(signature = (path, law, *, threads = None, progress = None, **options))]
     fn from_csv(
