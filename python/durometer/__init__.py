@@ -15,7 +15,7 @@ if _native.__version__ != VERSION:
         f"durometer {VERSION} has found the library of version {_native.__version__}; "
         "install it again: pip install --force-reinstall durometer"
     )
-# # The program starts itself and the mesher with this interpreter
+# The program starts itself and the mesher with this interpreter
 if sys.executable:
     _native.set_python(sys.executable)
 

@@ -50,7 +50,7 @@ class EndValues:
         if "refine" in scene.get("mesh"):
             fact = "the scene has mesh.refine, which makes another mesh for each design: the values jump between them"
             raise InputError(fact, "take refine out of [mesh], and give cells that are as small as those of its last mesh")
-        # # The scene is assembled and asked for its columns with the same number of threads as it is run
+        # The scene is assembled and asked for its columns with the same number of threads as it is run
         set_threads(threads)
         self.scene = scene
         self.keys = names("keys", keys, '["laws.rubber.mu"]')
@@ -83,7 +83,7 @@ class EndValues:
             fact = f"the derivative by {', '.join(self.columns)} is {numpy.asarray(weights).tolist()}"
             raise InputError(fact, "let what is computed from the values be finite")
         found = self._solved(numbers)
-        # # A column of weight zero need not have a derivative
+        # A column of weight zero need not have a derivative
         weighted = {name: float(weight) for name, weight in zip(self.columns, weights) if weight}
         if isinstance(found, Run):
             try:

@@ -35,5 +35,5 @@ def meshio_mesh(run: Any, k: int) -> Any:
     meshio = extra("meshio", "mesh")
     name = KINDS[run.cells.shape[1]][1]
     of_cells = {field: [values] for field, values in at(run.cell_fields, k).items()}
-    # # Its formats do not support unsigned integers
+    # Its formats do not support unsigned integers
     return meshio.Mesh(run.nodes.copy(), [(name, run.cells.astype(numpy.int64))], point_data=at(run.fields, k), cell_data=of_cells)

@@ -44,7 +44,7 @@ def function(
             try:
                 return host_in_type(*given)
             except KeyboardInterrupt as interrupt:
-                # # JAX turns it into an error like that of a design without an answer
+                # JAX turns it into an error like that of a design without an answer
                 raise_at_user(interrupt)
                 raise
 

@@ -16,7 +16,7 @@ class Report:
     """The report that the run of a study has written into a folder: `summary.json`, tables, figures and the page `index.html`."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        # # The current folder of the session may change
+        # The current folder of the session may change
         self.folder = Path(folder).absolute()
         file = self.folder / "summary.json"
         try:
